@@ -7,8 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.document.kinds.contact import Contact
+from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.kinds.dimension import Dimension
+from vomstudio.document.kinds.intersection import Intersection
+from vomstudio.document.kinds.known_line import KnownLine
+from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.kinds.lithology import Lithology
+from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.kinds.reading import Reading
+from vomstudio.document.kinds.station import Station
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model, Registration
+from vomstudio.document.records import FaceGrid, Feature, Group, Model, Registration
 
 # A zigzag on a plane that dips, with a little roughness.
 ZIGZAG = (
@@ -24,6 +34,34 @@ def bed(id_: str, shift: float = 0.0, vertices: tuple | None = None) -> Trace:
     """A bedding trace on model m1."""
     points = vertices or tuple((x, y, z + shift) for x, y, z in ZIGZAG)
     return Trace(id_, "", "bedding", "m1", "0" * 64, points)
+
+
+HASH = "0" * 64
+ONE_OF_EACH: dict[str, Feature] = {
+    "trace": bed("t1"),
+    "contact": Contact("k1", "K01", "fault", "m1", HASH, ZIGZAG),
+    "lineation": Lineation("l1", "L01", "lineation", "m1", HASH, ZIGZAG[:3], plane_id="t1"),
+    "patch": Patch(
+        "p1", "J01", "joint", "m1", HASH, "face", ((0, 9),), 9, (1.0, 2.0, 3.0),
+        ((4.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.01)), 9.0,
+        outline=((0.0, 0.0, 3.0), (2.0, 0.0, 3.0), (1.0, 3.0, 3.0)),
+    ),
+    "lithology": Lithology("a1", "A01", "m1", HASH, ZIGZAG, "sandstone", 12.5),
+    "dimension": Dimension("d1", "D01", "thickness", "m1", HASH, ZIGZAG[:2], plane_id="t1"),
+    "intersection": Intersection(
+        "i1", "I01", "lineation", Group(feature_id="t1"), Group(feature_id="p1")
+    ),
+    "reading": Reading("r1", "R01", "bedding", "plane", 100.0, 30.0, position=(0.0, 0.0, 0.0)),
+    "station": Station("s1", "S01", "m1", HASH, ZIGZAG[:1], "sample", "KB-17", "DSC_12.jpg"),
+    "control_point": ControlPoint(
+        "c1", "C01", "m1", HASH, ((1.0, 2.0, 3.0),), (398_000.0, 4_980_000.0, 320.0),
+        sigma_m=(0.01, 0.01, 0.02), check=True,
+    ),
+    "known_line": KnownLine("w1", "K01", "azimuth", "m1", HASH, ZIGZAG[:2], 113.5, 2.0),
+}  # fmt: skip
+"""A feature of every kind by the kind's name, on model m1."""
+GRID = FaceGrid("g1", "", "m1", HASH, (0.0, 0.0, 5.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5, 3, 2)
+"""Of six cells, on model m1."""
 
 
 def placed(model: Model, matrix: Any) -> Model:

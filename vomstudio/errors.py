@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Self
 
 
 class VomError(Exception):
@@ -48,31 +49,39 @@ class VomError(Exception):
         }
 
 
-class UsageError(VomError):
+class InputError(VomError):
+    """What was given cannot be what it should be: a file or table that cannot be read and, as the
+    kinds below, words, targets, points and edits. A script that catches this has caught all that
+    it can mend."""
+
+    code = "input"
+
+    def of_file(self, file: str | Path) -> Self:
+        """The same, said of `file` where it names no place yet."""
+        if self.file is not None or self.field is not None:
+            return self
+        return type(self)(self.message, file=file, line=self.line)
+
+
+class UsageError(InputError):
     """The words of a command, or a setting, cannot be understood."""
 
     code = "usage"
 
 
-class InputError(VomError):
-    """A file or table that cannot be read as what it should be."""
-
-    code = "input"
-
-
-class TargetError(VomError):
+class TargetError(InputError):
     """An output that cannot be written."""
 
     code = "target"
 
 
-class GeometryError(VomError):
+class GeometryError(InputError):
     """Points or orientations that do not define what was asked of them."""
 
     code = "geometry"
 
 
-class DocumentError(VomError):
+class DocumentError(InputError):
     """An edit, a project or a journal that cannot be what was asked."""
 
     code = "document"

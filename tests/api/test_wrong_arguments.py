@@ -281,3 +281,32 @@ def test_what_can_seldom_be_gives_a_result_or_a_sentence(name: str, cases: dict[
         for value in SELDOM.values():
             error = answer(case, argument, value)
             assert error is None or error.message.endswith("."), str(error)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda folder: vs.fit_plane([[0, 0, 0], [1, 1, 1], [2, 2, 2]]),
+        lambda folder: vs.fit_planes({"a": GROUND[:2]}),
+        lambda folder: vs.register(GROUND[:2], GROUND[:2]),
+        lambda folder: vs.fold(([90, 90], [30, 30])),
+        lambda folder: vs.plan("no such camera", distance_m=9, width_m=9, height_m=9),
+        lambda folder: vs.orthophoto(vs.sample("sample.obj"), trend_deg=3),
+        lambda folder: vs.Project.open(folder / "none.vom"),
+        lambda folder: vs.Project.create(vs.sample("sample.obj")),
+        lambda folder: vs.read(folder / "none.obj"),
+        lambda folder: vs.stats(folder / "none.csv"),
+    ],
+)
+def test_what_a_script_can_mend_is_an_input_error_whatever_its_kind(
+    call: Callable[[Path], Any], tmp_path: Path
+) -> None:
+    with pytest.raises(vs.errors.InputError):
+        call(tmp_path)
+
+
+def test_only_a_stop_and_a_fault_of_the_program_are_no_input_errors() -> None:
+    kinds = vars(vs.errors).values()
+    expected = {k for k in kinds if isinstance(k, type) and issubclass(k, vs.errors.VomError)}
+    others = {k for k in expected if not issubclass(k, vs.errors.InputError)}
+    assert others == {vs.errors.VomError, vs.errors.Cancelled, vs.errors.WorkerError}

@@ -260,3 +260,50 @@ def test_stderr_is_all_json_lines_where_progress_is_wanted_so(run, write, comman
         assert events
         assert all("event" in event for event in events)
         assert ("error" in events[-1]) == ("error" in ran.json)
+
+
+@pytest.mark.parametrize("crs", ["no such place", "EPSG:4326"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["convert", "{model}", "{out}.ply"],
+        ["dem", "{model}", "-o", "{out}.tif"],
+        ["section", "{model}", "--plane", "0/90", "--through", "1,1,1", "-o", "{out}.csv"],
+        ["register", "-", "--scale", "0,0,0,1,0,0,5"],
+        ["project", "{project}", "add-model", "{model}"],
+        ["reconstruct", "{photos}", "-o", "{out}"],
+    ],
+    ids=lambda words: " ".join(words[:1]),
+)
+def test_a_crs_that_cannot_be_is_said_of_its_option(
+    run, write, tmp_path: Path, words: list[str], crs: str
+) -> None:
+    with vs.Project.create(tmp_path / "p.vom") as project:
+        project.save()
+    places = {
+        "model": write("v 0 0 0\nv 9 0 1\nv 0 9 2\nv 9 9 3\nf 1 2 3\nf 2 4 3\n", "a.obj"),
+        "out": tmp_path / "out",
+        "project": tmp_path / "p.vom",
+        "photos": vs.sample("photos"),
+    }
+    ran = run(*(word.format(**places) for word in words), "--crs", crs, "--json")
+    assert ran.code == 2
+    assert (ran.json["error"]["code"], ran.json["error"]["field"]) == ("usage", "--crs")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["--method", "PCA"], ["--method", "Regression", "--axis", "Z"], ["--profile", "TextBook"]],
+)
+def test_a_word_to_choose_may_be_in_capitals(run, write, words: list[str]) -> None:
+    path = write(POINTS)
+    small = [word.lower() if not word.startswith("-") else word for word in words]
+    assert run("fit", path, *words, "--json").json == run("fit", path, *small, "--json").json
+
+
+def test_a_dash_is_no_output(run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    ran = run("fit", write(POINTS), "-o", "-", "--json")
+    assert ran.code == 2
+    assert ran.json["error"]["field"] == "-o/--output"
+    assert not (tmp_path / "-").exists()

@@ -14,6 +14,7 @@ from PIL import Image
 
 from vomstudio.cli import main
 from vomstudio.cli.demo import _photos
+from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.project import sample
 from vomstudio.io.project.folder import Project
@@ -74,16 +75,19 @@ def test_every_file_named_is_there(demo: tuple[Path, dict]) -> None:
     assert all(check["name"] in text for check in result["checks"])
 
 
-def test_the_project_opens_with_every_pick_as_a_trace(demo: tuple[Path, dict]) -> None:
+def test_the_project_opens_with_beds_and_fault_as_traces_and_joints_as_patches(
+    demo: tuple[Path, dict],
+) -> None:
     folder, result = demo
     project = Project.open(folder / "sample.vom")
     try:
-        traces = project.session.of(Trace)
-        assert len(traces) == sum("dip_deg" in str(c["truth"]) for c in result["checks"])
+        traces, patches = project.session.of(Trace), project.session.of(Patch)
+        picks = len(traces) + len(patches)
+        assert picks == sum("dip_deg" in str(c["truth"]) for c in result["checks"])
         assert not project.session.dirty
-        kinds = {trace.type_id for trace in traces}
-        assert kinds == {"bedding", "fault", "joint"}
-        assert all(trace.resolution is not None for trace in traces)
+        assert {trace.type_id for trace in traces} == {"bedding", "fault"}
+        assert {patch.type_id for patch in patches} == {"joint"}
+        assert all(pick.resolution is not None for pick in (*traces, *patches))
     finally:
         project.close()
 
@@ -96,9 +100,14 @@ def test_every_pick_is_good_and_many_times_the_resolution_of_the_mesh(
     lines = (demo[0] / "planes.csv").read_text("utf-8").splitlines()
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     assert len(rows) == 31
+    checks = {check["name"]: check for check in demo[1]["checks"]}
     for row in rows:
         assert float(row["extent_over_resolution"]) > 30, row["name"]
         assert (row["quality"], row["profile"]) == ("good", "error"), row
+        # What is tabulated is what was held against the truth.
+        check = checks[f"{row['kind']} {row['name']}"]["measured"]
+        for angle in ("dip_direction_deg", "dip_deg"):
+            assert float(row[angle]) == pytest.approx(check[angle], abs=0.06)
 
 
 def test_a_model_of_some_photos_is_held_against_the_outcrop(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import vomstudio as vs
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -115,3 +116,16 @@ def test_drawings_and_shapefiles_of_a_project_are_named_in_the_answer(
     assert drawn > 4
     assert ".shp" in run("export", project, "--to", "shp", "-o", tmp_path / "o").said
     assert "obj" in run("export", project, "--to", "obj", "-o", tmp_path / "o.obj").said
+
+
+@pytest.mark.parametrize("word", ["CSV", "Gpkg", "GeoJSON", "LoopStructural"])
+def test_a_format_may_be_in_capitals(run, project: Path, tmp_path: Path, word: str) -> None:
+    end = {"Gpkg": "gpkg", "GeoJSON": "geojson"}.get(word, "csv")
+    small = run("export", project, "--to", word.lower(), "-o", tmp_path / f"a.{end}", "--json").json
+    large = run("export", project, "--to", word, "-o", tmp_path / f"b.{end}", "--json").json
+    assert large["n"] == small["n"] == 2
+    assert [Path(f).name for f in large["files"]] == [
+        Path(f).name.replace("a", "b", 1) for f in small["files"]
+    ]
+    with vs.Project.open(project) as opened:
+        assert opened.export(word, tmp_path / f"c.{end}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,3 +90,84 @@ def test_scripts_find_the_same(write) -> None:
         vs.displacement([[0] * 6], fault=(90, 60), bed=(0, 0), rake_deg=90, slip=(90, 60))
     with pytest.raises(vs.errors.UsageError):
         vs.threepoint([[0, 0], [1, 1], [2, 2]])
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """Traces of four beds, dipping 30 to the East, on a stair, and a line up the stair on which
+    two beds are described; beside them a line of one point and a namesake."""
+    from vomstudio.document import edits
+    from vomstudio.document.bed_words import describe_bed
+    from vomstudio.document.kinds.dimension import Dimension
+    from vomstudio.document.kinds.trace import Trace
+    from vomstudio.document.records import Frame, Model
+    from vomstudio.io.project.folder import Project
+
+    made = Project.create(tmp_path / "p.vom")
+    session = made.session
+    model = Model("m", "stair", "stair.obj", "mesh", "0" * 64, Frame("local"))
+    session.apply(edits.add_model(session.records, model))
+    along = np.array([0.0, 1.0, 0.0])
+    down = np.array([np.cos(np.radians(30)), 0.0, -np.sin(np.radians(30))])
+    normal = np.array([np.sin(np.radians(30)), 0.0, np.cos(np.radians(30))])
+    features, places = [], []
+    for k, height in enumerate((0.0, 1.0, 3.0, 3.5)):
+        places.append(tuple(map(float, height * normal)))
+        corners = [a * along + b * down for a, b in ((-2, -0.5), (-1, 0.4), (0, 0), (1, -0.4))]
+        points = [tuple(map(float, height * normal + c)) for c in (*corners, 2 * along)]
+        features.append(Trace(f"t{k}", f"B{k}", "bedding", "m", "0" * 64, tuple(points)))
+    section = Dimension("s", "section A", "polyline", "m", "0" * 64, tuple(places))
+    twins = [replace(section, id=f"twin{k}", name="twin") for k in (1, 2)]
+    session.apply(edits.add_features(session.records, [*features, section, *twins]))
+    session.apply(describe_bed(session.records, "s", "t1", "sandstone", "red"))
+    session.apply(describe_bed(session.records, "s", "#0", "chert", ""))
+    session.save()
+    made.close()
+    return tmp_path / "p.vom"
+
+
+def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Path) -> None:
+    """Thicknesses are those that the beds were made with."""
+    target = tmp_path / "l.csv"
+    ran = run("log", project, "--line", "section A", "-o", target, "--plot", tmp_path / "l.pdf",
+              "--json")  # fmt: skip
+    assert ran.code == 0, ran.err
+    found = ran.json
+    assert [i["thickness_m"]["value"] for i in found["intervals"]] == pytest.approx([1, 2, 0.5])
+    assert [i["lithology"] for i in found["intervals"]] == ["", "sandstone", ""]
+    assert found["intervals"][1]["notes"] == "red"
+    assert (found["bed"]["dip_direction_deg"], found["bed"]["dip_deg"]) == pytest.approx((90, 30))
+    assert "sandstone" in target.read_text("utf-8")
+    # Its own points are other boundaries, with words of their own.
+    found = run("log", project, "--line", "s", "--of", "points", "--json").json
+    assert [i["base"] for i in found["intervals"]] == ["1", "2", "3"]
+    assert [i["lithology"] for i in found["intervals"]] == ["chert", "", ""]
+    found = run("log", project, "--line", "s", "--bed", "90/30", "--bed-error", 3, "--json").json
+    assert found["bed"]["error95_deg"] == 3
+    for words, said, field in (
+        ((), "--line NAME", "--line"),
+        (("--line", "section B"), "Beds are described along section A", "--line"),
+        (("--line", "twin"), "Several lines", "--line"),
+        (("--line", "s", "--type", "vein7"), "no feature type 'vein7'", "--type"),
+        (("--line", "s", "--reach", "-1"), "length", "--reach"),
+        (("--line", "s", "--bed-error", "2"), "--bed DD/D", "--bed-error"),
+        (("--line", "s", "--type", "fault"), "two boundaries", None),
+    ):
+        ran = run("log", project, *words, "--json")
+        assert ran.code == 2
+        assert said in ran.json["error"]["message"]
+        assert ran.json["error"]["field"] == field
+    table = tmp_path / "t.csv"
+    table.write_text(LOG)
+    for words, field in (((), "--bed"), (("--bed", "9/9", "--line", "s"), "--line")):
+        ran = run("log", table, *words, "--json")
+        assert (ran.code, ran.json["error"]["field"]) == (2, field)
+
+
+def test_exports_of_a_project_carry_what_was_typed(run, project: Path, tmp_path: Path) -> None:
+    import pyogrio
+
+    assert run("export", project, "--to", "gpkg", "-o", tmp_path / "l.gpkg").code == 0
+    _, _, _, columns = pyogrio.raw.read(tmp_path / "l.gpkg", layer="dimensions")
+    notes = [text for column in columns for text in column if isinstance(text, str)]
+    assert any("bed from B1: sandstone, red" in text for text in notes)

@@ -198,3 +198,20 @@ def test_other_programs_get_every_structure_once(run, project, tmp_path, format_
     assert format_ == "gempy" or "B1" in texts
     assert "again" not in texts
     assert "it repeats B1" in json.dumps(ran.json)
+
+
+def test_figures_say_how_many_repeats_are_not_on_them(run, write, tmp_path) -> None:
+    table = write(TABLE)
+    (tmp_path / "one.csv").write_text(HEAD + "a,90,40,3,,AB\nd,90,43,3,a,AB\n")
+    (tmp_path / "none.csv").write_text(HEAD + "a,90,40,3,,AB\nb,90,43,3,,AB\n")
+    for words in (("stereonet",), ("rose", "--of", "strike")):
+        for source, said in (
+            (table, "4 repeated picks not drawn: no further structures"),
+            (tmp_path / "one.csv", "1 repeated pick not drawn: no further structure<"),
+            (tmp_path / "none.csv", ""),
+        ):
+            figure = tmp_path / "figure.svg"
+            assert run(words[0], source, *words[1:], "-o", figure, "--force").code == 0
+            drawn = figure.read_text("utf-8")
+            assert said in drawn
+            assert bool(said) == ("not drawn" in drawn)

@@ -308,3 +308,40 @@ def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, t
     assert refused.code == 2
     assert run(*back, "--from-ortho", found["drawing"]["svg"], "-o", tmp_path / "u.csv").code == 0
     assert run(*back, "--from-ortho", found["drawing"]["dxf"], "-o", tmp_path / "v.csv").code == 0
+
+
+@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    model = SPECIMEN / "models" / "face" / "face.obj"
+    words = ("ortho", model, "--trend", 31, "--plunge", 11, "--gsd", 0.1)
+
+    def layers(name: str, *more: object) -> dict[str, str]:
+        found = run(*words, "-o", tmp_path / name, "--draw", SPECIMEN, "--json", *more)
+        assert found.code == 0, found.err
+        gpkg = found.json["drawing"]["gpkg"]
+        return {str(layer): str(kind) for layer, kind in pyogrio.list_layers(gpkg)}
+
+    whole = layers("all.tif")
+    points = layers("points.tif", "--show", "symbols")
+    lines = layers("lines.tif", "--show", "Traces, legend", "--sheet", tmp_path / "lines.pdf")
+    assert set(points.values()) == {"Point"}
+    assert set(lines.values()) == {"LineString"}
+    assert set(whole) == {*points, *lines, *layers("patches.tif", "--show", "patches")}
+    # A picture beside everything has no drawing, and says so.
+    far = run(*words, "-o", tmp_path / "far.tif", "--draw", SPECIMEN, "--json", "--sheet",
+              tmp_path / "far.png", "--around", "364534,4721857,859,0.3,0.3")  # fmt: skip
+    assert far.code == 0, far.err
+    assert far.json["drawing"] is None
+    assert any("no drawing is written" in said for said in far.json["warnings"])
+    assert not list(tmp_path.glob("far_drawing*"))
+    for more, said in (
+        (("--show", "traces"), "--draw PROJECT"),
+        (("--draw", SPECIMEN, "--show", "faults"), "'faults'"),
+        (("--draw", SPECIMEN, "--show", ""), "traces, patches, symbols, legend"),
+        (("--draw", SPECIMEN, "--show", "legend"), "A legend alone"),
+    ):
+        ran = run(*words, "-o", tmp_path / "none.tif", *more, "--json")
+        assert ran.code == 2
+        assert said in ran.json["error"]["message"]
+        assert ran.json["error"]["field"] == "--show"
+        assert not (tmp_path / "none.tif").exists()

@@ -12,15 +12,18 @@ from tests.document.test_edits import FEATURES, LINE, MEETING, MODEL, PATCH, REA
 from vomstudio.document.codec import decode, decode_edit, encode, encode_edit
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Row, replay
+from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import (
     DEFAULT_TYPES,
     Asset,
+    Compass,
     Frame,
     Group,
     ImageMark,
     MarkedPoint,
     Mask,
     PhotoSet,
+    ReadNorth,
     Reconstruction,
     Record,
     Registration,
@@ -34,6 +37,10 @@ EVERY: tuple[Record, ...] = (
     MODEL,
     DEFAULT_TYPES[6],
     BY,
+    replace(BY, id="g2", read_north=ReadNorth("magnetic", 3.25, 3.5, False, "2024-05-12", 0.5)),
+    Compass("compass-m1", "m1", "magnetic", "2024-05-12", (11.35, 46.5), None, 0.5),
+    KnownLine("w2", "B01", "plane", "m1", "0" * 64, (), 213.0, 3.0, inclination_deg=45.0,
+              feature_id="t1"),
     PhotoSet("s1", "photos", "photos", "EPSG:32633", False),
     Mask("k1", "s1", "1.jpg", Asset("masks/a.png", 10)),
     MarkedPoint("q1", "s1", "A", (1.0, 2.0, 3.0), 0.01, True),
@@ -41,7 +48,7 @@ EVERY: tuple[Record, ...] = (
     Reconstruction(
         "c1", "s1", "cliff", "cliff", "low", "0" * 64, (("a", "b"),), 3, 2, 0.5, "4", "x"
     ),
-)
+)  # fmt: skip
 
 
 def by_json(plain: Any) -> Any:

@@ -247,3 +247,31 @@ def test_lengths_of_a_model_of_unknown_scale_are_marked_as_units():
     assert (
         codec.decode(codec.encode(replace(MODEL, placement=Frame("scaled")))).frame.kind == "scaled"
     )
+
+
+def as_trace(id_: str, points: np.ndarray) -> Trace:
+    return Trace(id_, id_, "joint", "m1", "0" * 64, tuple(map(tuple, points.tolist())))
+
+
+def test_of_a_face_that_was_scanned_it_is_asked_whether_it_is_a_trace() -> None:
+    """Whatever its size, place and attitude; a line, and once around a block, are none."""
+    rows = np.repeat(np.linspace(0.0, 1.0, 10), 2)
+    across = np.tile([0.0, 1.5, 1.5, 0.0], 5)
+    scan = np.column_stack([rows, across, np.zeros(20)])
+    t = np.linspace(0.0, 2.0 * np.pi, 60)
+    around = np.column_stack([np.cos(t), np.sin(t), 0.0 * t])
+    along = np.column_stack([t, np.sin(2.0 * t), 0.0 * t])
+    turned = Rotation.from_euler("xyz", [40.0, 70.0, 10.0], degrees=True)
+    rng = np.random.default_rng(2)
+    traces = []
+    for k, (size, at) in enumerate(((1.0, 0.0), (50.0, 4e5), (0.02, -30.0))):
+        for name, points in (("scan", scan), ("around", around), ("along", along)):
+            rough = points + 0.003 * rng.standard_normal(points.shape)
+            moved = turned.apply(size * rough) + at
+            traces.append(as_trace(f"{name}{k}", moved))
+    # Each by itself is told the same as all at once.
+    for asked in (traces, *([each] for each in traces)):
+        for each, found in zip(asked, measure_all({"m1": MODEL}, asked), strict=True):
+            assert found.verdict is not None
+            notes = " ".join(found.verdict.notes)
+            assert ("is this a trace?" in notes) == each.name.startswith("scan"), each.name

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.samples import ZIGZAG, bed
+from tests.samples import HASH, ONE_OF_EACH, bed
 from vomstudio.document import catalogue, edits
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import Attribute
@@ -23,45 +23,12 @@ from vomstudio.document.kinds import (
     group_of,
     kind_of,
 )
-from vomstudio.document.kinds.contact import Contact
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.lithology import Lithology
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.station import Station
 from vomstudio.document.measurement_cache import Measurements, measure_all, rests_on
-from vomstudio.document.records import Feature, Frame, Group, Model, Picked
+from vomstudio.document.records import Feature, Frame, Model, Picked
 from vomstudio.errors import DocumentError
 
 ROOT = Path(__file__).resolve().parents[2]
-HASH = "0" * 64
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", HASH, Frame("local"))
-ONE_OF_EACH: dict[str, Feature] = {
-    "trace": bed("t1"),
-    "contact": Contact("k1", "K01", "fault", "m1", HASH, ZIGZAG),
-    "lineation": Lineation("l1", "L01", "lineation", "m1", HASH, ZIGZAG[:3], plane_id="t1"),
-    "patch": Patch(
-        "p1", "J01", "joint", "m1", HASH, "face", ((0, 9),), 9, (1.0, 2.0, 3.0),
-        ((4.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.01)), 9.0,
-        outline=((0.0, 0.0, 3.0), (2.0, 0.0, 3.0), (1.0, 3.0, 3.0)),
-    ),
-    "lithology": Lithology("a1", "A01", "m1", HASH, ZIGZAG, "sandstone", 12.5),
-    "dimension": Dimension("d1", "D01", "thickness", "m1", HASH, ZIGZAG[:2], plane_id="t1"),
-    "intersection": Intersection(
-        "i1", "I01", "lineation", Group(feature_id="t1"), Group(feature_id="p1")
-    ),
-    "reading": Reading("r1", "R01", "bedding", "plane", 100.0, 30.0, position=(0.0, 0.0, 0.0)),
-    "station": Station("s1", "S01", "m1", HASH, ZIGZAG[:1], "sample", "KB-17", "DSC_12.jpg"),
-    "control_point": ControlPoint(
-        "c1", "C01", "m1", HASH, ((1.0, 2.0, 3.0),), (398_000.0, 4_980_000.0, 320.0),
-        sigma_m=(0.01, 0.01, 0.02), check=True,
-    ),
-    "known_line": KnownLine("w1", "K01", "azimuth", "m1", HASH, ZIGZAG[:2], 113.5, 2.0),
-}  # fmt: skip
 RECORDS_OF_ALL = {"m1": MODEL, **{f.id: f for f in ONE_OF_EACH.values()}}
 
 

@@ -128,3 +128,60 @@ def test_it_stops_and_an_even_surface_has_no_lines() -> None:
     with pytest.raises(Cancelled):
         proposed(points, grey, "dark", progress=Silent(token))
     assert proposed(points, np.full(len(points), 90.0), "dark").proposals == ()
+
+
+def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
+    """Nine squares of a metre wear a picture with a dark bed of 0.08 m."""
+    from PIL import Image
+
+    from vomstudio.geometry.mesh import Material
+
+    size, at, half = 600, 1.3, 0.04
+    up = 3.0 * (np.arange(size)[::-1, None] + 0.5) / size
+    grey = 150.0 + np.random.default_rng(4).normal(0.0, 10.0, (size, size))
+    grey -= 60.0 * (np.abs(up - at) < half)
+    Image.fromarray(np.clip(grey, 0, 255).astype(np.uint8)).convert("RGB").save(tmp_path / "a.png")
+    v, u = (a.ravel().astype(float) for a in np.mgrid[0:4, 0:4])
+    first = np.array([4 * j + i for j in range(3) for i in range(3)])
+    faces = np.concatenate(
+        [np.stack([first, first + 1, first + 4], 1), np.stack([first + 1, first + 5, first + 4], 1)]
+    )
+    mesh = Mesh(
+        np.column_stack([u, 0.5 * v, v]), faces, uv=np.column_stack([u, v]) / 3.0,
+        materials=(Material("a", tmp_path / "a.png"),), material_offsets=np.array([0, len(faces)]),
+    )  # fmt: skip
+    found = propose_traces(
+        SurfaceGraph(mesh), cost="dark", resolution=1.0, least_length=2.0, most=5, model="wall",
+        frame="local", progress=Silent(),
+    )  # fmt: skip
+    best = found.proposals[0]
+    assert best.doubt < 0.05
+    assert best.length_m > 2.5
+    assert np.percentile(np.abs(best.points[:, 2] - at), 90) < half
+
+
+def test_what_turns_back_is_cut_where_it_turns() -> None:
+    from vomstudio.extraction.proposals.lines import _unturned
+
+    there = np.column_stack([np.linspace(0.0, 5.0, 51), np.zeros(51), np.zeros(51)])
+    back = there[::-1] + [0.0, 0.2, 0.0]
+    places = np.concatenate([there, back])
+    parts = sorted(_unturned(places, np.arange(len(places))), key=lambda part: int(part[0]))
+    assert int(parts[0][0]) == 0
+    assert len(parts) == 2
+    # The turn belongs to both.
+    assert abs(int(parts[0][-1]) - 50) <= 1
+    assert len(_unturned(there, np.arange(51))) == 1
+
+
+def test_way_points_hold_a_line() -> None:
+    from vomstudio.extraction.proposals.known_lines import run_along, way_points
+
+    x = np.linspace(0.0, 10.0, 201)
+    line = np.column_stack([x, np.abs(x - 5.0), np.zeros(201)])
+    assert way_points(line, 0.01, 12).tolist() == [0, 100, 200]
+    wave = np.column_stack([x, np.sin(2.0 * x), 0.3 * x])
+    assert len(way_points(wave, 0.001, 7)) == 7
+    assert run_along([line, line + [0.0, 0.0, 1.0], line[:40]], [line[50:]], 0.1) == [
+        True, False, False,
+    ]  # fmt: skip

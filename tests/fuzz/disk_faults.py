@@ -13,10 +13,12 @@ from __future__ import annotations
 import argparse
 import contextlib
 import errno
+import hashlib
 import io
 import json
 import os
 import random
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -112,17 +114,23 @@ def run_command(words: list[str]) -> tuple[int, dict[str, Any], str]:
 
 
 def run_apart(
-    words: list[str], below: Path, at: int, number: int
-) -> tuple[int, dict[str, Any], str]:
-    """As `run_command`, in a process of its own, the children of which meet the fault as well."""
-    fault = {
-        "FAULTY_DISK": str(below), "FAULTY_DISK_AT": str(at), "FAULTY_DISK_ERROR": str(number)
-    }  # fmt: skip
-    done = subprocess.run(
-        [sys.executable, "-m", "vomstudio", *words, "--json"],
-        env={**os.environ, **fault}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    return done.returncode, json.loads(done.stdout or "{}"), done.stderr
+    words: list[str], below: Path, at: int, number: int, *, goes_on: bool
+) -> tuple[int, dict[str, Any], str, int]:
+    """As `run_command`, in a process of its own, the children of which meet the fault as well; and
+    how many calls there were that write, of all of them together."""
+    with tempfile.NamedTemporaryFile(prefix="faulty-disk-calls-") as counter:
+        counter.write(bytes(8))
+        counter.flush()
+        fault = {
+            "FAULTY_DISK": str(below), "FAULTY_DISK_AT": str(at), "FAULTY_DISK_ERROR": str(number),
+            "FAULTY_DISK_COUNTER": counter.name, **({} if goes_on else {"FAULTY_DISK_ONCE": "1"}),
+        }  # fmt: skip
+        done = subprocess.run(
+            [sys.executable, "-m", "vomstudio", *words, "--json"],
+            env={**os.environ, **fault}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        calls = int.from_bytes(Path(counter.name).read_bytes(), sys.byteorder)
+    return done.returncode, json.loads(done.stdout or "{}"), done.stderr, calls
 
 
 class Command:
@@ -183,6 +191,8 @@ class Command:
             code, result, shown = run_command(words)
             met = faulty_disk.calls() >= at
         after = files_in(self.out)
+        if "Traceback" in shown or "*** Aborted" in shown:
+            return f"TRACEBACK: {shown[-300:]}"
         if code == 0:
             return self._judged_whole(after, met)
         if code != 2:
@@ -268,7 +278,9 @@ FOLDERS = {
 """What fills a folder of its own, where finished parts may stay for the next try."""
 
 
-_CALLS_OF_A_WORKER = 400
+_RESUMABLE = re.compile(r"made/work/[a-z]+-[0-9a-f]{16}\.part")
+"""The folder of a stage that is not finished: the next run goes on in it. A half *file* in it is as
+bad as anywhere."""
 
 
 class Filling:
@@ -277,15 +289,20 @@ class Filling:
     def __init__(self, kind: str, places: dict[str, str], out: Path) -> None:
         self.label, self.out = kind, out
         self.words = FOLDERS[kind].format(**places, out=out).split()
+        # What is computed in a worker process meets the faults there.
+        self.apart = kind == "reconstruct"
         self._clear()
-        with faulty_disk.fail(out, 0, 0, goes_on=False):
-            code, _, shown = run_command(self.words)
-            self.calls = faulty_disk.calls()
+        code, _, shown, self.calls = self._run(0, 0, goes_on=False)
         assert code == 0, shown
-        if not self.calls:
-            # A worker process writes, and counts by itself: as many as a small set takes.
-            self.calls = _CALLS_OF_A_WORKER
-        self.made = self._names()
+        self.made, self.figures = self._names(), self._figures()
+
+    def _run(self, at: int, number: int, *, goes_on: bool) -> tuple[int, dict[str, Any], str, int]:
+        """As `run_command`, and how many calls there were that write."""
+        if self.apart:
+            return run_apart(self.words, self.out, at, number, goes_on=goes_on)
+        with faulty_disk.fail(self.out, at, number, goes_on=goes_on):
+            code, result, shown = run_command(self.words)
+            return code, result, shown, faulty_disk.calls()
 
     def _clear(self) -> None:
         shutil.rmtree(self.out, ignore_errors=True)
@@ -296,27 +313,36 @@ class Filling:
         names = {str(p.relative_to(self.out)) for p in self.out.rglob("*") if p.is_file()}
         return {n for n in names if "/work/" not in n and "/cache/" not in n}
 
+    def _figures(self) -> dict[str, Any]:
+        """What a reconstruction says of itself and of its model; of others nothing."""
+        path = self.out / "made" / "reconstruction.json"
+        if not self.apart or not path.is_file():
+            return {}
+        said = json.loads(path.read_text())
+        kept = ("registered", "unregistered", "tie_points", "faces", "dense_points", "frame")
+        return {name: said[name] for name in kept} | {
+            "error": round(said["reprojection_error_px"], 3),
+            "model": hashlib.sha256((self.out / "made/model.ply").read_bytes()).hexdigest(),
+        }
+
+    def _half(self) -> list[str]:
+        """Files, and folders of no stage, that are not whole."""
+        found = [p for p in self.out.rglob("*") if p.name.endswith(".part") or ".vom-" in p.name]
+        names = [(p.relative_to(self.out).as_posix(), p.is_dir()) for p in found]
+        return sorted(n for n, is_folder in names if not (is_folder and _RESUMABLE.fullmatch(n)))
+
     def trial(self, at: int, number: int, *, goes_on: bool, over: bool) -> str:
-        """over : it is tried again after the fault, in the same folder"""
+        """over : it is tried again after the fault, in the same folder; reconstructions always"""
         self._clear()
-        if self.label == "reconstruct":
-            # Its worker process, too, has a disk that fails, for good.
-            goes_on = True
-            code, result, shown = run_apart(self.words, self.out, at, number)
-            met = code != 0
-        else:
-            with faulty_disk.fail(self.out, at, number, goes_on=goes_on):
-                code, result, shown = run_command(self.words)
-                met = faulty_disk.calls() >= at
-        half = [
-            p.name for p in self.out.rglob("*") if p.name.endswith(".part") or ".vom-" in p.name
-        ]
-        if half:
-            return f"LEFT {sorted(half)}: {shown[-200:]}"
+        code, result, shown, calls = self._run(at, number, goes_on=goes_on)
+        if "Traceback" in shown or "*** Aborted" in shown:
+            return f"TRACEBACK: {shown[-300:]}"
+        if half := self._half():
+            return f"LEFT {half}: {shown[-200:]}"
         if code == 0:
-            if self._names() != self.made:
-                return f"OTHER FILES {sorted(self._names() ^ self.made)}"
-            return "got over" if met else "not met"
+            if wrong := self._not_as_made():
+                return wrong
+            return "got over" if calls >= at else "not met"
         if code != 2:
             return f"EXIT CODE {code}: {shown[-300:]}"
         error = result.get("error", {})
@@ -325,13 +351,23 @@ class Filling:
             return f"TARGET NOT NAMED: {said}"
         if number in CAUSES and CAUSES[number] not in said and goes_on:
             return f"CAUSE NOT NAMED: {said}"
-        if over:
-            code, _, shown = run_command(self.words)
-            if code != 0:
+        if over or self.apart:
+            code, _, shown, _ = self._run(0, 0, goes_on=False)
+            if code != 0 and not self.apart:
                 code, _, shown = run_command([*self.words, "--force"])
-            if code != 0 or self._names() != self.made:
-                return f"NOT MADE AGAIN ({code}): {shown[-300:]}"
+            if code != 0 or (wrong := self._not_as_made()):
+                return f"NOT MADE AGAIN ({code}): {shown[-300:] if code else wrong}"
         return "said"
+
+    def _not_as_made(self) -> str:
+        """What differs from what a sound disk gets; nothing where nothing does."""
+        if self._names() != self.made:
+            return f"OTHER FILES {sorted(self._names() ^ self.made)}"
+        found = self._figures()
+        differing = {
+            n: (found.get(n), was) for n, was in self.figures.items() if found.get(n) != was
+        }
+        return f"OTHER FIGURES {differing}" if differing else ""
 
 
 # --- projects ---------------------------------------------------------------------------------

@@ -11,13 +11,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
 static char folder[PATH_MAX];
 static size_t length;
-static long calls, fails_at;
+static long own_calls, *calls = &own_calls, fails_at;
 static int fails_with, goes_on;
 
 void faulty_disk_set(const char *below, long at, int error, int persistent) {
@@ -26,16 +27,28 @@ void faulty_disk_set(const char *below, long at, int error, int persistent) {
     fails_at = at;
     fails_with = error;
     goes_on = persistent;
-    __atomic_store_n(&calls, 0, __ATOMIC_SEQ_CST);
+    __atomic_store_n(calls, 0, __ATOMIC_SEQ_CST);
 }
 
-long faulty_disk_calls(void) { return __atomic_load_n(&calls, __ATOMIC_SEQ_CST); }
+long faulty_disk_calls(void) { return __atomic_load_n(calls, __ATOMIC_SEQ_CST); }
 
 __attribute__((constructor)) static void begin(void) {
-    const char *below = getenv("FAULTY_DISK");
+    const char *below = getenv("FAULTY_DISK"), *counter = getenv("FAULTY_DISK_COUNTER");
+    if (counter) {
+        /* One count for a process and all that it starts. */
+        int fd = open(counter, O_RDWR);
+        void *shared = fd < 0 ? MAP_FAILED
+                              : mmap(NULL, sizeof *calls, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+        if (shared != MAP_FAILED) calls = shared;
+        if (fd >= 0) close(fd);
+    }
     if (below) {
         const char *at = getenv("FAULTY_DISK_AT"), *error = getenv("FAULTY_DISK_ERROR");
-        faulty_disk_set(below, at ? atol(at) : 0, error ? atoi(error) : ENOSPC, 1);
+        strncpy(folder, below, PATH_MAX - 1);
+        length = strlen(folder);
+        fails_at = at ? atol(at) : 0;
+        fails_with = error ? atoi(error) : ENOSPC;
+        goes_on = !getenv("FAULTY_DISK_ONCE");
     }
 }
 
@@ -65,7 +78,7 @@ static int open_below(int fd) {
 
 /* Counts the call; whether it fails. */
 static int fails(void) {
-    long now = __atomic_add_fetch(&calls, 1, __ATOMIC_SEQ_CST);
+    long now = __atomic_add_fetch(calls, 1, __ATOMIC_SEQ_CST);
     if (fails_at && (goes_on ? now >= fails_at : now == fails_at)) {
         errno = fails_with;
         return 1;

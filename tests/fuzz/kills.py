@@ -1,6 +1,6 @@
 """Kills at any moment of random editing: models, photos, masks, control points, marks,
 reconstructions, registrations, clicks of unfinished traces, followed traces, accepted sets,
-undoing, saving, saving elsewhere and compacting.
+features of every kind, repeats, cells of grids, undoing, saving, saving elsewhere and compacting.
 
     python -m tests.fuzz.kills --kills 1000 [--seed N]
 
@@ -28,10 +28,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tests.samples import bed
-from vomstudio.document import edits
+from tests.samples import GRID, ONE_OF_EACH, bed
+from vomstudio.document import edits, grid_edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.journal import Replay, replay
+from vomstudio.document.kinds.contact import Contact
+from vomstudio.document.kinds.known_line import KnownLine
+from vomstudio.document.kinds.lithology import Lithology
+from vomstudio.document.kinds.station import Station
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.photo_edits import (
     PointState,
@@ -42,6 +46,8 @@ from vomstudio.document.photo_edits import (
 )
 from vomstudio.document.records import (
     IDENTITY,
+    FaceGrid,
+    Feature,
     Frame,
     Model,
     PhotoSet,
@@ -93,7 +99,9 @@ class Editor:
             ("trace", self.trace), ("trace", self.trace), ("click", self.click),
             ("click", self.click), ("finish", self.followed), ("set", self.accepted_sets),
             ("notes", self.notes), ("delete", self.delete), ("point", self.point),
-            ("mark", self.mark), ("mask", self.mask), ("undo", self.undo), ("undo", self.undo),
+            ("mark", self.mark), ("mask", self.mask), ("feature", self.feature),
+            ("feature", self.feature), ("change", self.change), ("repeat", self.repeat),
+            ("cells", self.cells), ("undo", self.undo), ("undo", self.undo),
             ("redo", self.redo), ("save", self.save),
         ]  # fmt: skip
         return often * 3 + [
@@ -160,6 +168,51 @@ class Editor:
     def delete(self) -> Edit | None:
         trace = self._any(Trace)
         return None if trace is None else edits.delete(self.records, [trace.id])
+
+    def feature(self) -> Edit | None:
+        """One of any kind, or a grid."""
+        if "m1" not in self.records:
+            return None
+        if self.chance.random() < 0.2:
+            grid = replace(GRID, id=self.new_id("grid"), name="")
+            return grid_edits.add_grid(self.records, grid)
+        like = self.chance.choice([f for f in ONE_OF_EACH.values() if f.id not in ("t1", "i1")])
+        rests_on = {} if not hasattr(like, "plane_id") else {"plane_id": ""}
+        return edits.add_features(
+            self.records, [like.but(id=self.new_id("k"), name="", **rests_on)]
+        )
+
+    def change(self) -> Edit | None:
+        """Its words, or its place."""
+        found = self._any(Feature)
+        if found is None or isinstance(found, Trace):
+            return None
+        if isinstance(found, Contact | Lithology | Station | KnownLine):
+            x = self.chance.random()
+            moved = tuple((a + x, b, c) for a, b, c in found.vertices)
+            return edits.change_feature(self.records, replace(found, vertices=moved))
+        name = f"{found.name[:4]} {self.chance.random()}"
+        return edits.set_attributes(self.records, [found.id], name=name)
+
+    def repeat(self) -> Edit | None:
+        """A line or an area is drawn a second time by somebody else."""
+        found = [f for f in self.project.session.of(Feature) if isinstance(f, Contact | Lithology)]
+        if not found:
+            return None
+        first = self.chance.choice(found)
+        who = self.chance.choice(["A", "B"])
+        again = replace(
+            first, id=self.new_id("again"), name="", repeat_of=first.id, interpreter=who
+        )
+        return edits.add_features(self.records, [again])
+
+    def cells(self) -> Edit | None:
+        grid = self._any(FaceGrid)
+        if grid is None:
+            return None
+        cell = self.chance.randrange(6)
+        others = [m for m in grid_edits.MARKS if m != grid_edits.marks_of(grid)[cell]]
+        return grid_edits.mark_cells(self.records, grid.id, [cell], self.chance.choice(others))
 
     def photos(self) -> Edit:
         id_ = self.new_id("p")

@@ -25,8 +25,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from tests.samples import GRID, HASH, ONE_OF_EACH
 from tests.specimens.figures import copy_of
+from vomstudio.document import edits, grid_edits
 from vomstudio.document.journal import Replay
+from vomstudio.document.records import Frame, Model
 from vomstudio.errors import VomError
 from vomstudio.io.project.export import export_project
 from vomstudio.io.project.folder import Project
@@ -43,9 +46,20 @@ ODD: list[Any] = [
 
 
 def specimen(folder: Path) -> Path:
-    """A project with features of every kind, at the schema of today."""
-    made = copy_of("schema5", folder)
-    Project.open(made).close()
+    """A project with features of every kind and a grid, made at earlier schemas and at that of
+    today."""
+    made = copy_of("schema7", folder)
+    project = Project.open(made)
+    session = project.session
+    model = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", HASH, Frame("local"))
+    session.apply(edits.add_model(session.records, model))
+    session.apply(edits.add_features(session.records, list(ONE_OF_EACH.values())))
+    session.apply(grid_edits.add_grid(session.records, GRID))
+    session.apply(grid_edits.mark_cells(session.records, GRID.id, [0, 5], "d"))
+    session.save()
+    for id_ in ("s1", "k1", "a1", "w1"):
+        session.apply(edits.set_attributes(session.records, [id_], notes=f"seen again: {id_}"))
+    project.close()
     return made
 
 

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.lines import fit_line, nearest_approach, path_length, ring_area
+from vomstudio.geometry.lines import (
+    fit_line,
+    nearest_approach,
+    path_length,
+    path_lengths,
+    ring_area,
+)
 
 
 def turns(count: int, seed: int = 3) -> list[np.ndarray]:
@@ -182,3 +188,15 @@ def test_the_nearest_approach_is_that_of_a_search_along_both_lines() -> None:
     assert alike.distance == pytest.approx(2.0)
     point = nearest_approach([[0, 0, 0], [0, 0, 0], [4, 0, 0]], [[2, 1, 0], [2, 1, 0]])
     assert (point.distance, point.along) == pytest.approx((1.0, 2.0))
+
+
+def test_lengths_of_many_polylines_are_those_of_each() -> None:
+    """Also of lines of one point and of none, wherever they stand among the others."""
+    chance = np.random.default_rng(8)
+    counts = [0, 5, 1, 0, 2, 30, 1, 0]
+    lines = [chance.normal(size=(n, 3)) * 10 + [3e5, 4e6, 100] for n in counts]
+    found = path_lengths(lines)
+    assert found == pytest.approx([path_length(line) for line in lines], abs=1e-7)
+    assert found[4] == pytest.approx(np.linalg.norm(lines[4][1] - lines[4][0]), abs=1e-7)
+    assert list(path_lengths([])) == []
+    assert list(path_lengths([np.zeros((0, 3))])) == [0.0]

@@ -18,10 +18,15 @@ from tests.jobs.odd_jobs import (
     DEAF,
     DIE,
     FAULT,
+    FULL,
+    GIVEN_UP,
+    HUNGRY,
+    KILLED,
     LEVITATE,
     NAN,
     NO_MEMORY,
     OTHER_ANSWER,
+    Into,
     To,
     Word,
 )
@@ -199,6 +204,46 @@ def test_a_task_that_fails_says_so_and_the_worker_lives(worker, task, words):
     assert words in heard.end().message
     worker.submit(COUNT, To(1), after)
     assert isinstance(after.end(), Done)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no other system can hold a process to it")
+def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(worker):
+    heard, after = Listener(), Listener()
+    worker.submit(HUNGRY, Nothing(), heard)
+    end = heard.end()
+    assert isinstance(end, Failed)
+    assert end.message == "There is not enough memory for this. Take less."
+    worker.submit(COUNT, To(1), after)
+    assert isinstance(after.end(), Done)
+
+
+@pytest.mark.expects_log
+@pytest.mark.parametrize(
+    ("task", "words"),
+    [
+        (KILLED, "killed by the system, probably out of memory). Finished results are kept. Take"),
+        (GIVEN_UP, "There is not enough memory for this. Take less."),
+        (DIE, "(code -6). Finished results are kept. Try again."),
+    ],
+)
+def test_a_worker_that_is_killed_says_what_to_change(worker, task, words):
+    heard = Listener()
+    worker.submit(task, Nothing(), heard)
+    end = heard.end()
+    assert isinstance(end, Failed)
+    assert words in end.message
+
+
+@pytest.mark.expects_log
+def test_a_library_that_ends_the_worker_over_a_full_disk(worker, tmp_path, capfd):
+    heard = Listener()
+    worker.submit(FULL, Into(tmp_path), heard)
+    end = heard.end()
+    assert isinstance(end, Failed)
+    assert end.exit_code == 2
+    assert end.error["file"] == str(tmp_path)
+    assert "The disk does not take what is written" in end.message
+    assert capfd.readouterr().err == ""
 
 
 def test_an_unknown_task_fails_politely(worker):

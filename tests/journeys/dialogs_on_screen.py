@@ -163,6 +163,7 @@ class Walk:
         with self.seen("extend_plane"):
             window.studio.selection.set([next(iter(read_picks()))])
             run("extend_plane")
+        self._compass(model)
         self._surface(model)
         self._book()
         self._page()
@@ -170,6 +171,14 @@ class Walk:
         self.modal("shortcuts", lambda: run("shortcuts"))
         self._photos()
         self._alignment()
+
+    def _compass(self, model: Model) -> None:
+        from vomstudio.registration.north import North
+        from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog
+
+        dialog = CompassDialog(self.window, model, None, lambda made: North())
+        dialog.north.setCurrentIndex(dialog.north.findData("magnetic"))
+        self.modal("compass_north", dialog.exec)
 
     def _surface(self, model: Model) -> None:
         from dataclasses import replace

@@ -8,7 +8,9 @@ import shlex
 from pathlib import Path
 
 import numpy as np
+import pyogrio
 import pytest
+from PIL import Image
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
@@ -71,6 +73,12 @@ def told(monkeypatch, capfd, tmp_path):
         return json.loads(said.out)
 
     return run
+
+
+def counted(drawing: Path | str) -> dict[str, int]:
+    """Features of each layer."""
+    layers = [str(name) for name, _ in pyogrio.list_layers(drawing)]
+    return {name: pyogrio.read_info(drawing, layer=name)["features"] for name in layers}
 
 
 def choose(box, text: str) -> None:
@@ -158,6 +166,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     wait(dialog._start.isEnabled, "a proposed pixel size")
     if part == "seen":
         dialog.seen.click()
+        dialog.interpretation.boxes["symbols"].click()
     dialog.gsd.setText("0.05")
     out = tmp_path / "o.tif"
     dialog.target.setText(str(out))
@@ -165,7 +174,14 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
     press(dialog._start)
     wait(lambda: out.exists() and not studio.jobs.visible(), "the orthophoto", 60.0)
     facts = json.loads(out.with_suffix(".json").read_text("utf-8"))
+    drawn = counted(tmp_path / "o_drawing.gpkg")
+    assert ("planes" in drawn) == (part == "whole")
+    with Image.open(tmp_path / "o_sheet.png") as page:
+        wide = page.width
     found = told()
+    assert drawn == counted(found["drawing"]["gpkg"])
+    with Image.open(found["sheet"]) as page:
+        assert page.width == wide
     assert (found["width"], found["height"]) == (facts["width"], facts["height"])
     assert np.array(found["pixel_to_world"]) == pytest.approx(
         np.array(facts["pixel_to_world"]), abs=1e-9
@@ -281,3 +297,24 @@ def test_facets(window, model_id, told) -> None:
     panel.coplanarity.setValue(50.0)
     assert not panel.copy.isEnabled()
     assert "coplanarity" in panel.copy.toolTip()
+
+
+def test_proposed_traces(window, model_id, told) -> None:
+    from vomstudio.ui.surface.traces_panel import TracesPanel
+
+    window.studio.selection.set([model_id])
+    window.actions_table.run("propose_traces")
+    panel = window.findChild(TracesPanel)
+    panel.cost.setCurrentIndex(panel.cost.findData("curvature"))
+    panel.most.setValue(900)
+    wait(panel.start.isEnabled, "the model in the panel")
+    press(panel.start)
+    wait(lambda: panel._traces.found is not None, "the lines", 120.0)
+    press(panel.copy)
+    of_command, found = told()["proposals"], panel._traces.found
+    # But for those that run along traces of the project, which the window leaves out.
+    assert len(of_command) == len(found.lines) + found.known
+    shown = [(one.length_m, one.doubt) for one in found.lines]
+    assert shown
+    said = {(round(one["length_m"], 6), one["doubt"]) for one in of_command}
+    assert {(round(length, 6), doubt) for length, doubt in shown} <= said

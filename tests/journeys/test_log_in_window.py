@@ -175,4 +175,53 @@ def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, 
     QTest.keyClicks(editor, "-bedded")
     QTest.keyClick(editor, Qt.Key.Key_Return)
     settle(panel)
-    assert "cross-bedded" in {w.notes for w in panel.words.values()}
+    assert "cross-bedded" in {notes for _, _, notes in studio.records["m1"].beds}
+
+
+def test_what_is_typed_of_beds_is_kept_with_the_line(
+    window, model_id, picks, tmp_path, monkeypatch, capfd
+) -> None:
+    """Undone and done again, saved, opened again, told by the command and in exports; the
+    words of a trace stay with it where the line gets another point."""
+    studio = window.studio
+    beds = beds_in_turn(picks)
+    chosen = [beds[i] for i in (0, 1, 2)]
+    names = [name for bed in chosen for name, points in picks.items() if points is bed]
+    ends = tuple(tuple(bed[len(bed) // 2].tolist()) for bed in chosen)
+    model = studio.records[model_id]
+    line = Dimension("m1", "section A", "polyline", model_id, model.content_hash, ends)
+    assert studio.attempt(edits.add_features, [line])
+    panel = panel_of(window)
+    studio.selection.set(("m1",))
+    driver.pause()
+    press(panel.take)
+    QTest.keyClicks(panel.reach, "0.01")
+    settle(panel)
+    low = [panel.table.item(row, 1).text() for row in range(panel.table.rowCount())]
+    at = low.index(names[0])
+    type_rock(panel, at, "sandstone")
+    assert panel.answered.log.intervals[-1 - at].lithology == "sandstone"
+    assert studio.records["m1"].beds == ((names[0], "sandstone", ""),)
+    studio.undo()
+    settle(panel)
+    assert studio.records["m1"].beds == ()
+    assert panel.table.item(at, LITHOLOGY).text() == ""
+    studio.redo()
+    settle(panel)
+    assert panel.table.item(at, LITHOLOGY).text() == "sandstone"
+    # Typed again as it is, nothing changes.
+    label = studio.session.undo_label
+    type_rock(panel, at, "sandstone")
+    assert studio.session.undo_label == label
+    folder = tmp_path / "kept.vom"
+    studio.save_as(folder)
+    driver.pause(300)
+    capfd.readouterr()
+    words = ["log", str(folder), "--line", "section A", "--reach", "0.01", "--json"]
+    assert main(words) == 0
+    found = json.loads(capfd.readouterr().out)
+    log = panel.answered.log
+    assert [i["lithology"] for i in found["intervals"]] == [i.lithology for i in log.intervals]
+    assert found["total_m"]["value"] == pytest.approx(log.total_m.value, rel=1e-9)
+    assert found["total_m"]["error95"] == pytest.approx(log.total_m.error95, rel=1e-9)
+    assert found["line"] == "section A"

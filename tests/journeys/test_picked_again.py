@@ -116,6 +116,15 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     net, beds = window.net._source.sets()
     assert sum(len(one.ids) for one in beds) == 3
     assert made.id not in {id_ for one in net for id_ in one.ids}
+    said = "1 repeated pick not drawn: no further structure"
+    assert said in window.net.contents().notes
+    assert said in window.net.for_print().notes
+    # What is hidden anyway is not counted.
+    window.studio.set_visible([made.id], False)
+    assert window.net._source.left_out() == ()
+    window.studio.set_visible([made.id], True)
+    wait(lambda: window.net.up_to_date, "the net")
+    driver.keep_picture(window.net, "net_without_repeats")
     studio.save()
     capfd.readouterr()
     assert main(["repeats", str(studio.project.folder), "--json"]) == 0

@@ -34,6 +34,7 @@ SPECIMENS = (
     "schema5",
     "schema6",
     "schema7",
+    "schema8",
 )
 RECORDED = {
     HERE / "schema1_figures.json": ("schema1", "schema1_draft"),
@@ -43,6 +44,7 @@ RECORDED = {
     HERE / "schema5_figures.json": ("schema5",),
     HERE / "schema6_figures.json": ("schema6",),
     HERE / "schema7_figures.json": ("schema7",),
+    HERE / "schema8_figures.json": ("schema8",),
 }
 
 

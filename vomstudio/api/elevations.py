@@ -168,7 +168,7 @@ class ElevationModel:
             self.figures,
             file,
             wanted=wanted,
-            world=_crs_of(self._model),
+            world=source.world_crs,
             north_known=source.placed,
             model=str(source.path),
             content_hash=source.content_hash,
@@ -251,11 +251,5 @@ def dem(
         metric=source.metric or source.placed,
     )
     heights, limit = draw_heights(data._data, plan, given, report)
-    figures = figures_of(heights, plan, limit, _crs_of(data))
+    figures = figures_of(heights, plan, limit, source.world_crs)
     return ElevationModel(heights, figures, plan.notes, data, plan)
-
-
-def _crs_of(model: Mesh | PointCloud) -> str | None:
-    from vomstudio.io.gis.crs import world_crs
-
-    return world_crs(model.crs, model._source.unit_m)

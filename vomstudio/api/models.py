@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import flag, is_path, maybe_path, one_of, path_of, warn, words_of
+from vomstudio.api.checking import (
+    flag,
+    is_path,
+    maybe_path,
+    naming,
+    one_of,
+    path_of,
+    warn,
+    words_of,
+)
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
 from vomstudio.geometry import cloud as clouds
@@ -50,6 +59,13 @@ class Source:
     content_hash: str = ""
     placing_error_m: float | None = None
     to_world: Floats | None = None
+
+    @property
+    def world_crs(self) -> str | None:
+        """Of World, which is in metres where that of the file is not."""
+        from vomstudio.io.gis.crs import world_crs
+
+        return world_crs(self.crs, self.unit_m)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -314,7 +330,8 @@ def read(
     file, folder = path_of(path, "path"), maybe_path(project, "project")
     declared, report = DeclaredFrame(words_of(crs, "crs"), up, unit), told(progress)
     if folder is None:
-        made = _read(file, declared, report)
+        with naming("crs", "--crs"):
+            made = _read(file, declared, report)
     else:
         check_place(declared, folder)
         made = _read_of_project(file, folder, report)

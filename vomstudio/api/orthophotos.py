@@ -143,7 +143,7 @@ class Orthophoto:
                 self._model._data,
                 self._asked.plan,
                 file,
-                crs=_crs_of(self._model),
+                crs=self._model._source.world_crs,
                 model=str(self._model.path),
                 content_hash=self._model._source.content_hash,
                 sheet=shown,
@@ -240,14 +240,7 @@ def orthophoto(
         metric=source.metric,
     )
     drawn = draw_picture(data._data, asked.plan, report)
-    figures = drawn_figures(drawn, asked.plan, _crs_of(data))
+    figures = drawn_figures(drawn, asked.plan, source.world_crs)
     said = (*asked.warnings, *asked.plan.notes, *drawn.said)
     warn(asked.warnings)
     return Orthophoto(drawn.rgba, drawn.depth, figures, asked.fold, said, data, asked, drawn)
-
-
-def _crs_of(model: Mesh | PointCloud) -> str | None:
-    """Of World, which is in metres where the CRS of the file is not."""
-    from vomstudio.io.gis.crs import world_crs
-
-    return world_crs(model.crs, model._source.unit_m)

@@ -295,9 +295,10 @@ class Project:
             one_of(up, ("y", "z"), "up")
         if unit is not None:
             one_of(unit, METRES, "unit")
-        added = self._open_desk().add_model(
-            path_of(path, "path"), DeclaredFrame(words_of(crs, "crs"), up, unit)
-        )
+        with naming("crs", "--crs"):
+            added = self._open_desk().add_model(
+                path_of(path, "path"), DeclaredFrame(words_of(crs, "crs"), up, unit)
+            )
         warn(added.warnings)
         return added.model.id
 

@@ -37,7 +37,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
-    from vomstudio.io.gis.crs import parse_crs
+    from vomstudio.io.gis.crs import parse_crs, typed_crs
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.models.writing import choose_writer, write_model
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(target, force=args.force, inputs=[args.input])
     crs, unit = None, 1.0
     if args.crs is not None:
-        crs, unit = parse_crs(args.crs)
+        crs, unit = typed_crs(args.crs)
     progress = progress_of(args)
     loaded = read_model(Path(args.input), progress)
     warnings = list(loaded.warnings)

@@ -81,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         heights, limit = draw_heights(model.data, plan, args.limit, progress)
         figures = writing.figures_of(heights, plan, limit, model.crs)
     except InputError as error:
-        raise InputError(error.message, file=args.model) from error
+        raise error.of_file(args.model) from error
     made = writing.write_elevation(
         heights,
         plan,

@@ -8,6 +8,7 @@ import importlib.util
 import shutil
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,17 @@ from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from vomstudio.document.kinds.patch import Patch
+    from vomstudio.document.records import Model
+    from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.project.folder import Project
     from vomstudio.io.project.sample import SamplePicks
     from vomstudio.products.sample.check import SampleResult
+
+    Floats = npt.NDArray[np.float64]
 
 DEFAULT_FOLDER = "vomstudio-demo"
 MARK = ".vomstudio-demo"
@@ -201,6 +210,7 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     """A project like one made in the window, its table and its GIS layers."""
     from vomstudio.document.edits import add_model, new_id
     from vomstudio.document.records import Frame, Model
+    from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.models.model_copy import copy_model
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.project.export import export_records
@@ -221,7 +231,8 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
             frame,
         )
         project.session.apply(add_model(project.session.records, model))
-        _add_traces(project, model, loaded.data.vertices, picks)  # type: ignore[union-attr]
+        assert isinstance(loaded.data, Mesh)
+        _add_picks(project, model, loaded.data, picks)
         project.session.save()
         records = dict(project.session.records)
         table, layers = folder / "planes.csv", folder / "layers.gpkg"
@@ -232,24 +243,26 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     return [table, layers, project.folder]
 
 
-def _add_traces(project: Project, model: object, vertices: object, picks: SamplePicks) -> None:
-    """Every pick as a trace, as the trace tool would have kept it."""
-    import numpy as np
-
+def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -> None:
+    """Every pick as the tools would have kept it: beds and fault as traces, joints, which were
+    picked all over their faces, as patches."""
     from vomstudio.document.edit import change
     from vomstudio.document.edits import new_id
     from vomstudio.document.kinds.trace import Trace
-    from vomstudio.document.records import SURROUNDINGS_RULE, Model
+    from vomstudio.document.records import SURROUNDINGS_RULE, Feature
     from vomstudio.geometry.surface import VertexSurface
 
-    assert isinstance(model, Model)
-    surface = VertexSurface(np.asarray(vertices))
+    surface = VertexSurface(mesh.vertices)
     surface.build()
-    traces = {}
+    added: dict[str, Feature] = {}
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):
         points = picks.of(i)
-        # A joint's facet is the face itself.
-        face = None if kind == "joint" else surface.outcrop_normal(points)
+        spacing = surface.resolution_near(points)
+        if kind == "joint":
+            patch = _patch(model, mesh, points, spacing)
+            added[patch.id] = replace(patch, name=name, type_id=kind, set_name=picks.sets[i])
+            continue
+        face = surface.outcrop_normal(points)
         trace = Trace(
             new_id("trace"),
             name,
@@ -257,16 +270,46 @@ def _add_traces(project: Project, model: object, vertices: object, picks: Sample
             model.id,
             model.content_hash,
             tuple((float(x), float(y), float(z)) for x, y, z in points),
-            surface.resolution_near(points),
+            spacing,
             None if face is None else (float(face[0]), float(face[1]), float(face[2])),
             set_name=picks.sets[i],
             notes=f"horizon {picks.horizons[i]}" if picks.horizons[i] else "",
             rule=SURROUNDINGS_RULE,
             axis="auto",
         )
-        traces[trace.id] = trace
-    edit = change(project.session.records, f"Add the {len(traces)} picks of the sample", traces)
+        added[trace.id] = trace
+    edit = change(project.session.records, f"Add the {len(added)} picks of the sample", added)
     project.session.apply(edit)
+
+
+def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> Patch:
+    """Of the faces at which points were picked; its plane is that of the points."""
+    from scipy.spatial import cKDTree
+
+    from vomstudio.document.edits import new_id
+    from vomstudio.document.kinds.patch import Patch
+    from vomstudio.document.records import SURROUNDINGS_RULE
+    from vomstudio.geometry.patches import moments, outline, runs_of
+    from vomstudio.geometry.planes import fit_plane
+
+    fit, known = fit_plane(points), moments(points)
+    _, faces = cKDTree(mesh.vertices[mesh.faces].mean(axis=1)).query(points)
+    return Patch(
+        new_id("patch"),
+        "",
+        "",
+        model.id,
+        model.content_hash,
+        "face",
+        runs_of(faces),
+        known.n,
+        known.mean,
+        known.scatter,
+        fit.n_effective or known.n_effective,
+        outline(points, fit.normal),
+        resolution=spacing,
+        rule=SURROUNDINGS_RULE,
+    )
 
 
 def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.angles import plane_of
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.errors import UsageError, VomError
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.beds.bed_log import BedLog
+    from vomstudio.geology.orientation import Plane
+
+
+OF_A_PROJECT = ("line", "of", "reach", "type")
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -17,48 +28,63 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "log", run, help_=tr("True thicknesses along a line, with errors")
     )
     parser.add_argument(
-        "table", metavar="TABLE", help=tr("table of a point on each boundary, in metres")
+        "table",
+        metavar="TABLE",
+        help=tr("table of a point on each boundary, in metres; or a project, with --line"),
     )
     add_output(parser, tr("the log as a table"))
     parser.add_argument(
         "--plot", metavar="FILE", help=tr("also the column of beds, .svg, .pdf or .png")
     )
-    parser.add_argument("--bed", metavar="DD/D", required=True, help=tr("attitude of the beds"))
+    parser.add_argument(
+        "--bed",
+        metavar="DD/D",
+        help=tr("attitude of the beds (of a project's line by default fitted to the traces)"),
+    )
     for option, of in (
         ("--sigma", tr("standard deviation of each coordinate, in metres")),
         ("--bed-error", tr("half-angle of the bedding's 95 %% cone, in degrees")),
     ):
-        parser.add_argument(option, type=float, default=0.0, metavar="N", help=of)
+        parser.add_argument(option, type=float, default=None, metavar="N", help=of)
     parser.add_argument("--overturned", action="store_true", help=tr("younger beds lie below"))
+    parser.add_argument(
+        "--line", metavar="NAME", help=tr("name or id of the project's line the log runs along")
+    )
+    parser.add_argument(
+        "--of",
+        choices=["traces", "points", "both"],
+        help=tr("what its boundaries are (default: the traces that cross it)"),
+    )
+    parser.add_argument(
+        "--reach", type=float, metavar="M", help=tr("how near the line a trace has to come")
+    )
+    parser.add_argument(
+        "--type", metavar="TYPE", help=tr("feature type of these traces (default: bedding)")
+    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
-    from vomstudio.geology.beds.bed_log import bed_log
-    from vomstudio.io.text.log_reading import read_boundaries
     from vomstudio.products.net.figure import picture_format
     from vomstudio.tables.log_table import about_log, write_log
 
-    bed = plane_of(args.bed, "--bed")
+    of_project = Path(args.table).is_dir()
+    _check_options(args, of_project)
+    bed = None if args.bed is None else plane_of(args.bed, "--bed")
+    inputs = [] if of_project else [args.table]
     if args.output is not None:
-        check_target(args.output, force=args.force, inputs=[args.table])
+        check_target(args.output, force=args.force, inputs=inputs)
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
-        check_target(
-            args.plot, force=args.force, inputs=[p for p in (args.table, args.output) if p]
-        )
-    read = read_boundaries(args.table)
-    with numbers_of(args.table):
-        found = bed_log(
-            read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
-            sigma_m=args.sigma, bed_error_deg=args.bed_error, overturned=args.overturned,
-        )  # fmt: skip
-    about = about_log(bed, args.bed_error)
+        check_target(args.plot, force=args.force, inputs=[*inputs, *filter(None, [args.output])])
+    made = _of_line(args, bed) if of_project else _of_table(args, bed)
+    found = made.log
+    about = about_log(made.bed, made.bed95_deg)
     if args.plot is not None:
         from vomstudio.products.section.bed_log_figure import write_log_figure
 
         with atomic_write(args.plot, args.force) as temporary:
-            write_log_figure(temporary, found, format=format_, about=about)
+            write_log_figure(temporary, found, format=format_, about=about, metric=made.metric)
     if args.output is not None:
         write_log(args.output, found, about=about, force=args.force)
     out.result(
@@ -66,7 +92,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
             **found.as_dict(),
             "table": args.output,
             "image": args.plot,
-            "dropped_lines": list(read.dropped),
+            "dropped_lines": list(made.dropped),
+            "line": args.line,
+            "bed": {
+                "dip_direction_deg": made.bed.dip_direction_deg,
+                "dip_deg": made.bed.dip_deg,
+                "error95_deg": made.bed95_deg,
+            },
+            "sigma_m": made.sigma_m,
         }
     )
     out.warn(found.warnings)
@@ -80,3 +113,73 @@ def run(args: argparse.Namespace, out: Output) -> None:
         tr("Metres across the bedding, errors 95 %, the youngest bed on top")
         + "\n" + text_tables.table(heads, [""] * len(heads), rows)
     )  # fmt: skip
+
+
+class _Made(NamedTuple):
+    """dropped : lines of the table without a place; metric : lengths are metres"""
+
+    log: BedLog
+    bed: Plane
+    bed95_deg: float
+    sigma_m: float
+    dropped: tuple[int, ...] = ()
+    metric: bool = True
+
+
+def _check_options(args: argparse.Namespace, of_project: bool) -> None:
+    """Raises UsageError."""
+    if of_project and args.line is None:
+        raise UsageError(
+            tr("Name the line of the project along which the log runs: --line NAME."),
+            field="--line",
+        )
+    for option in () if of_project else OF_A_PROJECT:
+        if getattr(args, option) is not None:
+            raise UsageError(
+                tr("{option} is for a line of a project, and {table} is no project.",
+                   option=f"--{option}", table=args.table),
+                field=f"--{option}",
+            )  # fmt: skip
+    if not of_project and args.bed is None:
+        raise UsageError(tr("Give the attitude of the beds: --bed DD/D."), field="--bed")
+    if of_project and args.bed is None and args.bed_error is not None:
+        raise UsageError(
+            tr("--bed-error is for an attitude that is given, --bed DD/D; a fitted one has its "
+               "own."),
+            field="--bed-error",
+        )  # fmt: skip
+    if args.reach is not None and not 0.0 <= args.reach < math.inf:
+        raise UsageError(
+            tr("How near a trace has to come to the line is a length in metres."), field="--reach"
+        )
+
+
+def _of_table(args: argparse.Namespace, bed: Plane | None) -> _Made:
+    from vomstudio.geology.beds.bed_log import bed_log
+    from vomstudio.io.text.log_reading import read_boundaries
+
+    assert bed is not None
+    read = read_boundaries(args.table)
+    sigma, error = args.sigma or 0.0, args.bed_error or 0.0
+    with numbers_of(args.table):
+        found = bed_log(
+            read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
+            sigma_m=sigma, bed_error_deg=error, overturned=args.overturned,
+        )  # fmt: skip
+    return _Made(found, bed, error, sigma, read.dropped)
+
+
+def _of_line(args: argparse.Namespace, bed: Plane | None) -> _Made:
+    from vomstudio.products.section.kept_log import kept_question
+    from vomstudio.products.section.line_log import TRACES, answer
+
+    question = kept_question(
+        Path(args.table), args.line, of=args.of or TRACES, type_name=args.type or "bedding",
+        bed=bed, bed95_deg=args.bed_error or 0.0, sigma_m=args.sigma, reach_m=args.reach,
+        overturned=args.overturned,
+    )  # fmt: skip
+    with numbers_of(args.table):
+        found = answer(question)
+        if isinstance(found, VomError):
+            raise found
+    return _Made(found.log, found.bed, found.bed95_deg, found.sigma_m, metric=found.question.metric)

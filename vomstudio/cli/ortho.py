@@ -61,6 +61,11 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("also NAME_drawing.gpkg, .svg and .dxf: this project's features over the picture"),
     )
     parser.add_argument(
+        "--show",
+        metavar="PARTS",
+        help=tr("of --draw: some of traces, patches, symbols, legend (default: all)"),
+    )
+    parser.add_argument(
         "--up",
         choices=["y", "z"],
         help=tr("the model's axis that points up (default z)"),
@@ -82,7 +87,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.opening import read_model
     from vomstudio.products.ortho import orthophoto, requests
     from vomstudio.products.ortho.drawn_features import drawing_targets
-    from vomstudio.products.ortho.interpretation import read_items
+    from vomstudio.products.ortho.interpretation import (
+        LEGEND,
+        PARTS,
+        items_shown,
+        parse_parts,
+        read_items,
+    )
     from vomstudio.products.ortho.sheet import format_of
 
     requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
@@ -95,13 +106,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
     region = None if args.around is None else requests.parse_region(args.around)
     if args.sheet is not None:
         format_of(args.sheet)
+    if args.show is not None and args.draw is None:
+        raise UsageError(
+            tr("--show is for what a project draws on the picture, --draw PROJECT."),
+            field="--show",
+        )
+    parts = PARTS if args.show is None else parse_parts(args.show)
     drawings = () if args.draw is None else drawing_targets(args.output).values()
     for target in (args.output, *orthophoto.outputs_of(args.output), args.sheet, *drawings):
         if target is not None:
             check_target(target, force=args.force)
     fold = None if args.fold is None else _fold(args)
     direction = requests.direction_of(args.trend, args.plunge, args.plane, fold)
-    features = None if args.draw is None else read_items(Path(args.draw))
+    features = None if args.draw is None else items_shown(read_items(Path(args.draw)), parts)
     progress = progress_of(args)
     loaded = read_model(args.model, progress)
     place = _place(args, loaded)
@@ -127,6 +144,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
         progress=progress,
         features=features,
+        legend=LEGEND in parts,
     )
     found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
     out.result(found.as_dict())

@@ -76,7 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     try:
         figures = writing.figures_of(cut, curtain, flats, left_out)
     except InputError as error:
-        raise InputError(error.message, file=args.model) from error
+        raise error.of_file(args.model) from error
     made = writing.write_section(
         args.output,
         cut,

@@ -118,7 +118,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
         raise InputError(
             tr("A trace is followed between at least two way-points."), file=args.through
         )
-    model = read_in_world(args.model, progress_of(args), declared_of(args))
+    model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     spacing = resolution(model.data)
     try:
         surface = SurfaceGraph(model.data)

@@ -18,6 +18,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.field_types import Reader, field_types
 from vomstudio.document.records import (
     Asset,
+    Compass,
     FaceGrid,
     FeatureType,
     Frame,
@@ -26,6 +27,7 @@ from vomstudio.document.records import (
     Mask,
     Model,
     PhotoSet,
+    ReadNorth,
     Reconstruction,
     Record,
     Registration,
@@ -48,12 +50,14 @@ _KINDS: dict[str, type] = {
     "registration": Registration,
     "verdict_profile": VerdictProfile,
     "face_grid": FaceGrid,
+    "compass": Compass,
 }
 _PARTS: dict[str, type] = {
     "placement": Frame,
     "frame": Frame,
     "file": Asset,
     "limits": Thresholds,
+    "read_north": ReadNorth,
     **kinds.PARTS,
 }
 """Fields that hold a small record of their own. A placement may be a registration instead, of which
@@ -184,6 +188,12 @@ def _fields(cls: type) -> frozenset[str]:
     return frozenset(field.name for field in dataclasses.fields(cls))
 
 
+@lru_cache(maxsize=64)
+def _none_at_first(cls: type) -> frozenset[str]:
+    """Fields that hold nothing unless something is said."""
+    return frozenset(field.name for field in dataclasses.fields(cls) if field.default is None)
+
+
 def _of_earlier_schemas(cls: type, values: Plain) -> Plain:
     """Schema 1: a model held its declared frame, and beside it the matrix that follows from it."""
     if cls is Model and "frame" in values:
@@ -217,6 +227,8 @@ def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]
             made[name] = value
         elif name in readers:
             made[name] = _read_field(readers[name], name, value)
+        elif value is None and name in _none_at_first(cls):
+            made[name] = None
         elif name in _PARTS and value is not None:
             made[name] = _part(name, value, records)
         elif name in _LISTS and isinstance(value, list):

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
+from vomstudio.document.bed_words import with_vertices
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kind import kind_of
 from vomstudio.document.kinds.reading import Reading
@@ -33,6 +34,7 @@ from vomstudio.document.records import (
     Surrounded,
     Typed,
     VerdictProfile,
+    compass_id,
 )
 from vomstudio.errors import DocumentError
 from vomstudio.geology.profiles import PROFILES, Thresholds
@@ -128,7 +130,8 @@ def remove_model(records: Records, model_id: str) -> Edit:
                 model=model.name,
             )
         )
-    return change(records, f"Remove model {model.name}", {model_id: None})
+    gone = [id_ for id_ in (model_id, compass_id(model_id)) if id_ in records]
+    return change(records, f"Remove model {model.name}", dict.fromkeys(gone))
 
 
 def add_trace(records: Records, trace: Trace) -> Edit:
@@ -157,7 +160,7 @@ def set_vertices(
     trace = _get(records, trace_id, Trace)
     after = replace(
         trace,
-        vertices=tuple(vertices),
+        **with_vertices(trace, vertices),
         resolution=resolution,
         outcrop_normal=outcrop_normal,
         rule=rule,
@@ -228,7 +231,7 @@ def set_line(
                 feature=feature.name,
             )
         )
-    after = replace(feature, vertices=tuple(vertices))
+    after = feature.but(**with_vertices(feature, vertices))
     if hasattr(after, "resolution"):
         after = replace(after, resolution=resolution)
     return change(records, f"Change {feature.name}", {feature_id: after})

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -244,3 +245,18 @@ def told_of_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
         "surroundings of earlier features."
     )
     return Verdict(verdict.quality, verdict.reasons, (*verdict.notes, said), verdict.limits)
+
+
+_OF_ANY_PLACE = 1.0 / math.sqrt(12.0)
+"""Standard deviation of what lies anywhere within a length of 1."""
+
+
+def scatter_of(measured: Iterable[Measurement]) -> float:
+    """The likely standard deviation of a point picked on these features, metres: the largest
+    scatter about a plane of theirs, or what the resolution of their models leaves, which is up to
+    half of it to either side; 0 where nothing is known."""
+    known = [0.0]
+    for each in measured:
+        known.append((each.resolution_m or 0.0) * _OF_ANY_PLACE)
+        known.append((each.fit.rms or 0.0) if each.fit is not None else 0.0)
+    return max(known)

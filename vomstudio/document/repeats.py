@@ -21,7 +21,9 @@ COLUMNS = ("repeat_of", "interpreter")
 def is_repeat(feature: Any, records: Records) -> bool:
     """Whether it repeats a feature that is there: where the first pick was deleted, the second one
     stands for the structure."""
-    return isinstance(feature, Repeatable) and feature.repeat_of in records
+    if not isinstance(feature, Repeatable) or feature.repeat_of is None:
+        return False
+    return feature.repeat_of in records
 
 
 def firsts(features: Iterable[F], records: Records) -> list[F]:

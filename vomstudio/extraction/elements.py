@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.extraction.kernels import local_planes, smoothed
+from vomstudio.extraction.kernels import agreement, local_planes, smoothed
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels
@@ -293,16 +293,13 @@ def _quiet_normals(
 ) -> tuple[Array, Array]:
     """Normals smoothed until neighbours agree, and half the mean squared sine between each face as
     it is and its neighbours: how rough the mesh is there."""
-    source = np.repeat(np.arange(len(normals)), np.diff(starts))
     if not len(near):
         return normals, np.zeros(len(normals))
-
-    def cosines() -> Array:
-        return np.asarray(np.abs(np.einsum("ij,ij->i", normals[source], normals[near])))
-
-    cosine = cosines()
-    number = np.maximum(np.bincount(source, minlength=len(normals)), 1)
-    rough = np.bincount(source, 1.0 - cosine**2, len(normals)) / number / 2.0
+    cosine = np.empty(len(near))
+    agreement(normals, starts, near, cosine)
+    number = np.diff(starts)
+    source = np.repeat(np.arange(len(normals)), number)
+    rough = np.bincount(source, 1.0 - cosine**2, len(normals)) / np.maximum(number, 1) / 2.0
     # Across edges that a smoothing must keep.
     least = float(np.cos(np.radians(min(2.5 * angle_deg, 60.0))))
     for _ in range(_SMOOTHINGS):
@@ -312,6 +309,6 @@ def _quiet_normals(
         out = np.empty_like(normals)
         smoothed(normals, areas, starts, near, least, out)
         normals = out
-        cosine = cosines()
+        agreement(normals, starts, near, cosine)
         progress.step(0)
     return normals, rough

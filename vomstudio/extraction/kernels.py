@@ -63,6 +63,17 @@ def smoothed(normals, areas, starts, near, least, out):  # type: ignore[no-untyp
             out[e, 0], out[e, 1], out[e, 2] = nx, ny, nz
 
 
+@kernel("void(f8[:,::1], i8[::1], i4[::1], f8[::1])")
+def agreement(normals, starts, near, out):  # type: ignore[no-untyped-def]
+    """Of each element's normal with each of its neighbours', in the order of `near`: the cosine of
+    the angle between them; axial, so that sides do not matter."""
+    for e in range(len(normals)):
+        nx, ny, nz = normals[e, 0], normals[e, 1], normals[e, 2]
+        for at in range(starts[e], starts[e + 1]):
+            o = near[at]
+            out[at] = abs(nx * normals[o, 0] + ny * normals[o, 1] + nz * normals[o, 2])
+
+
 @part
 def _reset(sums):  # type: ignore[no-untyped-def]
     for j in range(10):

@@ -33,6 +33,7 @@ NEIGHBOURS = 10
 # A neighbour farther off than this many usual distances is across a gap.
 _GAP = 3.0
 _MOST_NODES = 150_000
+MOST_FINEST = 600_000
 _DEEPEST = 9
 _PIXELS_AN_EDGE = 3.0
 _BLOCK = 200_000
@@ -112,6 +113,47 @@ class SurfaceGraph:
         """All of it, with the colours of its points."""
         starts, near = self._neighbours
         return self._graph(np.arange(len(self.places)), self.places, starts, near)
+
+    @cached_property
+    def finest(self) -> Graph:
+        """All of it; of a mesh that wears textures with its long edges divided, until all are a few
+        pixels long or the nodes are many."""
+        if not self._refines:
+            return self.whole
+        assert isinstance(self.data, Mesh)
+        assert self.textures is not None
+        faces = np.flatnonzero(self._sound_faces)
+        triangles = np.asarray(self.data.faces[faces], np.int64)
+        used, which = np.unique(triangles, return_inverse=True)
+        triangles = which.reshape(-1, 3)
+        places = np.asarray(self.data.vertices[used], np.float64) - self.origin
+        rough = self._vertex_roughness[self._node[used]]
+        extra = np.column_stack([self.textures.uv[used], rough, *self._fields_of(used).values()])
+        material = self.textures.material_of(faces)
+        longest = self._longest_edge(places, extra[:, :2], triangles, material)
+        row = used
+        for _ in range(_DEEPEST):
+            before = len(places)
+            places, extra, triangles, parent = _divided_where_long(
+                places, extra, triangles, longest
+            )
+            if len(places) == before:
+                break
+            row = np.concatenate([row, np.full(len(places) - before, -1)])
+            material = material[parent]
+        colours = self.textures.at(extra[:, :2], triangles, material, 0)
+        return self._welded_graph(places, triangles, colours, extra[:, 2:], row)
+
+    def _longest_edge(self, places: Array, uv: Array, triangles: Ints, material: Ints) -> float:
+        """To which edges are divided."""
+        assert self.textures is not None
+        a, b, c = (places[triangles[:, i]] for i in range(3))
+        area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+        edge = float(np.median(np.linalg.norm(a - b, axis=1)))
+        pixel = edge / max(self.textures.edge_pixels(uv, triangles, material), 1e-9)
+        # Equilateral triangles have 1.15 nodes on the square of an edge; divided ones, with edges
+        # between half of the longest and it, some four times as many.
+        return max(float(np.sqrt(4.5 * area / MOST_FINEST)), _PIXELS_AN_EDGE * pixel)
 
     @cached_property
     def _faces(self) -> Ints:
@@ -355,4 +397,42 @@ def _divided(places: Array, extra: Array, triangles: Ints) -> tuple[Array, Array
         np.concatenate([extra, (extra[one] + extra[two]) / 2.0]),
         four,
         len(key),
+    )
+
+
+def _divided_where_long(
+    places: Array, extra: Array, triangles: Ints, longest: float
+) -> tuple[Array, Array, Ints, Ints]:
+    """Edges that are longer have a node in their middle, and triangles are divided in two, three or
+    four by these; parent : (m,) the triangle that each comes from."""
+    n = len(places)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    key, which = np.unique(ends.min(axis=1) * n + ends.max(axis=1), return_inverse=True)
+    one, two = key // n, key % n
+    long = np.linalg.norm(places[one] - places[two], axis=1) > longest
+    middle = np.where(long, n + np.cumsum(long) - 1, -1)[which].reshape(-1, 3)
+    one, two = one[long], two[long]
+    count = (middle >= 0).sum(axis=1)
+    rows = np.arange(len(triangles))
+    # Turned so that of one node in a middle it is the first edge's, and of two not the last one's.
+    first = np.where(count == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
+    order = (first[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(triangles, order, axis=1).T
+    ab, bc, ca = np.take_along_axis(middle, order, axis=1).T
+    pieces: list[Ints] = [triangles[count == 0]]
+    parents: list[Ints] = [rows[count == 0]]
+    for wanted, corners in (
+        (1, ((a, ab, c), (ab, b, c))),
+        (2, ((ab, b, bc), (a, ab, bc), (a, bc, c))),
+        (3, ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))),
+    ):
+        of = count == wanted
+        for corner in corners:
+            pieces.append(np.stack([each[of] for each in corner], axis=1))
+            parents.append(rows[of])
+    return (
+        np.concatenate([places, (places[one] + places[two]) / 2.0]),
+        np.concatenate([extra, (extra[one] + extra[two]) / 2.0]),
+        np.concatenate(pieces),
+        np.concatenate(parents),
     )

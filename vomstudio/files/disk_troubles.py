@@ -15,6 +15,12 @@ from vomstudio.words import tr
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
 _UNCLEAR = {0, errno.EIO}
+_SAID_OF_DISK = (
+    "disk I/O error", "disk is full", "readonly database", "unable to open database",
+    "database factory", "(file).is_open()", "Input/output error", "Read-only file system",
+    "No space left", "Permission denied",
+)  # fmt: skip
+"""What SQLite in COLMAP, COLMAP itself, and C++ streams say of a disk."""
 _LITTLE = 64 * 1024
 """Bytes with which neither a database nor a picture gets anywhere."""
 
@@ -60,6 +66,11 @@ def number_of_failure(folder: Path) -> int | None:
     return None
 
 
+def tells_of_disk(said: object) -> bool:
+    """Whether what a library has said of a failure is about the disk that it wrote to."""
+    return any(words in str(said) for words in _SAID_OF_DISK)
+
+
 def _sqlite_code(error: BaseException) -> int:
     return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
 
@@ -70,6 +81,9 @@ def reason_of(folder: Path, error: BaseException) -> str:
         return tr("the disk is full")
     if is_read_only(folder, error):
         return tr("the disk is read-only")
+    if not isinstance(error, OSError | sqlite3.Error) and tells_of_disk(error):
+        # What a library in C++ says is for its programmers.
+        return tr("a library could not write")
     return str(getattr(error, "strerror", None) or error)
 
 
@@ -89,3 +103,17 @@ def not_written(path: str | Path, error: BaseException) -> TargetError:
         reason = getattr(error, "strerror", None) or error
         said = tr("The file cannot be written ({reason}). Choose another place.", reason=reason)
     return TargetError(said, file=shown)
+
+
+def not_taken(folder: str | Path, error: BaseException) -> TargetError:
+    """The sentence on a folder of results that a library could not write to; it can be gone on with
+    once the disk is well."""
+    shown = Path(folder)
+    return TargetError(
+        tr(
+            "The disk does not take what is written ({reason}). Finished results are kept. "
+            "Mend that, or choose another folder, and start again.",
+            reason=reason_of(shown, error),
+        ),
+        file=shown,
+    )

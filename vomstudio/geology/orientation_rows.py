@@ -21,6 +21,7 @@ class OrientationRows(Protocol):
     convention : how the columns were understood, for people
     dropped : lines of the table without angles; warnings : sentences
     turns : how the rows turn with the registrations of their models, None where nothing is said
+    repeats : how many rows were left out since they repeat others
     bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
     """
 
@@ -50,6 +51,8 @@ class OrientationRows(Protocol):
     def warnings(self) -> tuple[str, ...]: ...
     @property
     def turns(self) -> Turns | None: ...
+    @property
+    def repeats(self) -> int: ...
     @property
     def bowed_deg(self) -> float | None: ...
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -76,6 +77,20 @@ def path_length(points: npt.ArrayLike) -> float:
     """Length of the polyline through points (n, 3), in their unit."""
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     return float(np.linalg.norm(np.diff(xyz, axis=0), axis=1).sum())
+
+
+def path_lengths(lines: Sequence[Floats]) -> Floats:
+    """(m,) lengths of polylines, each (n, 3), in their unit."""
+    counts = np.array([len(line) for line in lines], np.int64)
+    if not counts.sum():
+        return np.zeros(len(counts))
+    steps = np.linalg.norm(np.diff(np.concatenate(lines), axis=0), axis=1)
+    ends = np.cumsum(counts)
+    # From the end of one line to the beginning of the next is no step.
+    steps[ends[(ends > 0) & (ends < ends[-1])] - 1] = 0.0
+    along = np.concatenate([[0.0], np.cumsum(steps), [0.0]])
+    found = along[np.maximum(ends - 1, 0)] - along[np.maximum(ends - counts, 0)]
+    return np.where(counts > 0, found, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -275,7 +275,8 @@ def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -
     """
     half = 0.5 * freedom
     rate = dof[:, None] / (g * freedom)
-    each = np.log1p(np.expm1(-LOG_LEVEL / half) / rate)
+    # Hundredths of a degree of freedom leave the plane open, whatever the number.
+    each = np.log1p(np.expm1(np.minimum(-LOG_LEVEL / half, 500.0)) / rate)
     low, high = each.min(axis=-1), each.max(axis=-1)
     x = np.clip((weight * each).sum(axis=-1), low, high)
     going = np.ones(x.shape, bool)

@@ -9,6 +9,7 @@ from typing import Any, Generic, TypeVar
 
 from vomstudio.jobs import serialisation
 from vomstudio.progress import Progress
+from vomstudio.words import tr
 
 Request = TypeVar("Request")
 Result = TypeVar("Result")
@@ -33,15 +34,25 @@ class Nothing:
 
 @dataclass(frozen=True)
 class Job(Generic[Request, Result]):
-    """`request` and `result` are dataclasses of what fits into JSON, see `serialisation`."""
+    """`request` and `result` are dataclasses of what fits into JSON, see `serialisation`.
+
+    smaller : what to change where memory is short, a sentence for `tr`; "" where nothing can be
+    """
 
     name: str
     lane: Lane
     request: type[Request]
     result: type[Result]
     do: Callable[[Request, Progress], Result]
+    smaller: str = ""
 
     def carry_out(self, args: Any, progress: Progress) -> Any:
         """In the worker: plain values in, plain values out. Raises WorkerError where they do not
         fit, and what the work raises."""
         return serialisation.encode(self.do(serialisation.decode(self.request, args), progress))
+
+    def if_memory_is_short(self) -> str:
+        """What to do about it, in a sentence."""
+        if self.smaller:
+            return tr(self.smaller)
+        return tr("Close other programs and try again.")

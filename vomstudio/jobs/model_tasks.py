@@ -9,6 +9,9 @@ from typing import Any, Literal
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.progress import Progress
+from vomstudio.words import to_translate
+
+_TILES = to_translate("Divide the model into tiles, or close other programs.")
 
 Matrix = tuple[tuple[float, ...], ...]
 """Rows of 4 x 4, as a model's `to_world` is written down."""
@@ -94,7 +97,7 @@ def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
     )
 
 
-LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model)
+LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model, _TILES)
 """Read a model into a cache folder, from where the window reads it."""
 
 
@@ -131,7 +134,9 @@ def _preview_model(asked: PreviewOrder, progress: Progress) -> PreviewPoints:
     return PreviewPoints(len(cloud.points))
 
 
-PREVIEW_MODEL = Job("preview_model", Lane.MODELS, PreviewOrder, PreviewPoints, _preview_model)
+PREVIEW_MODEL = Job(
+    "preview_model", Lane.MODELS, PreviewOrder, PreviewPoints, _preview_model, _TILES
+)
 """Write points spread over a cloud as arrays."""
 
 
@@ -161,7 +166,7 @@ def _copy_model(asked: ModelCopy, progress: Progress) -> CopiedModel:
     )
 
 
-COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model)
+COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, _TILES)
 
 
 @dataclass(frozen=True)
@@ -205,7 +210,7 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
     return ExportedModel(tuple(warnings))
 
 
-EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model)
+EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model, _TILES)
 
 
 @dataclass(frozen=True)
@@ -251,7 +256,7 @@ def _cut_model(asked: ModelCut, progress: Progress) -> CutModel:
     return CutModel(path, tuple(warnings))
 
 
-CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model)
+CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model, _TILES)
 """Write a piece of a model as a model of its own."""
 
 JOBS = (

@@ -14,7 +14,7 @@ from vomstudio.io.project.sidecar_import import Beside
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 from vomstudio.survey.check_results import SurveyReport
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,8 @@ def _keep_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> 
     return str(out)
 
 
-LIST_PHOTOS = Job("list_photos", Lane.PHOTOS, PhotosIn, PhotoList, _list_photos)
+_FEWER = to_translate("Leave out the largest photos, or close other programs.")
+LIST_PHOTOS = Job("list_photos", Lane.PHOTOS, PhotosIn, PhotoList, _list_photos, _FEWER)
 """What the photos of a folder say of themselves."""
 
 
@@ -138,7 +139,7 @@ def _check_photos(asked: PhotosIn, progress: Progress) -> SurveyReport:
     return check_photos(read_photos(asked.photos).with_masks(asked.masks), progress=progress)
 
 
-CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_photos)
+CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_photos, _FEWER)
 """The survey check of a folder of photos, as `vomstudio check` prints it."""
 
 
@@ -163,7 +164,9 @@ def _import_sidecars(asked: SidecarImport, progress: Progress) -> Beside:
     )
 
 
-IMPORT_SIDECARS = Job("take_in_photos", Lane.PHOTOS, SidecarImport, Beside, _import_sidecars)
+IMPORT_SIDECARS = Job(
+    "take_in_photos", Lane.PHOTOS, SidecarImport, Beside, _import_sidecars, _FEWER
+)
 """What lies beside photos, to become records."""
 
 JOBS = (LIST_PHOTOS, CHECK_PHOTOS, IMPORT_SIDECARS)

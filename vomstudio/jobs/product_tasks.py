@@ -8,9 +8,11 @@ from pathlib import Path
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.jobs.model_tasks import Matrix
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
-from vomstudio.products.ortho import orthophoto, planning, view_directions
+from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
 from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
+
+_COARSER = to_translate("Choose larger pixels or a smaller part, or close other programs.")
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,9 @@ WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersOrder, Nothing, _write_laye
 
 @dataclass(frozen=True)
 class OrthophotoOrder:
-    """Of the model `path`, kept at hand under `cache`. crs, gsd, region and sheet may be None."""
+    """Of the model `path`, kept at hand under `cache`. crs, gsd, region and sheet may be None.
+    draw : folder of the project whose features are drawn, None for none; parts : which of
+    `interpretation.PARTS`"""
 
     path: Path
     cache: Path
@@ -43,11 +47,14 @@ class OrthophotoOrder:
     region: planning.Region | None
     out: Path
     sheet: Path | None
+    draw: Path | None = None
+    parts: tuple[str, ...] = interpretation.PARTS
 
 
 @dataclass(frozen=True)
 class WrittenOrthophoto:
-    """unit : of gsd_m, "m", or "units" where the scale is not known; coverage : share, 0 to 1"""
+    """unit : of gsd_m, "m", or "units" where the scale is not known; coverage : share, 0 to 1;
+    drawing : files of the features"""
 
     image: Path
     sheet: Path | None
@@ -56,12 +63,16 @@ class WrittenOrthophoto:
     gsd_m: float
     unit: str
     coverage: float
+    drawing: tuple[Path, ...]
     warnings: tuple[str, ...]
 
 
 def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto:
     from vomstudio.io.models import model_cache
 
+    features = None
+    if asked.draw is not None:
+        features = interpretation.items_shown(interpretation.read_items(asked.draw), asked.parts)
     folder = model_cache.folder_of(asked.path, asked.cache)
     loaded = model_cache.load(asked.path, folder, progress)
     plan = planning.plan(
@@ -77,6 +88,8 @@ def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto
         sheet=asked.sheet,
         force=True,
         progress=progress,
+        features=features,
+        legend=interpretation.LEGEND in asked.parts,
     )
     return WrittenOrthophoto(
         image=Path(made.image),
@@ -86,11 +99,14 @@ def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto
         gsd_m=plan.grid.gsd,
         unit="m" if plan.view.metric else "units",
         coverage=made.coverage,
+        drawing=tuple(made.drawing.values()),
         warnings=tuple(made.warnings),
     )
 
 
-ORTHOPHOTO = Job("orthophoto", Lane.PRODUCTS, OrthophotoOrder, WrittenOrthophoto, _orthophoto)
+ORTHOPHOTO = Job(
+    "orthophoto", Lane.PRODUCTS, OrthophotoOrder, WrittenOrthophoto, _orthophoto, _COARSER
+)
 
 
 @dataclass(frozen=True)
@@ -144,6 +160,6 @@ def _elevation(asked: ElevationOrder, progress: Progress) -> WrittenElevation:
     )
 
 
-ELEVATION = Job("elevation", Lane.PRODUCTS, ElevationOrder, WrittenElevation, _elevation)
+ELEVATION = Job("elevation", Lane.PRODUCTS, ElevationOrder, WrittenElevation, _elevation, _COARSER)
 
 JOBS = (WRITE_LAYERS, ORTHOPHOTO, ELEVATION)

@@ -8,7 +8,7 @@ from pathlib import Path
 from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.control_files import find_control, marks_beside
 from vomstudio.io.control.points import MARKS
-from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.gis.crs import typed_crs
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 from vomstudio.words import tr
@@ -81,10 +81,7 @@ def order_reconstruction(
 
 
 def _crs(text: str) -> str:
-    try:
-        crs, metres = parse_crs(text)
-    except InputError as error:
-        raise UsageError(error.message, field="--crs") from error
+    crs, metres = typed_crs(text)
     if metres != 1.0:
         raise UsageError(
             tr(

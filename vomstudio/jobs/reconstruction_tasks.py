@@ -12,6 +12,7 @@ from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
 from vomstudio.reprs import Shown
 from vomstudio.survey.check_results import SurveyReport
+from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,15 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
 
 
 RECONSTRUCT = Job(
-    "reconstruct", Lane.RECONSTRUCTION, ReconstructionOrder, Reconstruction, _reconstruct
+    "reconstruct",
+    Lane.RECONSTRUCTION,
+    ReconstructionOrder,
+    Reconstruction,
+    _reconstruct,
+    to_translate(
+        "Choose a lower quality, fewer photos or a smaller part of the outcrop, or close other "
+        "programs, and start again."
+    ),
 )
 
 JOBS = (RECONSTRUCT,)

@@ -10,6 +10,7 @@ from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.model_tasks import ExportedModel, Matrix
 from vomstudio.progress import Progress
 from vomstudio.registration.results import Placed
+from vomstudio.words import to_translate
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 Point = tuple[float, float, float]
+
+_PART = to_translate("Use a smaller part of the model, or close other programs.")
 
 
 @dataclass(frozen=True)
@@ -181,7 +184,7 @@ def in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
     return moved(_read(one, progress).data, one.to_world)
 
 
-FIT_TO_REFERENCE = Job("fit_to_reference", Lane.PRODUCTS, FitOrder, FittedModel, _fit)
+FIT_TO_REFERENCE = Job("fit_to_reference", Lane.PRODUCTS, FitOrder, FittedModel, _fit, _PART)
 
 
 @dataclass(frozen=True)
@@ -227,7 +230,7 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     return ComparedModels(figures | {"warnings": [*said, *found.warnings]}, asked.out)
 
 
-COMPARE_MODELS = Job("compare_models", Lane.PRODUCTS, CompareOrder, ComparedModels, _compare)
+COMPARE_MODELS = Job("compare_models", Lane.PRODUCTS, CompareOrder, ComparedModels, _compare, _PART)
 
 
 @dataclass(frozen=True)
@@ -241,14 +244,13 @@ class ComparisonExport:
 
 
 def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
-    import numpy as np
-
+    from vomstudio.files.arrays import open_arrays
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import choose_writer, write_model
 
     choose_writer(asked.out)
     data = in_world(asked.model, progress)
-    with np.load(asked.fields) as arrays:
+    with open_arrays(asked.fields) as arrays:
         data = replace(data, fields={**data.fields, **arrays})
     inputs = [asked.model.path, asked.benchmark]
     inputs += [path for each in list(inputs) for path in companions(each)]

@@ -15,8 +15,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.errors import Cancelled, WorkerError
+from vomstudio.errors import Cancelled, VomError, WorkerError
 from vomstudio.jobs import serialisation
+from vomstudio.jobs.endings import LastWords, ending, failure_of
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, from_line
 from vomstudio.jobs.job import Job, Request, Result
 from vomstudio.words import tr
@@ -44,7 +45,7 @@ class Worker:
         self._numbers = itertools.count(1)
         self._process: subprocess.Popen[str] | None = None
         self._listeners: dict[int, Listener] = {}
-        self._results: dict[int, type[Any]] = {}
+        self._jobs: dict[int, tuple[Job[Any, Any], Any]] = {}
         self._owners: dict[int, subprocess.Popen[str]] = {}
         self._timers: dict[int, threading.Timer] = {}
         self._closed = False
@@ -73,7 +74,7 @@ class Worker:
                     )
                 ) from error
             self._listeners[number], self._owners[number] = listener, owner
-            self._results[number] = job.result
+            self._jobs[number] = (job, request)
             return number
 
     def cancel(self, job: int) -> None:
@@ -109,7 +110,7 @@ class Worker:
             self._closed = True
             self._listeners.clear()
             self._owners.clear()
-            self._results.clear()
+            self._jobs.clear()
             for timer in self._timers.values():
                 timer.cancel()
             process, self._process = self._process, None
@@ -151,8 +152,10 @@ class Worker:
                 [sys.executable, "-P", "-m", "vomstudio", "--worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
                 text=True,
                 encoding="utf-8",
+                errors="replace",
                 env=environment,
                 pass_fds=reading,
             )
@@ -163,10 +166,15 @@ class Worker:
         finally:
             for descriptor in reading:
                 os.close(descriptor)
-        threading.Thread(target=self._read, args=(process, writing), daemon=True).start()
+        assert process.stderr is not None
+        words = LastWords(process.stderr)
+        reader = threading.Thread(target=self._read, args=(process, writing, words), daemon=True)
+        reader.start()
         return process
 
-    def _read(self, process: subprocess.Popen[str], lifeline: tuple[int, ...]) -> None:
+    def _read(
+        self, process: subprocess.Popen[str], lifeline: tuple[int, ...], words: LastWords
+    ) -> None:
         assert process.stdout is not None
         for line in process.stdout:
             try:
@@ -184,24 +192,24 @@ class Worker:
         assert process.stdin is not None
         with contextlib.suppress(OSError):
             process.stdin.close()
-        self._died(process)
+        self._died(process, words.text())
 
     def _deliver(self, event: Event) -> None:
         with self._lock:
             listener = self._listeners.get(event.job)
             if isinstance(event, Done | Failed):
-                result = self._results.pop(event.job, None)
+                asked = self._jobs.pop(event.job, None)
                 self._listeners.pop(event.job, None)
                 self._owners.pop(event.job, None)
                 if timer := self._timers.pop(event.job, None):
                     timer.cancel()
         if listener is None:
             return
-        if isinstance(event, Done) and result is not None:
-            event = _typed(event, result)
+        if isinstance(event, Done) and asked is not None:
+            event = _typed(event, asked[0].result)
         listener(event)
 
-    def _died(self, process: subprocess.Popen[str]) -> None:
+    def _died(self, process: subprocess.Popen[str], said: str) -> None:
         with self._lock:
             if self._process is process:
                 self._process = None
@@ -209,23 +217,15 @@ class Worker:
             lost = [job for job, owner in self._owners.items() if owner is process]
             cancelled, closed = set(self._timers), self._closed
         if not closed and not cancelled.intersection(lost):
-            ending = _ending(process.returncode)
-            _log.error("the worker process %d ended (%s)", process.pid, ending)
+            how = ending(process.returncode)
+            _log.error("the worker process %d ended (%s)", process.pid, how)
             self._on_fault(
-                Fault(lost[0] if lost else 0, tr("its process ended, {ending}", ending=ending))
+                Fault(lost[0] if lost else 0, tr("its process ended, {ending}", ending=how))
             )
         for job in lost:
-            fault = (
-                Cancelled()
-                if job in cancelled
-                else WorkerError(
-                    tr(
-                        "The worker process ended unexpectedly ({ending}). Finished results are "
-                        "kept. Try again.",
-                        ending=_ending(process.returncode),
-                    )
-                )
-            )
+            fault: VomError = Cancelled()
+            if job not in cancelled and (asked := self._jobs.get(job)):
+                fault = failure_of(process.returncode, said, *asked)
             self._deliver(Failed(job, fault.as_dict(), fault.exit_code))
 
     def _kill(self, job: int) -> None:
@@ -254,9 +254,3 @@ def _typed(event: Done, result: type[Any]) -> Event:
         return Done(event.job, serialisation.decode(result, event.result))
     except WorkerError as error:
         return Failed(event.job, error.as_dict(), error.exit_code)
-
-
-def _ending(code: int) -> str:
-    if code == -9:
-        return tr("killed by the system, probably out of memory")
-    return tr("code {code}", code=code)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.registration_tasks import StandingModel, in_world
 from vomstudio.progress import Progress
+from vomstudio.words import to_translate
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from vomstudio.extraction.parts import Part
 
     Arrays = dict[str, npt.NDArray[np.generic]]
+
+_PART = to_translate("Use a smaller part of the model, or close other programs.")
 
 
 @dataclass(frozen=True)
@@ -67,23 +70,20 @@ def _compute(asked: FieldsOrder, progress: Progress) -> ComputedFields:
 
 def _kept(out: Path, mark: str) -> ComputedFields | None:
     """What was made of this model with this radius before."""
-    import zipfile
-
-    import numpy as np
-
     from vomstudio.extraction.surface_fields import KINDS
+    from vomstudio.files.arrays import open_arrays
 
     try:
-        with np.load(out) as arrays:
+        with open_arrays(out) as arrays:
             if str(arrays["mark"]) != mark or not set(KINDS) <= set(arrays.files):
                 return None
             said = tuple(str(each) for each in arrays["said"])
             return ComputedFields(out, int(arrays["count"]), said)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (OSError, ValueError, KeyError, EOFError):
         return None
 
 
-COMPUTE_FIELDS = Job("compute_fields", Lane.PRODUCTS, FieldsOrder, ComputedFields, _compute)
+COMPUTE_FIELDS = Job("compute_fields", Lane.PRODUCTS, FieldsOrder, ComputedFields, _compute, _PART)
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def _map_measurable(asked: MeasurableOrder, progress: Progress) -> MappedMeasura
 
 
 MAP_MEASURABLE = Job(
-    "map_measurable", Lane.PRODUCTS, MeasurableOrder, MappedMeasurable, _map_measurable
+    "map_measurable", Lane.PRODUCTS, MeasurableOrder, MappedMeasurable, _map_measurable, _PART
 )
 
 
@@ -259,6 +259,6 @@ def _corners(part: Part, element: str, rows: Any) -> npt.NDArray[np.float64]:
     return np.asarray(data.points[rows], np.float64)
 
 
-FIND_FACETS = Job("find_facets", Lane.PRODUCTS, FacetsOrder, FoundFacets, _find)
+FIND_FACETS = Job("find_facets", Lane.PRODUCTS, FacetsOrder, FoundFacets, _find, _PART)
 
 JOBS = (COMPUTE_FIELDS, MAP_MEASURABLE, FIND_FACETS)

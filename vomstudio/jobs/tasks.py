@@ -9,6 +9,7 @@ from vomstudio.jobs import (
     model_tasks,
     photo_tasks,
     product_tasks,
+    proposal_tasks,
     reconstruction_tasks,
     registration_tasks,
     surface_tasks,
@@ -25,6 +26,7 @@ TASKS: dict[str, Job[Any, Any]] = {
         reconstruction_tasks,
         registration_tasks,
         surface_tasks,
+        proposal_tasks,
         survey_tasks,
         inspection_tasks,
     )

@@ -21,6 +21,7 @@ from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
 from vomstudio.failures.error_collector import ERRORS
 from vomstudio.files import memory_limit
+from vomstudio.jobs.endings import short_of_memory
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.tasks import TASKS
 from vomstudio.progress import CancelToken
@@ -75,18 +76,19 @@ def main() -> int:
                 raise WorkerError(
                     tr("This version has no task “{task}”. Restart the program.", task=name)
                 )
-            send(Done(job, TASKS[name].carry_out(args, _Reporter(job, token, send))))
+            with memory_limit.limited_to_what_is_free():
+                done = TASKS[name].carry_out(args, _Reporter(job, token, send))
+            send(Done(job, done))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
-        except MemoryError:
-            fault = WorkerError(
-                tr("There is not enough memory. Close other programs and try again.")
-            )
-            send(Failed(job, fault.as_dict(), fault.exit_code))
         except BrokenPipeError:
             exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
+            if memory_limit.is_shortage(error):
+                fault = short_of_memory(TASKS[name])
+                send(Failed(job, fault.as_dict(), fault.exit_code))
+                continue
             traceback.print_exc(file=sys.stderr)
             ERRORS.report(error, tr("in the task {task}", task=name))
             fault = WorkerError(

@@ -17,7 +17,8 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-_FEWEST = 5
+FEWEST_PLANES = 5
+"""Of fewer nobody can say which agree."""
 _FEWEST_RADIANS = 3
 _TRIALS = 100
 _FAR_DEG = 15.0
@@ -33,7 +34,7 @@ def said_of_azimuths(labels: Sequence[str], model: Array, world: Array) -> list[
 
     model, world : (n, 3) unit normals; a normal and its opposite are the same
     """
-    if len(labels) < _FEWEST:
+    if len(labels) < FEWEST_PLANES:
         return []
     rotation = _agreed(model, world)
     if rotation is None:

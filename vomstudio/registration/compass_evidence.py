@@ -35,11 +35,8 @@ class Segment(NamedTuple):
 def said_of_compass(table: CompassTable, kinds: Sequence[Observed]) -> list[str]:
     """What looks wrong with readings: angles in radians, a name given twice, a strike read as dip
     direction. kinds : what they became, without what is left out"""
-    read = table.read
-    azimuth = np.where(read.is_plane, read.dip_direction_deg, read.trend_deg)
-    inclination = np.where(read.is_plane, read.dip_deg, read.plunge_deg)
-    said = said_of_radians(azimuth, inclination)
-    twice = [name for name, count in Counter(read.ids).items() if count > 1]
+    said = said_of_radians(table.azimuth_deg, table.inclination_deg)
+    twice = [name for name, count in Counter(table.labels).items() if count > 1]
     if twice:
         said.append(
             tr(
@@ -49,7 +46,7 @@ def said_of_compass(table: CompassTable, kinds: Sequence[Observed]) -> list[str]
             )
         )
     planes = next((kind for kind in kinds if isinstance(kind, Directions)), None)
-    if planes is not None and read.is_plane.any():
+    if planes is not None and table.is_plane.any():
         said += said_of_azimuths(planes.labels, planes.model, planes.world)
     return said
 
@@ -63,13 +60,13 @@ def compass_directions(
     """
     c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
     # Azimuths run clockwise.
-    world = table.read.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    world = table.vectors() @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     kinds: list[Directions] = []
     for planes in (True, False):
-        rows = np.flatnonzero(table.read.is_plane == planes)
+        rows = np.flatnonzero(table.is_plane == planes)
         if len(rows):
             sigma = np.repeat(np.radians(table.sigma[rows])[:, None], 2, axis=1)
-            labels = [table.read.ids[i] for i in rows]
+            labels = [table.labels[i] for i in rows]
             doubt = float(np.radians(north_doubt_deg))
             kinds.append(
                 Directions(labels, table.model[rows], world[rows], sigma, north_sigma=doubt)

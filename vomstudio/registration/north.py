@@ -58,9 +58,11 @@ class North:
                 from vomstudio.io.gis.magnetic_north import declination_deg
 
                 declination = declination_deg(*there, when)
-        return declination - self._convergence(there)
+        return declination - self.convergence_deg(there)
 
-    def _convergence(self, place: tuple[float, float] | None) -> float:
+    def convergence_deg(self, place: tuple[float, float] | None = None) -> float:
+        """By how much the north of the map lies east of true north, 0 where that is not known."""
+        place = place or self.place
         from vomstudio.io.gis.crs import convergence_deg, from_degrees
 
         if self.crs is None or place is None:
@@ -107,11 +109,77 @@ def on_grid(table: AttitudeTable, north: North, said: list[str]) -> AttitudeTabl
     return replace(table, angles=angles, norths=("grid",) * len(table.photos))
 
 
+@dataclass(frozen=True)
+class Turned:
+    """What becomes of azimuths from "grid", "true" or "magnetic" north. deg : added to them;
+    declination_deg : in that, None where none is needed; stated : it was given, not taken from the
+    model of the field; convergence_deg : taken off, None where it is not known"""
+
+    word: str
+    deg: float
+    declination_deg: float | None = None
+    stated: bool = False
+    convergence_deg: float | None = None
+    day: date | None = None
+
+    def in_words(self) -> str:
+        """A sentence; "" for what is counted from the north of the map."""
+        if self.word == "grid":
+            return ""
+        added = f"{self.deg:+.1f}°"
+        if self.word == "true":
+            return tr(
+                "Azimuths from true north: {by} was added for the convergence of the map's north.",
+                by=added,
+            )
+        declination = f"{self.declination_deg or 0.0:+.1f}°"
+        if not self.stated:
+            declination = tr("{angle} by IGRF-14 on {day}", angle=declination, day=self.day)
+        if self.convergence_deg == 0.0:
+            return tr(
+                "Azimuths from magnetic north: {by} was added, the declination ({declination}).",
+                by=added,
+                declination=declination,
+            )
+        if self.convergence_deg is None:
+            return tr(
+                "Azimuths from magnetic north: {by} was added, the declination ({declination}). "
+                "The convergence of the map's north is not known and was not taken off.",
+                by=added,
+                declination=declination,
+            )
+        return tr(
+            "Azimuths from magnetic north: {by} was added, the declination ({declination}) less "
+            "the convergence of the map's north ({convergence}).",
+            by=added,
+            declination=declination,
+            convergence=f"{self.convergence_deg:+.1f}°",
+        )
+
+
+def turned(word: str, north: North) -> Turned | None:
+    """What becomes of azimuths; None where the declination, or the place of the convergence, is not
+    known. Raises InputError."""
+    deg = north.turn_deg(word)
+    if deg is None:
+        return None
+    if word == "grid":
+        return Turned(word, deg)
+    # A local frame has true north up.
+    sure = north.crs is None or north.place is not None
+    convergence = north.convergence_deg() if sure else None
+    if word == "true":
+        return Turned(word, deg, convergence_deg=convergence)
+    stated = north.declination_deg is not None
+    declination = deg + (convergence or 0.0)
+    return Turned(word, deg, declination, stated, convergence, north.day)
+
+
 def turn_of(word: str, north: North, option: str) -> tuple[float, str]:
     """What is added to azimuths from "true" or "magnetic" north, and a sentence on that. Raises
     UsageError where the declination is not known."""
-    turn = north.turn_deg(word)
-    if turn is None:
+    found = turned(word, north)
+    if found is None:
         raise UsageError(
             tr(
                 "The declination at the place and day of the readings is not known. Give it with "
@@ -119,7 +187,7 @@ def turn_of(word: str, north: North, option: str) -> tuple[float, str]:
             ),
             field=option,
         )
-    return turn, _said(word, [turn])
+    return found.deg, found.in_words()
 
 
 def _said(word: str, turns: list[float]) -> str:

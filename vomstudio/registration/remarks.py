@@ -11,7 +11,9 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, Without, chosen
-from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.combined import Combined
+from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fits
+from vomstudio.registration.observations import Directions, Lengths, Observed, Points
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
 from vomstudio.registration.scatter import scale_warning
 from vomstudio.registration.similarity import Similarity, fit_similarity
@@ -29,6 +31,8 @@ _WORTH_ASKING_DEG = 1.0
 _NO_TURN_RAD = 1e-7
 # Residuals that are left, and the chance of misses as small, below which accuracies are doubted.
 _FEWEST_LEFT, _HARDLY = 3.0, 1e-6
+# A reading agrees with the others if it is nearer than this; the more if these say little.
+_FITS_DEG = (10.0, 20.0)
 
 
 def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
@@ -44,6 +48,13 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
     if (times := _too_good(found)) is not None:
         said.append(
             tr(
+                "The readings agree {times:,.0f} times better than their stated accuracies allow: "
+                "they may have been taken from the model, or the accuracies are too large. All "
+                "stated errors rest on them.",
+                times=times,
+            )
+            if not any(isinstance(kind, Points | Lengths | Combined) for kind in kinds)
+            else tr(
                 "The residuals are {times:,.0f} times smaller than the stated accuracies: these "
                 "may be in another unit, such as millimetres. State them in metres: "
                 "all stated errors rest on them.",
@@ -234,6 +245,7 @@ def said_of_blunders(
         else f"{b.label} ({b.error_deg:.2g}°)"
         for b in blunders
     )  # fmt: skip
+    other = _said_of_other_azimuths(kinds, named, again)
     if not turned > _NO_TURN_RAD:
         return [
             tr(
@@ -241,7 +253,8 @@ def said_of_blunders(
                 "changes by {share:+.2g} %. Look the value up, or leave it out (--without).",
                 labels=labels,
                 share=100.0 * (again.fit.scale / found.fit.scale - 1.0),
-            )
+            ),
+            *other,
         ]
     return [
         tr(
@@ -249,7 +262,8 @@ def said_of_blunders(
             "turns by {turn:.2g}°. Look the value up, or leave it out (--without).",
             labels=labels,
             turn=float(np.degrees(turned)),
-        )
+        ),
+        *other,
     ]
 
 
@@ -270,14 +284,34 @@ def said_of_without(without: Sequence[Without]) -> list[str]:
         )
     ]
     if first.azimuth_off_deg is not None:
-        said.append(
-            tr(
-                "{label} would agree if {turn:+.0f}° were added to its azimuth: a strike may have "
-                "been read as dip direction, or the opposite direction.",
-                label=first.label,
-                turn=first.azimuth_off_deg,
-            )
-        )
+        said.append(_would_agree(first.label, first.azimuth_off_deg))
+    return said
+
+
+def _would_agree(label: str, turn_deg: float) -> str:
+    return tr(
+        "{label} would agree if {turn:+.0f}° were added to its azimuth: a strike may have been "
+        "read as dip direction, or the opposite direction.",
+        label=label,
+        turn=turn_deg,
+    )
+
+
+def _said_of_other_azimuths(
+    kinds: Sequence[Observed], named: set[str], rest: Adjusted
+) -> list[str]:
+    """Of the readings that were named among few: whether another azimuth would put them where all
+    that is left does. Of more planes the most that agree tell (`said_of_azimuths`)."""
+    said = []
+    worst = float(np.degrees(np.sqrt(max(np.linalg.eigvalsh(rest.rotation)[-1], 0.0))))
+    limit = float(np.clip(2.0 * _Z95 * worst, *_FITS_DEG))
+    for kind in kinds:
+        if not isinstance(kind, Directions) or len(kind.labels) >= FEWEST_PLANES:
+            continue
+        for label, model, world in zip(kind.labels, kind.model, kind.world, strict=True):
+            if label in named:
+                turn = azimuth_that_fits(rest.fit.rotation @ model, world, limit)
+                said += [] if turn is None else [_would_agree(label, turn)]
     return said
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vomstudio.document.records import Registration
+from vomstudio.document.records import ReadNorth, Registration
 from vomstudio.document.registration_errors import bowing_of_registration
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.remarks import said_of_bowing, said_of_lens_bend, said_of_turn
@@ -19,9 +19,19 @@ _METHODS = {
     "gps": to_translate("GPS positions of the cameras"),
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
-    "lines": to_translate("lines on the model that are level, or of known azimuth or length"),
+    "lines": to_translate(
+        "lines on the model that are level, or of known azimuth or length, or what was read by "
+        "compass"
+    ),
     "reference": to_translate("another model, to which it was fitted"),
     "local": to_translate("nothing outside of the photos"),
+}
+
+
+_NORTHS = {
+    "grid": to_translate("grid north"),
+    "true": to_translate("true north"),
+    "magnetic": to_translate("magnetic north"),
 }
 
 
@@ -56,6 +66,7 @@ def summary_of(registration: Registration) -> Summary:
         sentence = said_of_turn(worst, axis.trend_deg, axis.plunge_deg)
     if registration.scale_error is not None:
         facts.append((tr("Scale, 95 %"), f"± {100.0 * _Z95 * registration.scale_error:.2g} %"))
+    facts += _north(registration.read_north)
     bowing = bowing_of_registration(registration)
     if bowing is not None:
         said = (
@@ -78,6 +89,22 @@ def summary_of(registration: Registration) -> Summary:
         share = tr("up to {share:.2g} %", share=100.0 * registration.lens_stretch95)
         facts.append((tr("Depths stretched by the lenses' errors, 95 %"), share))
     return Summary(sentence, tuple(facts), tuple(_warnings(registration)))
+
+
+def _north(read: ReadNorth | None) -> list[tuple[str, str]]:
+    """From where azimuths were counted, and what all of them may be off."""
+    if read is None:
+        return []
+    counted = tr(_NORTHS[read.north])
+    if read.north != "grid":
+        counted = tr("{north}, {turned:+.2f}° added", north=counted, turned=read.turned_deg)
+    facts = [(tr("Azimuths were read from"), counted)]
+    if read.declination_deg is not None:
+        angle = f"{read.declination_deg:+.2f}°"
+        source = tr("stated") if read.stated else tr("IGRF-14, {day}", day=read.day)
+        facts.append((tr("Declination"), f"{angle} ({source})"))
+    doubt = tr("± {angle:g}° for all alike (1σ)", angle=read.doubt_deg)
+    return [*facts, (tr("North may be off by"), doubt)]
 
 
 def _points(registration: Registration) -> list[tuple[str, str]]:

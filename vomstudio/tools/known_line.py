@@ -1,4 +1,5 @@
-"""The tool of known lines: two clicks on what is level, or whose azimuth or length is known."""
+"""The tool of known lines: two clicks on what is level, or whose azimuth or length is known; planes
+and lines that were read by compass are chosen among those that are there."""
 
 from __future__ import annotations
 
@@ -7,9 +8,9 @@ from typing import Any
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.kinds.known_line import KIND, KINDS, KnownKind, KnownLine
-from vomstudio.document.records import Model, Point
-from vomstudio.errors import GeometryError
+from vomstudio.document.kinds.known_line import CLICKED, KIND, KnownKind, KnownLine
+from vomstudio.document.records import Model, Point, get
+from vomstudio.errors import DocumentError, GeometryError
 from vomstudio.tools.polyline import PolylineTool, points_text
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr
@@ -21,11 +22,16 @@ _HINTS = {
     ),
     "azimuth": to_translate("Known azimuth: click the two ends, in the direction of the azimuth."),
     "length": to_translate("Known length: click the two ends of a tape or staff."),
+    "plane": to_translate(
+        "Plane or line by compass: click the trace, patch or line that was measured, then type "
+        "what was read."
+    ),
 }
 
 
 class KnownLineTool(PolylineTool[KnownLine]):
-    """A line ends with its second point; what is known of it is typed beside it."""
+    """A line ends with its second point; what is known of it is typed beside it. `kind` is "plane"
+    for planes and lines alike that were read by compass."""
 
     name = "known_line"
     record = KnownLine
@@ -39,13 +45,28 @@ class KnownLineTool(PolylineTool[KnownLine]):
         """Kind of the open line, else of the next one."""
         return self._feature.kind if self._feature else self.next_kind
 
+    @property
+    def selects(self) -> bool:
+        """Clicks choose what was read by compass."""
+        return self._feature is None and self.next_kind == "plane"
+
     def choose(self, kind: KnownKind) -> None:
         """Set the kind of the next line, and of the open one where it is new."""
         self.next_kind = kind
         open_one = self._feature
-        if open_one is not None and not self._continued and open_one.kind != kind:
+        clicked = any(kind == each for each, _ in CLICKED)
+        if open_one is not None and not self._continued and clicked and open_one.kind != kind:
             self._keep(open_one.but(kind=kind), self._steps, None)
         self._context.tool_changed()
+
+    def continue_feature(self, feature_id: str) -> None:
+        """As of every tool that picks vertices; what was read has none."""
+        line = get(self._context.session.records, feature_id, KnownLine)
+        if line is not None and line.by_compass:
+            raise DocumentError(
+                tr("{line} was read by compass: change what was read in the list.", line=line.name)
+            )
+        super().continue_feature(feature_id)
 
     def hint(self) -> str:
         if self._feature is None:
@@ -87,7 +108,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         return {"kind": feature.kind}
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> KnownLine:
-        kind = next((each for each, _ in KINDS if each == state["kind"]), None)
+        kind = next((each for each, _ in CLICKED if each == state["kind"]), None)
         if kind is None:
             raise ValueError(state["kind"])
         self.next_kind = kind
@@ -110,7 +131,8 @@ TOOL = ToolEntry(
     icon="spirit-level",
     key="K",
     tip=to_translate(
-        "Click lines that are level, or whose azimuth or length is known, to place the model."
+        "Click lines that are level, or whose azimuth or length is known, and choose planes that "
+        "were read by compass, to place the model."
     ),
     order=46,
     in_bar=False,

@@ -89,11 +89,23 @@ class TraceTool(FollowingTool[Trace]):
             axis="auto",
         )
 
+    def begin_along(
+        self, model: Model, way_points: tuple[Point, ...], cost: str, notes: str
+    ) -> str | None:
+        """Open a new trace that follows a cost through these way-points of a model, with notes on
+        where it comes from; its id, None where it cannot be kept. No trace may be open."""
+        self._line.cost = cost
+        # No line to where the cursor was last over the outcrop.
+        self._hover = None
+        self._keep(replace(self._new(model, way_points), notes=notes), [()], None)
+        return None if self._feature is None else self._feature.id
+
     def _edit(self, feature: Trace) -> Edit:
         records = self._context.session.records
         if not self._continued:
             if self.followed:
-                feature = replace(self._whole(feature), notes=self._followed_words(feature))
+                notes = f"{feature.notes} {self._followed_words(feature)}".strip()
+                feature = replace(self._whole(feature), notes=notes)
             return edits.add_trace(records, feature)
         return edits.set_vertices(
             records,
@@ -107,6 +119,8 @@ class TraceTool(FollowingTool[Trace]):
     # --- drafts ------------------------------------------------------------------------------
     def _more_state(self, feature: Trace) -> dict[str, Any]:
         state = {"type_id": feature.type_id, "set_name": feature.set_name}
+        if feature.notes and not self._continued:
+            state["notes"] = feature.notes
         return {**state, **self._cost_state()}
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Trace:
@@ -118,6 +132,7 @@ class TraceTool(FollowingTool[Trace]):
             model_hash=str(state["model_hash"]),
             vertices=vertices,
             set_name=str(state["set_name"]),
+            notes=str(state.get("notes", "")),
             axis="auto",
         )
 

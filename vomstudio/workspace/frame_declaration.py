@@ -91,9 +91,9 @@ def _require_unit(code: str, metres: float, unit: str | None) -> None:
 
 
 def _in_crs(crs: str, file_crs: str | None, up: UpAxis, unit: str | None) -> FrameWithWarnings:
-    from vomstudio.io.gis.crs import parse_crs
+    from vomstudio.io.gis.crs import typed_crs
 
-    code, metres = parse_crs(crs)
+    code, metres = typed_crs(crs)
     _require_unit(code, metres, unit)
     warnings: tuple[str, ...] = ()
     if file_crs not in (None, code):

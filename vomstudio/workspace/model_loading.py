@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from vomstudio.errors import VomError
+from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -195,7 +196,7 @@ class ModelLoader:
 
     def _read_preview(self, key: str, out: Path) -> None:
         try:
-            with np.load(out) as arrays:
+            with open_arrays(out) as arrays:
                 colors = arrays.get("colors")
                 fields = {"intensity": arrays["intensity"]} if "intensity" in arrays else {}
                 cloud = PointCloud(arrays["points"], colors, fields=fields)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, TypeVar
 
+from vomstudio.document.collector import no_collection
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.record_map import RecordMap
@@ -133,7 +134,11 @@ class Projects:
                 raise
             read.append((project, measurements))
 
-        self._aside(work)
+        def whole() -> None:
+            with no_collection(stays=True):
+                work()
+
+        self._aside(whole)
         return read[0]
 
     def unclosed(self) -> list[Path]:

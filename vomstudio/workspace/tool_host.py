@@ -101,6 +101,12 @@ class ToolHost:
         return self.tools.get(self.active_name)
 
     @property
+    def clicks_select(self) -> bool:
+        """A click on the outcrop selects what is there: while navigating, and while a tool asks for
+        a feature."""
+        return self.active is None or bool(getattr(self.active, "selects", False))
+
+    @property
     def open_tool(self) -> Tool | None:
         """The tool that has something unfinished."""
         return next((tool for tool in self.tools.values() if tool.open), None)

@@ -32,6 +32,7 @@ from vomstudio.workspace.surfaces.facet_proposals import FacetProposals
 from vomstudio.workspace.surfaces.model_cutting import ModelCutting
 from vomstudio.workspace.surfaces.outcrop_elements import OutcropElements
 from vomstudio.workspace.surfaces.surface_fields import SurfaceFields
+from vomstudio.workspace.surfaces.trace_proposals import TraceProposals
 from vomstudio.workspace.surroundings import Surroundings
 from vomstudio.workspace.tool_host import ToolHost
 from vomstudio.workspace.visibility import Visibility
@@ -105,6 +106,14 @@ class Workspace:
             lambda: settings.thresholds,
             hand_over,
         )
+        self.proposed_traces = TraceProposals(
+            self.projects,
+            self.editing,
+            self.tools,
+            self.jobs,
+            lambda: settings.thresholds,
+            hand_over,
+        )
         self.grids = FaceGrids(self.projects, self.models, hand_over)
         self.repeats = BlindRepeats(
             self.projects, self.tools, self.visibility, self.selection, hand_over
@@ -137,6 +146,7 @@ class Workspace:
         self.photos.forget_all()
         self.fields.begin()
         self.facets.drop()
+        self.proposed_traces.drop()
         self.grids.begin()
         self.project_opened.emit()
         self.history_changed.emit()
@@ -157,6 +167,7 @@ class Workspace:
     def _leave(self) -> None:
         self.repeats.forget()
         self.facets.drop()
+        self.proposed_traces.drop()
         self.display.flush()
         self.loader.forget_all()
         self.layers.write_pending()
@@ -205,6 +216,7 @@ class Workspace:
         self.photos.edited(edit)
         self.fields.edited(edit)
         self.facets.edited(edit)
+        self.proposed_traces.edited(edit)
         self.grids.edited(edit)
         self.repeats.edited(edit)
         self.tools.document_changed()

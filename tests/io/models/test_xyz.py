@@ -191,3 +191,9 @@ def test_a_grid_of_heights_is_called_one(tmp_path: Path, head: str) -> None:
     )
     with pytest.raises(InputError, match=r"Esri ASCII.*GeoTIFF"):
         read_model(path)
+
+
+@pytest.mark.parametrize("name", ["a.tsv", "a.TSV", "a.dat", "a.tab", "a.prn"])
+def test_a_table_of_places_is_a_cloud_whatever_tables_are_called(tmp_path, name):
+    (tmp_path / name).write_text("x\ty\tz\n1,5\t2\t3\n4\t5\t6\n")
+    assert read_model(tmp_path / name).data.points.tolist() == [[1.5, 2, 3], [4, 5, 6]]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import sqlite3
+import weakref
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -52,6 +54,22 @@ def add_bed(project: Project, name: str = "t1") -> None:
 
 
 # --- making and opening --------------------------------------------------------------------------
+def test_a_project_that_was_closed_goes_at_once_with_its_records(project: Project) -> None:
+    add_bed(project)
+    project.close()
+    opened = Project.open(project.folder)
+    opened.wait_in_memory(lambda _: None)
+    held = weakref.ref(opened), weakref.ref(opened.session.records["t1"])
+    gc.collect()
+    gc.disable()
+    try:
+        opened.close()
+        del opened
+        assert [each() for each in held] == [None, None]
+    finally:
+        gc.enable()
+
+
 def test_a_project_is_made_with_the_folders_around_it_or_in_one_that_is_there(
     tmp_path: Path,
 ) -> None:

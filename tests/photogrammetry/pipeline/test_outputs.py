@@ -16,6 +16,8 @@ from vomstudio.photogrammetry.pipeline.outputs import disk_trouble_reported
         "[sqlite3_utils.h:42] SQLite error: disk I/O error",
         "SQLite error: attempt to write a readonly database",
         "[database.cc:9] unable to open database file",
+        "No registered database factory succeeded.",
+        '[io.cc:4] Check failed: (file).is_open() Could not open "points3D.bin". Is the path a',
     ],
 )
 def test_what_a_library_says_of_the_disk_becomes_a_sentence(tmp_path: Path, said: str) -> None:

@@ -38,7 +38,20 @@ class Parser(argparse.ArgumentParser):
         named = action.dest == "output" or not action.option_strings
         if named and action.nargs != argparse.PARSER and "" in arg_strings:
             raise argparse.ArgumentError(action, tr("An empty word is no name"))
+        # Whoever writes - means standard output, and got a file of that name.
+        if action.dest == "output" and arg_strings == ["-"]:
+            raise argparse.ArgumentError(
+                action, tr("Files are not written to standard output; name one")
+            )
         return super()._get_values(action, arg_strings)
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        # Words to choose from differ by more than capitals: PCA is pca.
+        value = super()._get_value(action, arg_string)
+        if isinstance(action, argparse._SubParsersAction) or action.choices is None:
+            return value
+        same = [c for c in action.choices if isinstance(c, str) and c == str(value).casefold()]
+        return same[0] if same else value
 
     def error(self, message: str) -> NoReturn:
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)

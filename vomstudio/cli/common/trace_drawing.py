@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Parser, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr, tr_n
@@ -43,6 +43,7 @@ def add_options(parser: Parser) -> None:
     parser.add_argument("--on", metavar="NAME", help=tr("the project's model that they lie on"))
     parser.add_argument("--set", default="", help=tr("the set that they belong to"))
     add_frame(parser)
+    add_project(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -67,11 +68,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(args.output, force=args.force, inputs=[args.model, args.from_ortho, args.sidecar])
     sidecar = drawing_back.read_sidecar(args.sidecar)
     lines, said = drawing_back.read_drawing(args.from_ortho, sidecar)
-    model = read_in_world(args.model, progress_of(args), declared_of(args))
+    model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     try:
         brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)
     except InputError as error:
-        raise InputError(error.message, file=args.from_ortho) from error
+        raise error.of_file(args.from_ortho) from error
     warnings = [*model.warnings, *said, *brought.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         warnings.append(

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     check_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, declared_of(args))
+    model = read_in_world(args.model, progress, declared_of(args), args.project)
     try:
         found = propose_traces(
             SurfaceGraph(model.data),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
+from vomstudio.document.bed_words import notes_with_beds
 from vomstudio.document.dimension_errors import registration_errors
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import GisLayer, Kind, Lookup, Sketch, centre, half_way, line_of
@@ -17,14 +18,14 @@ from vomstudio.document.measurement import (
     is_metric,
     world_lines,
 )
-from vomstudio.document.records import Picked, Point, Repeatable, Typed
+from vomstudio.document.records import Logged, Point, Repeatable, Typed
 from vomstudio.geometry.lines import path_length
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
-class Contact(Picked, Repeatable, Typed):
+class Contact(Logged, Repeatable, Typed):
     """vertices: in order, model file frame. It is no plane, however it lies."""
 
     id: str
@@ -37,6 +38,7 @@ class Contact(Picked, Repeatable, Typed):
     notes: str = ""
     repeat_of: str | None = None
     interpreter: str | None = None
+    beds: tuple[tuple[str, str, str], ...] = ()
 
 
 def measure(at: Measuring, contacts: Sequence[Contact]) -> list[Measurement]:
@@ -63,6 +65,8 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     return Sketch(points, half_way(points) if len(points) > 1 else centre(subject.measured))
 
 
+NOTES = replace(of.NOTES, value=notes_with_beds)
+
 KIND = Kind(
     name="contact",
     order=15,
@@ -76,6 +80,6 @@ KIND = Kind(
     words=words,
     headline=headline,
     tool="contact",
-    layer=GisLayer("contacts", "line", line_of, (*of.NAMED, LENGTH, of.NOTES)),
+    layer=GisLayer("contacts", "line", line_of, (*of.NAMED, LENGTH, NOTES)),
     listed=True,
 )

@@ -10,6 +10,7 @@ import numpy as np
 
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
+from vomstudio.document.bed_words import notes_with_beds
 from vomstudio.document.dimension_errors import registration_errors, thickness_error
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import (
@@ -43,7 +44,7 @@ from vomstudio.document.measurement import (
     is_metric,
     world_points,
 )
-from vomstudio.document.records import Picked, Point, get_feature
+from vomstudio.document.records import Logged, Point, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.geology.intersections import stray95, t95
 from vomstudio.geometry.lines import path_length, ring_area
@@ -62,7 +63,7 @@ GROUP = OwnGroup("dimensions", _("Measurements"), "ruler")
 
 
 @dataclass(frozen=True)
-class Dimension(Picked):
+class Dimension(Logged):
     """plane_id: of a thickness, the feature across whose plane it is measured."""
 
     id: str
@@ -73,6 +74,7 @@ class Dimension(Picked):
     vertices: tuple[Point, ...]
     plane_id: str = ""
     notes: str = ""
+    beds: tuple[tuple[str, str, str], ...] = ()
 
 
 def measure(at: Measuring, dimensions: Sequence[Dimension]) -> list[Measurement]:
@@ -216,6 +218,8 @@ FIGURES = (
     ),
 )
 
+NOTES = replace(of.NOTES, value=notes_with_beds)
+
 KIND = Kind(
     name="dimension",
     order=40,
@@ -237,7 +241,7 @@ KIND = Kind(
     below=plane_below,
     tool="measure",
     layer=GisLayer(
-        "dimensions", "line", line_of, (of.ID, of.NAME, WHAT, *FIGURES, of.NOTES), sparse=True
+        "dimensions", "line", line_of, (of.ID, of.NAME, WHAT, *FIGURES, NOTES), sparse=True
     ),
     group=GROUP,
     color="#ffffff",

@@ -10,6 +10,7 @@ import numpy as np
 
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
+from vomstudio.document.bed_words import in_words, notes_with_beds
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import (
     Attribute,
@@ -30,12 +31,13 @@ from vomstudio.document.measurement import (
     told_of_rule,
     world_lines,
 )
-from vomstudio.document.records import Picked, Point, Repeatable, Surrounded, Typed
+from vomstudio.document.records import Logged, Point, Repeatable, Surrounded, Typed
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
+from vomstudio.geometry.lines import path_lengths
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, tr
 from vomstudio.words import to_translate as _
 
 METHODS = (
@@ -44,8 +46,16 @@ METHODS = (
 )
 
 
+_TO_AND_FRO = 4.0
+"""Ours: times its extent that the way along a trace is long; once around an outcrop is pi times."""
+_FACE = _(
+    "The points go to and fro as if they were picked all over a face: is this a trace? A patch "
+    "would show the face."
+)
+
+
 @dataclass(frozen=True)
-class Trace(Picked, Surrounded, Repeatable, Typed):
+class Trace(Logged, Surrounded, Repeatable, Typed):
     """vertices: in order, model file frame. resolution: effective, of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
     outcrop face around the trace, file frame, None where unknown. rule: by which these two were
@@ -69,6 +79,7 @@ class Trace(Picked, Surrounded, Repeatable, Typed):
     axis: Axis = "z"
     repeat_of: str | None = None
     interpreter: str | None = None
+    beds: tuple[tuple[str, str, str], ...] = ()
 
 
 def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
@@ -83,8 +94,9 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     faces = _faces(traces, frames)
     tilts = _tilts([fit for fit, _ in fits], frames)
     result = []
-    each = zip(traces, frames, faces, points, fits, tilts, strict=True)
-    for trace, frame, face, own, (fit, problem), tilt in each:
+    lengths = path_lengths(points)
+    each = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
+    for trace, frame, face, own, (fit, problem), tilt, length in each:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
         verdict = (
             None
@@ -101,6 +113,8 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                 measured=resolution is not None or face is not None,
             )
         )
+        if verdict is not None and fit is not None and length > _TO_AND_FRO * (fit.extent or 0.0):
+            verdict = replace(verdict, notes=(*verdict.notes, tr(_FACE)))
         result.append(
             Measurement(
                 own,
@@ -182,6 +196,8 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
 
+NOTES = replace(of.NOTES, value=notes_with_beds)
+
 KIND = Kind(
     name="trace",
     order=10,
@@ -198,6 +214,7 @@ KIND = Kind(
         Attribute("method", _("Fit"), "choice", METHODS), kind.NOTES,
     ),
     sketch=sketch,
+    remarks=lambda subject: in_words(subject.feature, subject.records),
     orientations=("plane",),
     evidence="picked",
     plane=kind.always,
@@ -207,7 +224,7 @@ KIND = Kind(
         "traces", "line", line_of,
         (
             *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.MAX_CONFIDENCE, of.QUALITY,
-            of.NOTES,
+            NOTES,
         ),
         main=True,
     ),

@@ -8,12 +8,14 @@ Model and moves everything with it. The record of each kind of feature is in `do
 from __future__ import annotations
 
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
+from vomstudio.document.records.compasses import Compass, NorthKind, ReadNorth, compass_id
 from vomstudio.document.records.face_grids import FaceGrid
 from vomstudio.document.records.feature_types import DEFAULT_TYPES, FeatureType
 from vomstudio.document.records.features import (
     SURROUNDINGS_RULE,
     Feature,
     Group,
+    Logged,
     OnAModel,
     Painted,
     Picked,
@@ -38,7 +40,7 @@ from vomstudio.document.records.registrations import Registration, RegistrationP
 
 Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
 """What models rest on."""
-Record = Model | FeatureType | VerdictProfile | FaceGrid | Resting | Feature
+Record = Model | FeatureType | VerdictProfile | FaceGrid | Compass | Resting | Feature
 
 __all__ = [
     "DEFAULT_TYPES",
@@ -47,6 +49,7 @@ __all__ = [
     "SURROUNDINGS_RULE",
     "UNDECLARED",
     "Asset",
+    "Compass",
     "FaceGrid",
     "Feature",
     "FeatureType",
@@ -54,15 +57,18 @@ __all__ = [
     "FrameKind",
     "Group",
     "ImageMark",
+    "Logged",
     "MarkedPoint",
     "Mask",
     "Matrix",
     "Model",
+    "NorthKind",
     "OnAModel",
     "Painted",
     "PhotoSet",
     "Picked",
     "Point",
+    "ReadNorth",
     "Reconstruction",
     "Record",
     "Registration",
@@ -73,6 +79,7 @@ __all__ = [
     "Typed",
     "UpAxis",
     "VerdictProfile",
+    "compass_id",
     "get",
     "get_feature",
     "limits_of",

@@ -76,6 +76,16 @@ class Picked(OnAModel):
     vertices: tuple[Point, ...]
 
 
+class Logged(Picked):
+    """A line along which a log of beds may run.
+
+    beds: what was said of them, as (boundary at which the bed begins, lithology, notes); a boundary
+    is the id of the trace there, or "#" and the number of the line's own point, from 0.
+    """
+
+    beds: tuple[tuple[str, str, str], ...]
+
+
 class Painted(OnAModel):
     """A piece of the model's own surface.
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from vomstudio.document.records.basics import IDENTITY, Matrix, Point
+from vomstudio.document.records.compasses import ReadNorth
 from vomstudio.document.records.frames import UNDECLARED, Frame
 
 if TYPE_CHECKING:
@@ -35,10 +36,9 @@ class Registration:
 
     method: "gps", "control" or "local" for a reconstruction placed by its cameras, by control
     points, or by nothing outside of the photos; "points" for a model placed by points that were
-    found on it, "lines" by lines alone of which something is known, "reference" for one fitted to
-    another model. frame: what is known of World
-    afterwards. matrix: 4x4 from the file to World. reconstruction_id: the one that it came with, ""
-    for none.
+    found on it, "lines" by lines and planes alone of which something is known, "reference" for one
+    fitted to another model. frame: what is known of World afterwards. matrix: 4x4 from the file to
+    World. reconstruction_id: the one that it came with, "" for none.
     rotation_error_deg: about up, east and north, one sigma, None where not known; scale_error: one
     sigma, as a share. rms_control_m, rms_check_m: of what is left over at the points. control: by
     which it was found. covariance: 7x7 of turns about east, north and up (rad), a relative change
@@ -47,6 +47,7 @@ class Registration:
     (`geology.bowing.model_shape`); None where only its points are known. lens_bowing95_deg,
     lens_stretch95: what the errors of the lenses of a model made here can do, 95 %: by how much
     dips differ from edge to edge, and depths beside lengths, as a share; None where not known.
+    read_north: from which north azimuths were read that it rests on, None where it rests on none.
     """
 
     id: str
@@ -66,6 +67,7 @@ class Registration:
     normal: Point | None = None
     lens_bowing95_deg: float | None = None
     lens_stretch95: float | None = None
+    read_north: ReadNorth | None = None
 
     def to_world(self) -> Matrix:
         """4x4 similarity from the file to World."""

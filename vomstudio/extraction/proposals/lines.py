@@ -26,11 +26,13 @@ SURROGATES = 49
 # Steps of smoothing: of the evidence, and of the surroundings that it is held against.
 _FINE, _WIDE = 2, 64
 # Evidence of a line is above this, in standard deviations of the noise.
-_STANDS_OUT = 1.25
+_STANDS_OUT = 0.8
 # A strong contact beside a place is not its noise.
 _MOST_NOISE = 3.0
 _LEAST_NOISE = 0.5
 _MOST_SMOOTHING = 16
+# A line's ends are at least so much of its length apart; what turns back is cut there.
+_LEAST_REACH = 0.6
 _SEED = 20240229
 
 
@@ -190,16 +192,45 @@ def _lines_of(
     while left and len(found) < most:
         own, part = left.pop()
         path = _longest(part, evidence[own])
-        length = float(np.linalg.norm(np.diff(part.places[path], axis=0), axis=1).sum())
+        length = _length(part.places[path])
         if length < least_length:
             continue
-        mean = float(evidence[own[path]].mean())
-        found.append(Line(own[path], length, mean, mean * float(np.sqrt(length / arc))))
+        for nodes_on in _unturned(part.places, path):
+            along = _length(part.places[nodes_on])
+            if along >= least_length:
+                mean = float(evidence[own[nodes_on]].mean())
+                strength = mean * float(np.sqrt(along / arc))
+                found.append(Line(own[nodes_on], along, mean, strength))
         wide = max(3.0 * arc, 1.5 * len(own) * arc / len(path))
         far = cKDTree(part.places[path]).query(part.places)[0] > wide
         rest = np.flatnonzero(far)
         left += [(own[rows], one) for rows, one in _pieces(part, rest, least_length / arc)]
     return found
+
+
+def _unturned(places: Array, path: Ints) -> list[Ints]:
+    """The parts of a path, cut where it turns, whose ends are far enough apart for their length."""
+    found, left = [], [path]
+    while left:
+        part = left.pop()
+        if len(part) < 3:
+            continue
+        line = places[part]
+        chord = line[-1] - line[0]
+        apart = float(np.linalg.norm(chord))
+        if apart >= _LEAST_REACH * _length(line):
+            found.append(part)
+            continue
+        off = line - line[0]
+        if apart > 0.0:
+            off = off - np.outer(off @ chord / apart**2, chord)
+        turn = 1 + int(np.linalg.norm(off, axis=1)[1:-1].argmax())
+        left += [part[: turn + 1], part[turn:]]
+    return found
+
+
+def _length(places: Array) -> float:
+    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
 
 def _longest(piece: Graph, evidence: Array) -> Ints:

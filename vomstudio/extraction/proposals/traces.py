@@ -104,7 +104,7 @@ def propose_traces(
     Follower(surface, cost)
     least = LEAST_LENGTH * resolution if least_length is None else least_length
     progress.stage(tr("Looking for lines"), None)
-    graph = surface.whole
+    graph = surface.finest
     evidence = evidence_of(graph, cost)
     progress.step(0)
     lines = find_lines(graph, evidence, least, most)

@@ -16,11 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
-from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
+from vomstudio.io.text.orientation_reading import orientations_of
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -102,15 +103,26 @@ class LevelTable:
 
 @dataclass(frozen=True, eq=False)
 class CompassTable:
-    """Planes and lines of the model that were read by compass.
+    """n planes and lines of the model that were read by compass.
 
-    read : what was read; model : (n, 3) unit vectors in the model's frame, normals of planes
+    is_plane : (n,) else a line; azimuth_deg, inclination_deg : (n,) as read, dip direction and dip
+        of planes, trend and plunge of lines
+    model : (n, 3) unit vectors in the model's frame, normals of planes
     sigma : (n,) degrees, NaN where not stated
     """
 
-    read: OrientationTable
+    labels: tuple[str, ...]
+    is_plane: npt.NDArray[np.bool_]
+    azimuth_deg: Array
+    inclination_deg: Array
     model: Array
     sigma: Array
+
+    def vectors(self) -> Array:
+        """(n, 3) unit vectors by what was read: downward poles of planes, and the lines."""
+        poles = planes_to_poles(self.azimuth_deg, self.inclination_deg)
+        lines = lines_to_vectors(self.azimuth_deg, self.inclination_deg)
+        return np.where(self.is_plane[:, None], poles, lines)
 
 
 def read_pairs(path: str | Path) -> Pairs:
@@ -234,4 +246,15 @@ def read_compass(path: str | Path) -> CompassTable:
             tr("More than 90 degrees say nothing of a direction. Correct it, or leave it empty."),
             "sigma_deg",
         )
-    return CompassTable(read, vectors / length[:, None], sigma[read.kept])
+    labels = read.ids
+    if not table.has(("id",)) and table.has(LABEL):
+        names = table.words(LABEL, "label", empty=True)
+        labels = tuple(names[row] or label for row, label in zip(read.kept, labels, strict=True))
+    return CompassTable(
+        labels,
+        read.is_plane,
+        np.where(read.is_plane, read.dip_direction_deg, read.trend_deg),
+        np.where(read.is_plane, read.dip_deg, read.plunge_deg),
+        vectors / length[:, None],
+        sigma[read.kept],
+    )

@@ -15,7 +15,7 @@ from vomstudio.files.atomic import write_bytes
 from vomstudio.files.backup import set_aside
 from vomstudio.files.inside import check_beside
 from vomstudio.files.spreadsheet_cells import guarded
-from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.words import tr
 
@@ -53,6 +53,24 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
         if has_sigma:
             row += ["" if np.isnan(v) else _digits(v) for v in pairs.sigma[k].tolist()]
         rows.append(row)
+    return _write(path, head, rows)
+
+
+def write_compass(path: Path, table: CompassTable) -> Path | None:
+    """Write readings by compass as the table that `register --orientations` reads. Returns as
+    `write_control`, raises TargetError."""
+    head = ["id", "geometry", "dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg"]
+    head += ["model_x", "model_y", "model_z", "sigma_deg"]
+    rows = []
+    for k, label in enumerate(table.labels):
+        angles = [_digits(table.azimuth_deg[k]), _digits(table.inclination_deg[k])]
+        plane = bool(table.is_plane[k])
+        sigma = float(table.sigma[k])
+        rows.append(
+            [guarded(label), "plane" if plane else "line",
+             *(angles if plane else ["", ""]), *(["", ""] if plane else angles),
+             *map(_digits, table.model[k].tolist()), "" if np.isnan(sigma) else _digits(sigma)]
+        )  # fmt: skip
     return _write(path, head, rows)
 
 

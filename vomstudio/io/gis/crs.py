@@ -130,10 +130,18 @@ def utm_zone(longitude_deg: float, latitude_deg: float) -> str:
     return f"EPSG:{(32600 if latitude_deg >= 0 else 32700) + zone}"
 
 
+def typed_crs(text: str, field: str = "--crs") -> tuple[str, float]:
+    """As `parse_crs`, of what somebody typed; field: what errors call it. Raises UsageError."""
+    try:
+        return parse_crs(text)
+    except InputError as error:
+        raise UsageError(error.message, field=field) from error
+
+
 def metric_crs(text: str, field: str) -> str:
-    """ "EPSG:n" or WKT of a projected CRS in metres; field: what errors call it. Raises InputError
-    for one that is not known, UsageError for one in another unit."""
-    code, unit = parse_crs(text)
+    """ "EPSG:n" or WKT of a projected CRS in metres; field: what errors call it. Raises
+    UsageError."""
+    code, unit = typed_crs(text, field)
     if unit != 1.0:
         raise UsageError(
             tr("The coordinate reference system is not in metres. Choose one that is."), field=field

@@ -135,6 +135,10 @@ class Assets:
                 write_bytes(path, data, force=True)
 
     def close(self) -> None:
+        # Whoever is asked for the folder refers to this: a project that is left goes at once, with
+        # its thousands of records, and not when circles are looked for.
+        folder = self._folder()
+        self._folder, self._ours = lambda: folder, lambda: False
         if self._stand_in is not None:
             self._stand_in.cleanup()
         self._stand_in = None

@@ -47,7 +47,7 @@ def _exported(
 ) -> ProjectTable:
     from vomstudio.io.project.journal import own_files, read_replay
 
-    _check_format(format_)
+    format_ = _format_named(format_)
     check_target(out, force=force, inputs=own_files(folder))
     kept = read_replay(folder)
     refuse_empty(kept.records, folder)
@@ -83,7 +83,7 @@ def export_records(
     thresholds: Thresholds | None = None,
 ) -> ProjectTable:
     """Export the features of a document. Raises as `export_project`."""
-    _check_format(format_)
+    format_ = _format_named(format_)
     measurements = Measurements(thresholds)
     table = project_table(records, measurements)
     if format_ != "csv":
@@ -146,13 +146,15 @@ def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
         return None
 
 
-def _check_format(format_: str) -> None:
-    if format_ not in FORMATS:
+def _format_named(word: str) -> str:
+    """One of FORMATS, in capitals or not. Raises UsageError."""
+    if word.casefold() not in FORMATS:
         raise UsageError(
             tr(
                 "This version cannot write “{format}”. Choose one of {formats}.",
-                format=format_,
+                format=word,
                 formats=", ".join(FORMATS),
             ),
             field="--to",
         )
+    return word.casefold()

@@ -371,6 +371,7 @@ class SqliteJournal:
         if not self._is_open:
             return
         self._is_open = False
+        self._tell, self._come_back, self._write_first = None, lambda: None, lambda: None
         trouble = self._ground.trouble(self._head)
         if trouble is not None and trouble.lost:
             leave_alone(self._db, self.path, log_is_ours=self._ground.has_log_of_ours())

@@ -9,7 +9,7 @@ from vomstudio.document.journal import replay
 from vomstudio.io.project.journal_ground import copy_database
 from vomstudio.io.project.journal_rows import COLUMNS, SET_HEAD, Head, checksum, read_rows
 
-SCHEMA_VERSION = 8
+SCHEMA_VERSION = 9
 TAKING_IN = "taking in the files of schema 1"
 """A view that is true from the migration on until `folder.Project` has made records of them."""
 
@@ -60,5 +60,6 @@ def _read_as_they_are(db: sqlite3.Connection) -> None:
 # verdicts, and the rule by which surroundings were measured. 5: a registration's points and
 # covariance. 6: control points among the features. 7: how far a model reaches, and its lenses. 8:
 # stations, contacts, lithologies and known lines among the features; repeats of a feature, and by
-# whom; grids of what was looked at; frames of which a part is known.
+# whom; grids of what was looked at; frames of which a part is known. 9: planes read by compass,
+# from which north; what is said of the beds along a line.
 _STEPS = {1: _to_schema_2, **dict.fromkeys(range(2, SCHEMA_VERSION), _read_as_they_are)}

@@ -70,6 +70,10 @@ class OrientationTable:
         return bowed_in(self.table.comments)
 
     @property
+    def repeats(self) -> int:
+        return self.table.repeats
+
+    @property
     def path(self) -> Path:
         return self.table.path
 

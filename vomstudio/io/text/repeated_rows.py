@@ -31,6 +31,7 @@ def first_picks(table: TextTable) -> TextTable:
         )
     return replace(
         table,
+        repeats=len(table) - len(first),
         notes=(*table.notes, repeats_left_out(len(table) - len(first))),
         line_numbers=table.line_numbers[np.array(first)],
         _text=replace(table._text, rows=[table.rows[i] for i in first], lines=[]),
@@ -45,3 +46,15 @@ def repeats_left_out(count: int) -> str:
         "repeats)",
         count,
     )
+
+
+def repeats_not_drawn(count: int) -> tuple[str, ...]:
+    """The note of a figure without so many of them; nothing where there are none."""
+    if not count:
+        return ()
+    said = tr_n(
+        "{count} repeated pick not drawn: no further structure",
+        "{count} repeated picks not drawn: no further structures",
+        count,
+    )
+    return (said,)

@@ -61,6 +61,8 @@ class TextTable:
     line_numbers: NDArray[np.int64]
     """(n,) the line in the file at which each row begins, counted from 1."""
     _text: TextRows = field(repr=False)
+    repeats: int = 0
+    """Rows that were left out since they repeat others."""
 
     def __len__(self) -> int:
         return len(self.line_numbers)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.files.arrays import open_arrays
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.pictures import PHOTOS, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
@@ -108,10 +109,8 @@ class Features:
     @classmethod
     def load(cls, path: Path) -> Features | None:
         """None where there is no whole file."""
-        import zipfile
-
         try:
-            with path.open("rb") as file, np.load(file) as arrays:
+            with open_arrays(path) as arrays:
                 width, height = (int(v) for v in arrays["size"])
                 return cls(
                     arrays["keypoints"],
@@ -121,7 +120,7 @@ class Features:
                     height,
                     str(arrays["problem"]) or None,
                 )
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except (OSError, ValueError, KeyError, EOFError):
             return None
 
 

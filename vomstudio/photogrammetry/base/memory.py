@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from vomstudio.files.memory_room import group_bytes
+
 # The rest is left to the system and to other programs.
 SHARE = 0.7
 _SMALLEST_PX = 320
 
 
 def available_bytes() -> int:
-    """Memory that can be taken now without swapping."""
+    """Memory that can be taken now without swapping; in a container no more than is left to it."""
     import psutil
 
-    return int(psutil.virtual_memory().available)
+    available = int(psutil.virtual_memory().available)
+    left = group_bytes()
+    return available if left is None else min(available, left)
 
 
 def peak_bytes() -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.arrays import open_arrays
 from vomstudio.files.regular import read_json
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.units import UNPLACED, WORLD, Axes
@@ -121,7 +121,7 @@ class SparseScene:
                     tr("This scene was written by a newer version. Update VOM Studio."),
                     file=folder / "scene.json",
                 )
-            with np.load(folder / "scene.npz") as arrays:
+            with open_arrays(folder / "scene.npz") as arrays:
                 return cls(
                     tuple(view_from_dict(view) for view in head["views"]),
                     **{name: arrays[name] for name in arrays.files},
@@ -130,7 +130,7 @@ class SparseScene:
                     scaled=head["scaled"],
                     notes=tuple(head["notes"]),
                 )
-        except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
                 tr(
                     "The alignment is incomplete or damaged ({error}). Align the photos again.",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError
+from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
@@ -92,8 +92,7 @@ class DepthMap:
         import json
 
         try:
-            # numpy leaves a path of its own open where the file is cut off.
-            with open(path, "rb") as file, np.load(file) as arrays:
+            with open_arrays(path) as arrays:
                 view = view_from_dict(json.loads(str(arrays["view"])))
                 return cls(
                     view.name,
@@ -102,7 +101,7 @@ class DepthMap:
                     arrays["normals"].astype(np.float32),
                     arrays["confidence"],
                 )
-        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
             raise InputError(
                 tr(
                     "The depth map is incomplete or damaged ({error}). Compute it again.",

@@ -7,7 +7,6 @@ InputError where a stage is not finished or damaged. Pixels are those of the pho
 from __future__ import annotations
 
 import math
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.arrays import open_arrays
 from vomstudio.files.regular import read_json
 from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.alignment import Alignment
@@ -266,14 +266,14 @@ def coverage(out: Path, name: str) -> float | None:
     if folder is None or not _depth_path(folder, name).exists():
         return None
     try:
-        with np.load(_depth_path(folder, name)) as arrays:
+        with open_arrays(_depth_path(folder, name)) as arrays:
             has = arrays["depth"] > 0
         straight = stage_folder(out, "straight")
         if straight is not None:
             usable = load_undistorted(_depth_path(straight, name)).valid
             if usable.shape == has.shape:
                 return float((has & usable).sum() / max(1, usable.sum()))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except (OSError, ValueError, KeyError, EOFError):
         return None
     return float(has.mean())
 

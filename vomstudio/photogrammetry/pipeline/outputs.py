@@ -10,7 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.errors import TargetError, VomError
-from vomstudio.files.disk_troubles import is_full, reason_of
+from vomstudio.files.disk_troubles import (
+    is_full,
+    not_taken,
+    number_of_failure,
+    reason_of,
+    tells_of_disk,
+)
 from vomstudio.files.inside import refuse_links
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
@@ -20,11 +26,6 @@ from vomstudio.words import to_translate, tr
 RESULT = "reconstruction.json"
 # A worker whose window was killed may still be in native code that nothing interrupts.
 _PATIENCE_S = 5.0
-_SAID_OF_DISK = (
-    "disk I/O error", "disk is full", "readonly database", "unable to open database",
-    "Input/output error", "Read-only file system", "No space left", "Permission denied",
-)  # fmt: skip
-"""What SQLite in COLMAP, and C++ streams, say of a disk."""
 # What a library could not write was no larger than this, as a rule.
 _FULL_BELOW = 1_000_000
 
@@ -148,16 +149,10 @@ def disk_trouble_reported(folder: Path) -> Iterator[None]:
                 tr("The disk is full. Finished results are kept. Free some space and start again."),
                 file=folder,
             ) from error
-        if not any(words in str(error) for words in _SAID_OF_DISK):
+        # Libraries say much of a disk, or nothing: whether it takes anything is tried.
+        if not tells_of_disk(error) and number_of_failure(folder) is None:
             raise
-        raise TargetError(
-            tr(
-                "The disk does not take what is written ({reason}). Finished results are kept. "
-                "Mend that, or choose another folder, and start again.",
-                reason=reason_of(folder, error),
-            ),
-            file=folder,
-        ) from error
+        raise not_taken(folder, error) from error
 
 
 def _free_bytes(folder: Path) -> float:

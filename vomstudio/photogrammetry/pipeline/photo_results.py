@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 import numpy as np
 
 from vomstudio.errors import InputError
+from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
@@ -76,7 +76,7 @@ def load_result(load: Callable[[Path], Result], path: Path) -> Result:
     """What is in a file. Raises InputError where a failing disk has damaged it."""
     try:
         return load(path)
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
         raise InputError(
             tr(
                 "This file is damaged ({error}). Remove its folder and start again.",
@@ -98,7 +98,7 @@ def load_undistorted(path: Path) -> Undistorted:
     """As `save_undistorted` wrote it."""
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
 
-    with np.load(path) as arrays:
+    with open_arrays(path) as arrays:
         mask = arrays["mask"].tobytes() if "mask" in arrays.files else None
         view = view_from_dict(json.loads(str(arrays["view"])))
         return Undistorted(arrays["photo"].tobytes(), mask, view)
@@ -121,7 +121,7 @@ def save_cloud(path: Path, cloud: PointCloud) -> None:
 
 def load_cloud(path: Path) -> PointCloud:
     """As `save_cloud` wrote it."""
-    with np.load(path) as arrays:
+    with open_arrays(path) as arrays:
         return PointCloud(
             arrays["points"], arrays.get("colors"), arrays.get("normals"), _fields(arrays)
         )
@@ -144,7 +144,7 @@ def save_mesh(path: Path, mesh: Mesh) -> None:
 
 def load_mesh(path: Path) -> Mesh:
     """A material NAME wears NAME.jpg in the same folder."""
-    with np.load(path) as arrays:
+    with open_arrays(path) as arrays:
         return Mesh(
             arrays["vertices"],
             arrays["faces"],

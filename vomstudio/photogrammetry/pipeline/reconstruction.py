@@ -173,7 +173,7 @@ class _Run:
             try:
                 align(photos.photos, stage.folder, options, self.executor, self.log)
             except InputError as error:
-                raise InputError(error.message, file=error.file or self.folder) from error
+                raise error.of_file(self.folder) from error
             stage.finish()
         return Alignment.load(stage.folder), stage
 

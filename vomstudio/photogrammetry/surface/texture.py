@@ -271,15 +271,15 @@ def _report(
         for one in visible
         if not len(one.faces)
     ]
-    if atlas.texel > 1.001 * atlas.facts["wanted_texel_m"]:
+    larger = atlas.texel / atlas.facts["wanted_texel_m"]
+    if larger > 1.001:
+        # Without a length: the model may have no scale.
         warnings.append(
             tr_n(
-                "Texture pixels are {size:.3g} mm instead of {wanted:.3g} mm, to fit {count} page.",
-                "Texture pixels are {size:.3g} mm instead of {wanted:.3g} mm, to fit {count} "
-                "pages.",
+                "Texture pixels are {factor:.3g} times as large as wanted, to fit {count} page.",
+                "Texture pixels are {factor:.3g} times as large as wanted, to fit {count} pages.",
                 len(atlas.sizes),
-                size=1000 * atlas.texel,
-                wanted=1000 * atlas.facts["wanted_texel_m"],
+                factor=larger,
             )
         )
     if unseen > 0.05:

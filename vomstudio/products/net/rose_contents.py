@@ -23,6 +23,7 @@ from vomstudio.geology.roses import (
     rose_of,
     weights_of,
 )
+from vomstudio.io.text.repeated_rows import repeats_not_drawn
 from vomstudio.products.net.contents import NetSet
 from vomstudio.products.net.table_net import members_of
 from vomstudio.words import tr
@@ -86,7 +87,8 @@ def roses_of_table(
                 roses[name] = rose
             else:
                 empty.append(name)
-    return RoseContents(of, roses, weight, by_area, tuple(empty))
+    notes = repeats_not_drawn(table.repeats)
+    return RoseContents(of, roses, weight, by_area, tuple(empty), notes=notes)
 
 
 def roses_of_sets(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -15,14 +15,22 @@ import numpy.typing as npt
 from vomstudio.document.kind import color_of, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
+from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_normals
 from vomstudio.io.project.export import refuse_empty, thresholds_of
 from vomstudio.io.project.journal import read_replay
 from vomstudio.tables.project_layers import project_layers
 from vomstudio.tables.project_table import project_table
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Form = Literal["point", "line", "ring"]
+
+LEGEND = "legend"
+PARTS = ("traces", "patches", "symbols", LEGEND)
+"""What of an interpretation can be drawn: all that is a line, an area or a place; and what the
+colours and symbols mean, on a sheet."""
+_PART: dict[Form, str] = {"line": "traces", "ring": "patches", "point": "symbols"}
 
 NO_COLOR = "#404040"
 EDGE_ON_DEG = 1e-6
@@ -60,6 +68,29 @@ class Flat:
     points: Array
     away: Array
     apparent_dip_deg: float | None
+
+
+def parse_parts(text: str) -> tuple[str, ...]:
+    """Of "traces,legend". Raises UsageError."""
+    parts = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
+    if unknown := [part for part in parts if part not in PARTS]:
+        raise UsageError(
+            tr("{word} is no part of an interpretation. Name some of {known}, between commas.",
+               word=repr(unknown[0]), known=", ".join(PARTS)),
+            field="--show",
+        )  # fmt: skip
+    if parts == (LEGEND,):
+        raise UsageError(
+            tr("A legend alone explains nothing. Name what is drawn, too: traces, patches or "
+               "symbols."),
+            field="--show",
+        )  # fmt: skip
+    return parts
+
+
+def items_shown(items: tuple[Item, ...], parts: Collection[str]) -> tuple[Item, ...]:
+    """Those that belong to one of these parts."""
+    return tuple(item for item in items if _PART[item.form] in parts)
 
 
 def read_items(folder: Path) -> tuple[Item, ...]:

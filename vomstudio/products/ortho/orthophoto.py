@@ -44,6 +44,7 @@ from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
+from vomstudio.products.ortho.vector_drawing import Drawing
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
 from vomstudio.words import to_translate, tr, tr_n
@@ -102,24 +103,29 @@ def write_orthophoto(
     threads: int | None = None,
     drawn: Source | None = None,
     features: tuple[Item, ...] | None = None,
+    legend: bool = True,
 ) -> Made:
     """Draw and write all files, whole or none of them.
 
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a page to scale
     for people (PNG, JPG or PDF), with the features on it. drawn : the picture, where it has been
-    drawn by this plan already. features : of World, to be drawn over it as vector data. Raises
-    TargetError, Cancelled.
+    drawn by this plan already. features : of World, to be drawn over it as vector data.
+    legend : on the sheet, of these features. Raises TargetError, Cancelled.
     """
     progress = progress or Silent()
     image = Path(image)
     depth, sidecar, world = outputs_of(image)
     is_map = plan.frame.is_vertical
-    drawings = {} if features is None else drawing_targets(image)
+    drawing, beside = draw_features(features or (), plan, None)
+    drawings = drawing_targets(image) if drawing.shapes else {}
     targets = [image, depth, sidecar, world, *drawings.values()]
-    targets += [Path(sheet)] if sheet is not None else []
+    chosen = () if sheet is None else (Path(sheet),)
+    targets += chosen
     _check_targets(targets, (depth, sidecar, world), force)
     grid = plan.grid
     warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
+    if features is not None:
+        warnings += _of_features(drawing, beside)
     transform = _transform(plan)
     facts = picture_facts(plan, crs if is_map else None)
     shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(facts))
@@ -127,7 +133,6 @@ def write_orthophoto(
     progress.stage(tr("Preparing the model"))
     source = drawn or source_of(data, plan)
     small = _Reduced(grid) if sheet is not None or drawings else None
-    chosen = () if sheet is None else (Path(sheet),)
     with atomic_group(targets, force, named=chosen) as parts_of:
         paths = dict(zip(targets, parts_of, strict=True))
         with (
@@ -151,32 +156,25 @@ def write_orthophoto(
             "drawing": {form: target.name for form, target in drawings.items()} or None,
             "software": f"VOM Studio {__version__}",
         }
-        if features is not None and small is not None:
+        if small is not None:
+            drawing = replace(drawing, picture=small.within())
+        if drawings:
             parts = {form: paths[target] for form, target in drawings.items()}
-            warnings += _draw_features(features, plan, small, parts, shown_crs, facts)
+            write_drawings(parts, drawing, shown_crs, facts["picture_id"])
+            facts["drawn"] = len(drawing.shapes)
         facts["warnings"] = warnings
         paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
-        if sheet is not None and small is not None:
-            drawing, _ = draw_features(features or (), plan, small.within())
-            write_sheet(paths[Path(sheet)], drawing, plan.view, format_of(sheet))
-    shown = None if sheet is None else Path(sheet)
-    said = tuple(warnings)
+        for page in chosen:
+            write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
+    shown, said = next(iter(chosen), None), tuple(warnings)
     return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
 
 
-def _draw_features(
-    features: tuple[Item, ...],
-    plan: Plan,
-    small: _Reduced,
-    parts: dict[str, Path],
-    crs: str | None,
-    facts: dict[str, Any],
-) -> list[str]:
-    """Write the drawings and note in `facts` how many features they hold; what must be said."""
-    drawing, beside = draw_features(features, plan, small.within())
-    write_drawings(parts, drawing, crs, facts["picture_id"])
-    facts["drawn"] = len(drawing.shapes)
+def _of_features(drawing: Drawing, beside: int) -> list[str]:
+    """What must be said of the features on the picture and beside it."""
+    if not drawing.shapes:
+        return [tr("Nothing that was asked for lies on the picture, so no drawing is written.")]
     if not beside:
         return []
     return [

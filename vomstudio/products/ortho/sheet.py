@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.net.written_figure import write_figure
+from vomstudio.products.ortho.sheet_legend import LETTER_MM, Legend, entries_of
 from vomstudio.products.ortho.vector_drawing import (
     DIP_TICK_MM,
     INK,
@@ -40,8 +41,6 @@ _MARGIN_MM, _TOP_MM = 18.0, 16.0
 _LEAST_WIDTH_MM = 130.0
 """Of what stands below the picture, beside a narrow one."""
 _FONT_PT, _LABEL_PT, _LINE_PT = 8.0, 7.0, 0.9
-_LETTER_MM = 0.19
-"""Of a letter's mean width and of a point of its size."""
 _ROW_MM = 4.6
 _BAR_MM, _WORDS_MM = 14.5, 20.5
 """Below the picture: the scale bar, and the first row of words."""
@@ -59,14 +58,19 @@ def format_of(path: str | Path) -> str:
     return FORMATS[ending]
 
 
-def write_sheet(path: Path, drawing: Drawing, view: View, format: str) -> None:
-    """drawing : with its picture, in metres of its plane; format : of FORMATS"""
+def write_sheet(
+    path: Path, drawing: Drawing, view: View, format: str, *, legend: bool = True
+) -> None:
+    """drawing : with its picture, in metres of its plane; format : of FORMATS; legend : what the
+    colours and symbols of its shapes mean"""
     low, high = drawing.bounds
     scale = paper_scale(drawing.bounds)
     wide, tall = (1000.0 * (high - low) / scale).tolist()
     page = max(wide, _LEAST_WIDTH_MM)
     words = _words(view, page)
-    size = (page + 2 * _MARGIN_MM, tall + _TOP_MM + _WORDS_MM + _ROW_MM * len(words) + 6.0)
+    below = _WORDS_MM + _ROW_MM * len(words)
+    key = Legend(entries_of(drawing.shapes) if legend else [], page, _FONT_PT)
+    size = (page + 2 * _MARGIN_MM, tall + _TOP_MM + below + key.height_mm + 6.0)
     left, bottom = 0.5 * (size[0] - wide), size[1] - _TOP_MM - tall
 
     def draw(figure: Figure) -> None:
@@ -83,9 +87,11 @@ def write_sheet(path: Path, drawing: Drawing, view: View, format: str) -> None:
         page_axes.set_axis_off()
         _draw_ends(page_axes, drawing, view, (left, bottom, wide, tall))
         _draw_bar(page_axes, drawing, scale, (left, bottom, wide))
+        side = min(left, 0.5 * (size[0] - page))
+        key.draw(page_axes, side, bottom - below)
         for k, line in enumerate(words):
             page_axes.text(
-                min(left, 0.5 * (size[0] - page)), bottom - _WORDS_MM - _ROW_MM * k, line,
+                side, bottom - _WORDS_MM - _ROW_MM * k, line,
                 fontsize=_FONT_PT, color=INK, va="top", parse_math=False,
             )  # fmt: skip
 
@@ -96,7 +102,7 @@ def _words(view: View, width_mm: float) -> list[str]:
     import textwrap
 
     unknown = unknown_in_words(view)
-    letters = round(width_mm / (_LETTER_MM * _FONT_PT))
+    letters = round(width_mm / (LETTER_MM * _FONT_PT))
     said = [direction_in_words(view), *textwrap.wrap(view.reason, letters)]
     return [*said, *([unknown] if unknown else [])]
 
@@ -143,7 +149,7 @@ def _draw_shape(ax: Axes, shape: Shape, scale: int) -> None:
 def _draw_frame(ax: Axes, drawing: Drawing, scale: int) -> None:
     low, high = drawing.bounds
     beside = ticks_over(float(low[0]), float(high[0]))
-    wide = _LETTER_MM * _FONT_PT * (max((len(_number(v)) for v in beside), default=0) + 2)
+    wide = LETTER_MM * _FONT_PT * (max((len(_number(v)) for v in beside), default=0) + 2)
     ax.set_xticks(_with_room(beside, 0.001 * scale * wide))
     ax.set_yticks(_with_room(ticks_over(float(low[1]), float(high[1])), 0.001 * scale * _ROW_MM))
     for axis in (ax.xaxis, ax.yaxis):
@@ -173,7 +179,7 @@ def _draw_ends(
     """Beside a narrow picture the words of its ends keep clear of the arrow."""
     left, bottom, wide, tall = frame
     above, middle = bottom + tall + 3.0, left + 0.5 * wide
-    side = max(0.5 * wide, 12.0 + _LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
+    side = max(0.5 * wide, 12.0 + LETTER_MM * _FONT_PT * max(map(len, drawing.ends)))
     look: dict[str, Any] = {"fontsize": _FONT_PT + 1.0, "weight": "bold", "color": INK}
     ax.text(middle - side, above, drawing.ends[0], ha="left", va="bottom", **look)
     ax.text(middle + side, above, drawing.ends[1], ha="right", va="bottom", **look)

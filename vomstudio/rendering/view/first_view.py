@@ -10,7 +10,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 
-_SAMPLE = 50_000
+_SAMPLE = 10_000
 _STEEPEST_DEG = 60.0
 # Under this share of all face area the sides cancel out: the model has no one exposed side.
 _ONE_SIDED = 0.2

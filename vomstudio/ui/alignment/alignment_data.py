@@ -17,6 +17,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
 from vomstudio.errors import VomError
+from vomstudio.files.arrays import open_arrays
 from vomstudio.io.photos.pixels import orientation_of, stored, turned_upright, upright_pixels
 from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Failed
@@ -273,7 +274,7 @@ def _turn(arrays: Arrays, photo: Path) -> Arrays:
 def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays | str:
     """The arrays of a file that is for this one reader."""
     try:
-        with np.load(path) as arrays:
+        with open_arrays(path) as arrays:
             return prepare({name: arrays[name] for name in arrays.files})
     except (OSError, ValueError, EOFError) as error:
         return tr("The data of the alignment cannot be read ({error}).", error=error)

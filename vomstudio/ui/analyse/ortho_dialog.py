@@ -31,8 +31,10 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
-from vomstudio.products.ortho import orthophoto, planning, view_directions
+from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
+from vomstudio.products.ortho.drawn_features import drawing_targets
 from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.ui.analyse.interpretation_box import InterpretationBox
 from vomstudio.ui.common.command_targets import current_model, may_replace, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
@@ -121,6 +123,9 @@ class OrthoDialog(QDialog):
         form.addRow(tr("Area"), self._make_area())
         form.addRow(tr("Pixel size"), self._make_pixel())
         form.addRow(tr("Sheet"), self._make_sheet())
+        self.interpretation = InterpretationBox(self._studio)
+        self.sheet.toggled.connect(self.interpretation.show_sheet)
+        form.addRow(tr("Interpretation"), self.interpretation)
         form.addRow(tr("File"), file)
         return form
 
@@ -263,6 +268,10 @@ class OrthoDialog(QDialog):
             words.append(("--around", around))
         if (sheet := self._sheet_of(out)) is not None:
             words.append(("--sheet", sheet))
+        if parts := self.interpretation.drawn:
+            words.append(("--draw", self._studio.project.folder))
+            if parts != interpretation.PARTS:
+                words.append(("--show", ",".join(parts)))
         copy_command(self._studio, [*words, "--force"])
 
     def _sheet_of(self, out: Path) -> Path | None:
@@ -291,10 +300,13 @@ class OrthoDialog(QDialog):
         region = self._seen if self.seen.isChecked() else None
         sheet = self._sheet_of(out)
         try:
-            beside = [*orthophoto.outputs_of(out)[:2], *([sheet] if sheet else [])]
+            beside = [*orthophoto.outputs_of(out), *([sheet] if sheet else [])]
         except VomError as error:
             studio.fail(error)
             return
+        parts = self.interpretation.drawn
+        if parts:
+            beside += drawing_targets(out).values()
         there = [p.name for p in (out, *beside) if p.exists()]
         if there and not may_replace(self, there):
             return
@@ -310,6 +322,8 @@ class OrthoDialog(QDialog):
                 region,
                 out,
                 sheet,
+                studio.project.folder if parts else None,
+                parts,
             ),
             title=tr("Orthophoto {file}", file=out.name),
             on_done=lambda result: _show_result(studio, result),
@@ -331,6 +345,9 @@ def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
     )
     if made.sheet:
         text = f"{text} {tr('The sheet was written to {file}.', file=made.sheet)}"
+    if made.drawing:
+        names = ", ".join(file.name for file in made.drawing)
+        text = f"{text} {tr('The interpretation is in {files}.', files=names)}"
     studio.info(text)
     if made.warnings:
         studio.info("\n".join(made.warnings))

@@ -21,7 +21,7 @@ from vomstudio.tools.interaction_types import Area
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import NewestResult
-from vomstudio.ui.common.command_targets import chosen_features
+from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
@@ -95,7 +95,7 @@ class RepeatsPanel(SeenPanel):
         self.share.textChanged.connect(lambda _: self._refresh_buttons())
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._refresh_buttons())
+        studio.selection_changed.connect(lambda _: self._refresh_name())
         self._round.changed.connect(self._offer)
         studio.jobs.closed.connect(self._asked.close)
 
@@ -224,8 +224,13 @@ class RepeatsPanel(SeenPanel):
         _allow(self.begin, why, tr("A random share of the picks, the first ones hidden."))
         for button in (self.look, self.skip, self.stop):
             _allow(button, None if going else tr("No pick is offered."), "")
-        chosen = chosen_features(self._studio)
-        _allow(self.name, None if chosen else tr("Select a feature first."),
+        self._refresh_name()
+
+    def _refresh_name(self) -> None:
+        # The picks that could be offered do not change with what is selected.
+        if not self._studio.has_project:
+            return
+        _allow(self.name, why_none_chosen(self._studio),
                tr("Say that the selected features were picked by this interpreter."))  # fmt: skip
 
 

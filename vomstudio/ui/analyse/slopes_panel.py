@@ -46,6 +46,7 @@ from vomstudio.ui.analyse.slope_facets import (
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, allow
@@ -388,10 +389,7 @@ class SlopesPanel(SeenPanel):
     def _written(self, path: Path, error: object) -> None:
         self._writing = False
         self._refresh_buttons()
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("Exported to {file}.", file=path))
+        tell_written(self._studio, tr("Exported to {file}.", file=path), error)
 
     def _close(self) -> None:
         self._timer.stop()

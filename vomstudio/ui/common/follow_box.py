@@ -11,7 +11,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import to_translate, tr
 
-_COSTS = (
+COSTS = (
     (None, to_translate("nothing: straight between clicks")),
     ("colour", to_translate("colour like that at the clicks")),
     ("dark", to_translate("dark")),
@@ -41,7 +41,7 @@ class FollowBox(ComboBox):
             if fields != self._shown:
                 self._shown = fields
                 self.clear()
-                for cost, words in _COSTS:
+                for cost, words in COSTS:
                     self.addItem(tr(words), cost)
                 for name in fields:
                     self.addItem(tr("low values of {field}", field=name), name)

@@ -37,7 +37,7 @@ class Studio(QObject):
     sets_proposed = Signal(object)
     """Of a preview on the net: names with the ids of their planes, None where it ends."""
     surface_wanted = Signal(str)
-    """A page of the dock of the surface is asked for: "fields" or "facets"."""
+    """A page of the dock of the surface is asked for: "fields", "facets" or "traces"."""
     surface_clicked = Signal(object)
     """Hit: a click on the outcrop where no feature is, while no tool is active."""
     notice = Signal(object)  # Notice
@@ -65,6 +65,7 @@ class Studio(QObject):
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
         self.fields, self.facets = w.fields, w.facets
+        self.proposed_traces = w.proposed_traces
         self.models, self.tools = w.models.open, w.tools.tools
         self.tool_of = w.tools.of
 
@@ -165,6 +166,11 @@ class Studio(QObject):
     def tool(self) -> Tool | None:
         """The active tool; None while navigating."""
         return self.workspace.tools.active
+
+    @property
+    def clicks_select(self) -> bool:
+        """A click on the outcrop selects what is there."""
+        return self.workspace.tools.clicks_select
 
     @property
     def open_tool(self) -> Tool | None:

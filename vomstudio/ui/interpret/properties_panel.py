@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from html import escape
 from typing import Any
 
@@ -21,7 +22,7 @@ from PySide6.QtWidgets import (
 from vomstudio.document import edits
 from vomstudio.document.kind import Attribute
 from vomstudio.document.kinds import ATTRIBUTES, kind_of
-from vomstudio.document.records import Feature, Model, get_feature
+from vomstudio.document.records import Feature, Model, Record, get_feature
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.registration.summary import summary_of
@@ -135,12 +136,16 @@ class PropertiesPanel(QWidget):
         records = self._studio.records
         return [i for i in self._studio.selection.ids if get_feature(records, i) is not None]
 
-    def _typed(self) -> None:
-        """Apply what has been typed to the features that were shown while it was typed."""
+    def _typed(self) -> bool:
+        """Apply what has been typed to the features that were shown while it was typed; False where
+        nothing has been."""
+        typed = False
         for name, field in self.fields.items():
             if isinstance(field, QLineEdit) and field.isModified():
                 field.setModified(False)
                 self._change(**{name: field.text().strip()})
+                typed = True
+        return typed
 
     def _change(self, **values: object) -> None:
         ids = self._shown[-1:] if "name" in values else self._shown
@@ -155,10 +160,11 @@ class PropertiesPanel(QWidget):
 
     def refresh(self, *_: object) -> None:
         """Show the selected feature or model as it is now."""
-        if self._shown != self._chosen():
-            # The selection may move before the field loses the keyboard.
-            self._typed()
-        self._shown = self._chosen()
+        chosen = self._chosen()
+        # The selection may move before the field loses the keyboard.
+        if self._shown != chosen and self._typed():
+            chosen = self._chosen()
+        self._shown = chosen
         current = self._studio.selection.current
         record = self._studio.records.get(current) if current else None
         feature = get_feature(self._studio.records, current)
@@ -201,6 +207,7 @@ class PropertiesPanel(QWidget):
         kind = kind_of(feature)
         self._show_count(feature)
         own = {attribute.field: attribute for attribute in kind.attributes}
+        shown = [self._studio.records.get(id_) for id_ in self._shown]
         for name, widget in self.fields.items():
             attribute = own.get(name)
             self._form.setRowVisible(widget, attribute is not None and attribute.applies(feature))
@@ -209,7 +216,7 @@ class PropertiesPanel(QWidget):
                 label.setText(tr(attribute.title))
             if not hasattr(feature, name):
                 continue
-            if self._differ(name):
+            if _differ(shown, name):
                 _show_several(widget)
             else:
                 _show(widget, getattr(feature, name))
@@ -234,14 +241,6 @@ class PropertiesPanel(QWidget):
         name = self.fields["name"]
         name.setEnabled(count == 1)
         name.setToolTip(tr("Not now: A name belongs to one feature.") if count > 1 else "")
-
-    def _differ(self, name: str) -> bool:
-        """Whether the selected features that have an attribute have different values of it."""
-        records = self._studio.records
-        found = (getattr(records.get(id_), name, None) for id_ in self._shown)
-        values = (value for value in found if value is not None)
-        first = next(values, None)
-        return any(value != first for value in values)
 
     def _show_model(self, model: Model) -> None:
         lines = [f"<b>{model.name}</b>", model.path]
@@ -278,6 +277,11 @@ class PropertiesPanel(QWidget):
         if opened is not None:
             lines += list(opened.warnings)
         self._model.setText("<br>".join(lines))
+
+
+def _differ(records: Iterable[Record | None], name: str) -> bool:
+    """Whether those that have an attribute have different values of it."""
+    return len({getattr(record, name, None) for record in records} - {None}) > 1
 
 
 def _show_several(widget: QWidget) -> None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from PySide6.QtGui import QShowEvent
@@ -22,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Model
+from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.io.project.comparisons import KeptComparison, file_for, keep, kept_of, now
 from vomstudio.jobs.events import Failed
@@ -419,13 +419,13 @@ def _read_kept(path: Path) -> tuple[dict[str, Any], float, Any] | None:
     """In a thread; None for a file that cannot be read."""
     try:
         return _read(path)
-    except (OSError, ValueError, KeyError, BadZipFile):
+    except (OSError, ValueError, KeyError):
         return None
 
 
 def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
     """In a thread: the fields, how far from zero the colours reach (m), and the histogram."""
-    with np.load(path) as arrays:
+    with open_arrays(path) as arrays:
         fields = dict(arrays)
     distances = fields[FIELD]
     left = np.abs(distances[np.isfinite(distances)])

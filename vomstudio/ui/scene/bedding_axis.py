@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import islice
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.document.kinds import is_picked_plane
-from vomstudio.document.records import Record, Typed, get_feature
+from vomstudio.document.records import Model, Record, Typed, get_feature
 from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
 from vomstudio.document.repeats import firsts
 from vomstudio.errors import VomError
@@ -25,13 +27,14 @@ class BeddingAxis:
         self._studio = studio
         self._only_selected = only_selected
         self._kept: FoldAxis | str | None = None
+        self._searched = False
         self._poor = 0
         self.beds: tuple[str, ...] = ()
 
     def planes(self) -> list[str]:
         """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
         session = self._studio.session
-        beds = [t.id for t in firsts(session.of(Typed), session.records) if _is_bed(t)]
+        beds = [t.id for t in firsts(filter(_is_bed, session.of(Typed)), session.records)]
         if not self._only_selected():
             return beds
         chosen = set(self._studio.selection.ids)
@@ -40,9 +43,13 @@ class BeddingAxis:
     def found(self) -> FoldAxis | str:
         """The fold axis of the bedding, or why there is none."""
         if self._kept is None:
-            self.beds = tuple(self.planes())
-            self._kept = self._find()
+            self._kept = self.search()()
         return self._kept
+
+    def keep(self, axis: FoldAxis | str) -> None:
+        """What the last `search` has found, unless something has changed since."""
+        if self._searched:
+            self._kept = axis
 
     @property
     def known(self) -> bool:
@@ -52,15 +59,15 @@ class BeddingAxis:
     def why_not(self) -> str | None:
         """Why there is none, without looking for it where two planes will do."""
         if self._kept is None:
-            known = self._studio.measured(self.planes()).values()
-            if sum(1 for _ in islice((m for m in known if m.fit is not None), 2)) == 2:
+            measured = (self._studio.measured([id_])[id_] for id_ in self.planes())
+            if sum(1 for _ in islice((m for m in measured if m.fit is not None), 2)) == 2:
                 return None
         axis = self.found()
         return axis if isinstance(axis, str) else None
 
     def forget(self, *_: object) -> None:
         """Every refresh of the commands asks for the axis: it is kept until something changes."""
-        self._kept = None
+        self._kept, self._searched = None, False
 
     def renew(self) -> None:
         """Another project: its bedding is known at once, the axis when it is asked for."""
@@ -75,29 +82,31 @@ class BeddingAxis:
         ):
             self.forget()
 
-    def _find(self) -> FoldAxis | str:
+    def search(self) -> Callable[[], FoldAxis | str]:
+        """What finds the axis, or why there is none, of the bedding as it is now; to be called in
+        any thread, since it takes long for thousands of planes."""
+        self._searched = True
+        self.beds = tuple(self.planes())
         measured = self._studio.measured(self.beds)
         self._poor = sum(
             m.verdict is not None and m.verdict.quality == "poor" for m in measured.values()
         )
         fitted = {id_: m.fit for id_, m in measured.items() if m.fit is not None}
-        fits = list(fitted.values())
-        if len(fits) < 2:
-            if self._only_selected():
-                return tr(
-                    "A fold axis needs at least 2 selected bedding planes; there are {count}.",
-                    count=len(fits),
-                )
+        if len(fitted) < 2:
+            few = self._too_few(len(fitted))
+            return lambda: few
+        records = self._studio.records
+        models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
+        normals = np.array([fit.normal for fit in fitted.values()])
+        return partial(_axis_of, normals, models)
+
+    def _too_few(self, count: int) -> str:
+        if self._only_selected():
             return tr(
-                "A fold axis needs at least 2 bedding planes; there are {count}.", count=len(fits)
+                "A fold axis needs at least 2 selected bedding planes; there are {count}.",
+                count=count,
             )
-        try:
-            azimuths, dips, _ = normals_to_planes(np.array([fit.normal for fit in fits]))
-            records = self._studio.records
-            models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
-            return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models))
-        except VomError as error:
-            return str(error)
+        return tr("A fold axis needs at least 2 bedding planes; there are {count}.", count=count)
 
     def doubts(self) -> tuple[str, ...]:
         """A warning where planes are poor: the scatter of planes ignores the error of each."""
@@ -112,6 +121,14 @@ class BeddingAxis:
                 self._poor,
             ),
         )
+
+
+def _axis_of(normals: npt.NDArray[np.float64], models: list[Model | None]) -> FoldAxis | str:
+    azimuths, dips, _ = normals_to_planes(normals)
+    try:
+        return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models))
+    except VomError as error:
+        return str(error)
 
 
 def _is_bed(record: Record | None) -> bool:

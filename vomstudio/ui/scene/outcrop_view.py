@@ -15,6 +15,7 @@ from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.face_grid_drawings import FaceGridDrawings
+from vomstudio.ui.scene.proposed_trace_drawings import ProposedTraceDrawings
 from vomstudio.ui.scene.scene_presenter import ScenePresenter
 from vomstudio.ui.scene.view_history import ViewHistory
 from vomstudio.words import tr
@@ -48,6 +49,7 @@ class OutcropView(QObject):
         self._presenter = ScenePresenter(self._studio, viewport)
         self._presenter.rebuild()
         self._grids = FaceGridDrawings(self._studio, viewport)
+        self._proposed = ProposedTraceDrawings(self._studio, viewport)
         elements = self._studio.workspace.elements
         elements.look = viewport.looking
         self._studio.hidden_elements_changed.connect(

@@ -422,7 +422,7 @@ class ScenePresenter:
         self._viewport.set_preview(preview)
 
     def _pointer(self, event: PointerEvent) -> None:
-        if self._studio.tool_name != "navigate":
+        if not self._studio.clicks_select:
             self._studio.pointer(event)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
             found = (
@@ -434,7 +434,8 @@ class ScenePresenter:
                 self._studio.selection.toggle(found)
             elif not event.ctrl:
                 self._studio.selection.set([] if found is None else [found])
-                if found is None and (hit := self._viewport.pick(event.x, event.y)):
+                navigating = self._studio.tool is None
+                if found is None and navigating and (hit := self._viewport.pick(event.x, event.y)):
                     self._studio.surface_clicked.emit(hit)
 
 

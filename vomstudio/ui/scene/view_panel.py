@@ -36,6 +36,7 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.products.ortho.view_directions import cost_of_direction
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.signals import once_told
+from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
@@ -67,7 +68,8 @@ class ViewPanel(QWidget):
         self._stale = False
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
-        self._soon.timeout.connect(self._show)
+        self._soon.timeout.connect(self._ask)
+        self._asked = NewestResult(self, self._came, lambda: None)
         self._bedding = BeddingAxis(studio, lambda: self.only_selected.isChecked())
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = QLabel("–")
@@ -132,6 +134,7 @@ class ViewPanel(QWidget):
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._selected)
         studio.model_loaded.connect(self.refresh)
+        studio.jobs.closed.connect(self._asked.close)
 
     def show_direction(self, trend_deg: float, plunge_deg: float, orthographic: bool) -> None:
         """Show the direction of the view, in degrees."""
@@ -338,7 +341,7 @@ class ViewPanel(QWidget):
 
     def _bring_up_to_date(self, show: Callable[[], None]) -> None:
         """The verdict on thousands of beds takes a while: not at every edit for a panel that nobody
-        sees, and at the next event for one that is seen."""
+        sees, and in a thread for one that is seen."""
         if len(self._bedding.beds) <= _MANY_BEDS:
             once_told(show)
         elif self.visibleRegion().isEmpty():
@@ -348,11 +351,20 @@ class ViewPanel(QWidget):
         else:
             self._soon.start(0)
 
+    def _ask(self) -> None:
+        self._asked.ask(self._bedding.search())
+
+    def _came(self, axis: object) -> None:
+        assert isinstance(axis, FoldAxis | str)
+        self._bedding.keep(axis)
+        if self._bedding.known:
+            once_told(self._show)
+
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)
         if self._stale:
             self._stale = False
-            once_told(self._show)
+            self.refresh()
 
     def _show(self) -> None:
         axis, plane = self._bedding.found(), self._plane()

@@ -14,19 +14,30 @@ from PySide6.QtWidgets import (
     QToolButton,
 )
 
+from vomstudio.document.bed_words import describe_bed
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Feature, Picked, get, get_feature
+from vomstudio.document.records import Feature, Logged, get, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
+from vomstudio.products.section.line_log import (
+    BOTH,
+    POINTS,
+    TRACES,
+    LogAnswer,
+    LogQuestion,
+    RockWords,
+    answer,
+    words_along,
+)
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import ask_for_target
+from vomstudio.ui.common.command_targets import ask_for_target, tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, allow, narrow_form
@@ -37,19 +48,7 @@ from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes, unit_of
 from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label
-from vomstudio.ui.sections.bed_log_answer import (
-    BOTH,
-    POINTS,
-    TRACES,
-    LogAnswer,
-    LogQuestion,
-    RockWords,
-    answer,
-    draw_figure,
-    words_of,
-    write,
-    write_boundaries,
-)
+from vomstudio.ui.sections.bed_log_answer import draw_figure, words_of, write, write_boundaries
 from vomstudio.ui.sections.bed_log_table import BedLogTable
 from vomstudio.words import tr, tr_n
 
@@ -57,15 +56,13 @@ _FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
 
 
 class BedLogPanel(SeenPanel):
-    """line_id : of the line along which the log runs, empty for none; words : what was typed of
-    beds, by the key of the boundary at which they begin; answered : None where there is nothing to
-    say"""
+    """line_id : of the line along which the log runs, empty for none; answered : None where there
+    is nothing to say"""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
         explain(self, "window.md#log")
         self.line_id = ""
-        self.words: dict[str, RockWords] = {}
         self.answered: LogAnswer | None = None
         self._picking = False
         self._drawn: LogAnswer | None = None
@@ -176,7 +173,7 @@ class BedLogPanel(SeenPanel):
         studio = self._studio
         current = studio.selection.current if studio.has_project else None
         found = None if current is None else get_feature(studio.records, current)
-        return found if isinstance(found, Picked) and len(found.vertices) > 1 else None
+        return found if isinstance(found, Logged) and len(found.vertices) > 1 else None
 
     def _take(self, feature: Feature | None) -> None:
         if feature is not None:
@@ -208,15 +205,17 @@ class BedLogPanel(SeenPanel):
 
     def _opened(self) -> None:
         """Another project."""
-        self.line_id, self.words, self._picking = "", {}, False
+        self.line_id, self._picking = "", False
         for field in (self.reach, self.sigma):
             field.clear()
         self._soon()
 
     def _words_typed(self, key: str, said: object) -> None:
+        """Kept with the line, as one step that can be undone."""
         assert isinstance(said, RockWords)
-        self.words[key] = said
-        self._soon()
+        line = get_feature(self._studio.records, self.line_id)
+        if line is not None and words_along(line).get(key, RockWords()) != said:
+            self._studio.attempt(describe_bed, line.id, key, said.lithology, said.notes)
 
     # --- the question ------------------------------------------------------------------------
     def show_now(self) -> None:
@@ -259,7 +258,7 @@ class BedLogPanel(SeenPanel):
             {f.id: measured[f.id] for f in traces}, {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
             0.0 if bed is None else bed.max_confidence95_deg or 0.0,
-            sigma, reach, self.overturned.isChecked(), dict(self.words),
+            sigma, reach, self.overturned.isChecked(), words_along(line),
             model is None or model.frame.has_metres,
         )  # fmt: skip
 
@@ -359,13 +358,9 @@ class BedLogPanel(SeenPanel):
     def write_to(self, path: Path) -> None:
         """The log that is shown, in a thread."""
         if self.answered is not None:
-            self._background.run(partial(write, self.answered, path), partial(self._written, path))
-
-    def _written(self, path: Path, error: object) -> None:
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("The log was written to {file}.", file=path))
+            said = tr("The log was written to {file}.", file=path)
+            done = partial(tell_written, self._studio, said)
+            self._background.run(partial(write, self.answered, path), done)
 
     def copy_command(self) -> None:
         """Ask for the table of the boundaries, and put the command on the clipboard."""

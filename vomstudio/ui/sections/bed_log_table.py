@@ -16,8 +16,8 @@ from PySide6.QtWidgets import (
 
 from vomstudio.geology.beds import lithologies
 from vomstudio.products.section.decimals import with_error
+from vomstudio.products.section.line_log import LogAnswer, RockWords
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.ui.sections.bed_log_answer import LogAnswer, RockWords
 from vomstudio.words import tr
 
 Index = QModelIndex | QPersistentModelIndex

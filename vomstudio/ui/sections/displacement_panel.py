@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
-from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurement import Measurement, scatter_of
 from vomstudio.document.records import Picked, get_feature
 from vomstudio.errors import GeometryError, InputError, VomError
 from vomstudio.files.atomic import write_bytes
@@ -40,7 +41,7 @@ from vomstudio.ui.forms.copied_command import (
     copy_with_file,
     numbers_text,
 )
-from vomstudio.ui.forms.error_fields import error_field, number_in, scatter_of
+from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.line_field import LineField
 from vomstudio.ui.forms.model_axes import add_length_row, axes_of, follow_axes, unit_of
 from vomstudio.ui.forms.taken_plane import TakenPlane
@@ -145,9 +146,11 @@ class DisplacementPanel(SeenPanel):
     # --- what is chosen ----------------------------------------------------------------------
     def _selected_two(self) -> tuple[str, str] | None:
         records, ids = self._studio.records, self._studio.selection.ids
-        traces = [i for i in ids if isinstance(get_feature(records, i), Picked)]
-        traces = [i for i in traces if i != self.fault.id]
-        return (traces[0], traces[1]) if len(traces) == 2 else None
+        fault = self.fault.id
+        traces = (i for i in ids if i != fault and isinstance(get_feature(records, i), Picked))
+        # Thousands may be selected.
+        found = tuple(islice(traces, 3))
+        return (found[0], found[1]) if len(found) == 2 else None
 
     def add_pair(self) -> None:
         two = self._selected_two()

@@ -30,6 +30,7 @@ from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -385,15 +386,8 @@ class FracturesPanel(SeenPanel):
     def write_figure(self, path: Path) -> None:
         answered = self.answered
         if answered is not None and answered.mapped is not None:
-            self._background.run(
-                partial(write_figure, answered.mapped, path), partial(self._written, path)
-            )
-
-    def _written(self, path: Path, error: object) -> None:
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("Exported to {file}.", file=path))
+            done = partial(tell_written, self._studio, tr("Exported to {file}.", file=path))
+            self._background.run(partial(write_figure, answered.mapped, path), done)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""

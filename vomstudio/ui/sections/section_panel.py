@@ -28,7 +28,7 @@ from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import ask_for_target, start_folder
+from vomstudio.ui.common.command_targets import ask_for_target, start_folder, tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -359,13 +359,9 @@ class SectionPanel(SeenPanel):
     def write_to(self, path: Path) -> None:
         """The section that is shown, in a thread."""
         if self.answered is not None:
-            self._background.run(partial(write, self.answered, path), partial(self._written, path))
-
-    def _written(self, path: Path, error: object) -> None:
-        if isinstance(error, VomError):
-            self._studio.fail(error)
-        else:
-            self._studio.info(tr("The section was written to {file}.", file=path))
+            said = tr("The section was written to {file}.", file=path)
+            done = partial(tell_written, self._studio, said)
+            self._background.run(partial(write, self.answered, path), done)
 
     def copy_command(self) -> None:
         """Along a line the command reads it from a file, which is asked for."""

@@ -23,6 +23,7 @@ from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurement import scatter_of
 from vomstudio.document.records import Feature, Picked, get, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
@@ -38,7 +39,7 @@ from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import LowTable, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_with_file, numbers_text
-from vomstudio.ui.forms.error_fields import error_field, number_in, scatter_of
+from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n

@@ -44,8 +44,8 @@ MENUS = (
         "open_cameras", "find_photos", "|", "copy_model", "export_model", "remove_model")),
     (to_translate("&Interpret"), (
         "navigate", "+tools", "|", "follow", "finish", "cancel", "continue_trace",
-        "delete_vertex", "|", "+of_tools", "surface_fields", "propose_facets", "|",
-        "feature_types", "update_surroundings")),
+        "delete_vertex", "|", "+of_tools", "surface_fields", "propose_facets",
+        "propose_traces", "|", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
         "along_beta", "along_line", "face_plane", "|", "keep_intersection",
         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",

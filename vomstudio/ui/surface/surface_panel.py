@@ -1,4 +1,4 @@
-"""The dock of the surface: its fields, and the facets that are proposed on it."""
+"""The dock of the surface: its fields, and the facets and traces that are proposed on it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from vomstudio.ui.common.widgets import Scrolling
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.surface.facets_panel import FacetsPanel
 from vomstudio.ui.surface.fields_panel import FieldsPanel
+from vomstudio.ui.surface.traces_panel import TracesPanel
 from vomstudio.words import tr
 
 _DOCK = "surface"
@@ -22,10 +23,16 @@ class SurfacePanel(QTabWidget):
         super().__init__()
         self.setDocumentMode(True)
         self.fields, self.facets = FieldsPanel(studio), FacetsPanel(studio)
+        self.traces = TracesPanel(studio)
         # Each scrolls by itself: a page of tabs is not told how high its words are.
-        self._pages = {"fields": Scrolling(self.fields), "facets": Scrolling(self.facets)}
+        self._pages = {
+            "fields": Scrolling(self.fields),
+            "facets": Scrolling(self.facets),
+            "traces": Scrolling(self.traces),
+        }
         self.addTab(self._pages["fields"], tr("Fields"))
         self.addTab(self._pages["facets"], tr("Facets"))
+        self.addTab(self._pages["traces"], tr("Proposed traces"))
         studio.surface_wanted.connect(self._bring)
 
     def _bring(self, page: str) -> None:
@@ -51,4 +58,8 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
                 "vector-polygon", (),
                 tr("Find near-planar pieces of the outcrop, look at them, and accept or reject "
                    "each."), no_model),
+        Command("propose_traces", tr("Propose &traces…"), lambda: show("traces"),
+                "vector-polyline", (),
+                tr("Look for lines that stand out of the noise, and accept, edit or reject each."),
+                no_model),
     ]  # fmt: skip

@@ -1,9 +1,10 @@
-"""Lines of a project's model of which something is known, as observations of its place."""
+"""Lines and planes of a model of which something is known, as observations of its place."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -12,12 +13,13 @@ from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.document.records.basics import Point
 from vomstudio.geometry import transform
-from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.level_evidence import LevelLine
 from vomstudio.registration.results import Known, Placed
 from vomstudio.registration.similarity import jacobian
+from vomstudio.workspace.placing.known_planes import OnModel, miss_deg
 
 Array = npt.NDArray[np.float64]
 
@@ -25,31 +27,38 @@ Array = npt.NDArray[np.float64]
 @dataclass(frozen=True)
 class LineMiss:
     """How far a line of a placed model is from what is known of it. off : placed less known,
-    degrees, metres of a length"""
+    degrees, metres of a length; of what was read by compass the angle between the two"""
 
     id: str
     off: float
 
 
 def usable(lines: Sequence[KnownLine]) -> list[KnownLine]:
-    """Those that place a model: something is known of them, and they do not only judge."""
-    return [line for line in lines if line.complete and not line.check]
+    """Those with two ends that place a model: something is known of them, and they do not only
+    judge."""
+    return [line for line in lines if line.complete and not line.check and not line.by_compass]
 
 
-def evidence_of(pairs: Pairs, lines: Sequence[KnownLine]) -> Evidence:
-    """In the frame of the model's file."""
+def evidence_of(
+    pairs: Pairs,
+    lines: Sequence[KnownLine],
+    compass: CompassTable | None = None,
+    turned_deg: float = 0.0,
+) -> Evidence:
+    """In the frame of the model's file. turned_deg : added to all azimuths"""
     found = Evidence(pairs=pairs if len(pairs.labels) else None)
+    found.compass, found.compass_turn_deg = compass, turned_deg
     ends = [(line, line.vertices[0], line.vertices[-1]) for line in usable(lines)]
     found.level_lines = [
         LevelLine(a, b, line.sigma, line.name) for line, a, b in ends if line.kind == "level"
     ]
     found.azimuths, found.lengths = (
         [
-            Segment(a, b, line.value, line.sigma, line.name)
+            Segment(a, b, line.value + added, line.sigma, line.name)
             for line, a, b in ends
             if line.kind == kind and line.value is not None
         ]
-        for kind in ("azimuth", "length")
+        for kind, added in (("azimuth", turned_deg), ("length", 0.0))
     )
     return found
 
@@ -60,15 +69,17 @@ def placed_by_known(
     model: Model,
     extent: Array | None,
     north_doubt_deg: float = 0.0,
+    compass: CompassTable | None = None,
+    turned_deg: float = 0.0,
 ) -> Placed:
-    """The placement of a model's file by points and lines on it. What these leave free stays as the
-    model stands now.
+    """The placement of a model's file by points, lines and planes on it. What these leave free
+    stays as the model stands now.
 
     extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
-        what all azimuths may be off alike
+        what all azimuths may be off alike; turned_deg : added to all azimuths
     Raises GeometryError, UsageError.
     """
-    evidence = evidence_of(pairs, lines)
+    evidence = evidence_of(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
     placed = register(evidence, extent)
     if placed.known.all:
@@ -91,9 +102,14 @@ def _moved(evidence: Evidence, by: Array) -> Evidence:
     pairs = evidence.pairs
     if pairs is not None:
         pairs = replace(pairs, model=transform.apply(by, pairs.model))
+    compass = evidence.compass
+    if compass is not None:
+        turn = by[:3, :3] / transform.scale_of(by)
+        compass = replace(compass, model=compass.model @ turn.T)
     return replace(
         evidence,
         pairs=pairs,
+        compass=compass,
         level_lines=[
             replace(line, first=there(line.first), second=there(line.second))
             for line in evidence.level_lines
@@ -107,11 +123,24 @@ def _there(line: Segment, there: Callable[[Point], Point]) -> Segment:
     return line._replace(first=there(line.first), second=there(line.second))
 
 
-def line_misses(lines: Sequence[KnownLine], placed: Placed) -> list[LineMiss]:
-    """Of the lines of which something is known, those that judge among them."""
+def line_misses(
+    lines: Sequence[KnownLine],
+    placed: Placed,
+    seen: Mapping[str, OnModel] = MappingProxyType({}),
+    turned_deg: float = 0.0,
+) -> list[LineMiss]:
+    """Of the lines and planes of which something is known, those that judge among them.
+
+    seen : what was read by compass, by id; turned_deg : added to all azimuths
+    """
     found = []
     for line in lines:
         if not line.complete:
+            continue
+        if line.by_compass:
+            if line.id in seen:
+                off = miss_deg(line, seen[line.id], placed, turned_deg)
+                found.append(LineMiss(line.id, off))
             continue
         ends = placed(np.array([line.vertices[0], line.vertices[-1]], np.float64))
         along = ends[1] - ends[0]
@@ -122,7 +151,8 @@ def line_misses(lines: Sequence[KnownLine], placed: Placed) -> list[LineMiss]:
             off = float(np.degrees(np.arcsin(np.clip(along[2] / length, -1.0, 1.0))))
         elif line.kind == "azimuth":
             azimuth = np.degrees(np.arctan2(along[0], along[1]))
-            off = float((azimuth - (line.value or 0.0) + 180.0) % 360.0 - 180.0)
+            known = (line.value or 0.0) + turned_deg
+            off = float((azimuth - known + 180.0) % 360.0 - 180.0)
         else:
             off = length - (line.value or 0.0)
         found.append(LineMiss(line.id, off))

@@ -18,6 +18,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import (
     FeatureType,
     Model,
+    ReadNorth,
     Record,
     Registration,
     RegistrationPoint,
@@ -27,7 +28,7 @@ from vomstudio.document.records import (
 from vomstudio.document.records.basics import Matrix, Point
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
-from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.registration.coordinate_checks import require_on_model, said_of_area, said_of_move
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
@@ -130,19 +131,23 @@ def placed_by_points(
     extent: npt.NDArray[np.float64] | None = None,
     lines: Sequence[KnownLine] = (),
     north_doubt_deg: float = 0.0,
+    compass: CompassTable | None = None,
+    turned_deg: float = 0.0,
 ) -> Placed:
-    """The placement by points and known lines on a model, with what coordinates look like.
+    """The placement by points, known lines and compass readings on a model, with what coordinates
+    look like.
 
     bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
     points; extent : (n, 3) points all over the model, in its file's frame
-    north_doubt_deg : one sigma of what all azimuths may be off alike. Raises GeometryError, also
-    for points that are far off the model.
+    compass : in the frame of its file; turned_deg : added to all azimuths; north_doubt_deg : one
+    sigma of what these may be off alike. Raises GeometryError, also for points that are far off the
+    model.
     """
     require_on_model(pairs.model, bounds)
-    if not usable(lines):
+    if not usable(lines) and compass is None:
         placed = register(Evidence(pairs=pairs), extent)
     else:
-        placed = placed_by_known(pairs, lines, model, extent, north_doubt_deg)
+        placed = placed_by_known(pairs, lines, model, extent, north_doubt_deg, compass, turned_deg)
     if not len(pairs.labels):
         return placed
     said = said_of_area(pairs.world, crs)
@@ -154,10 +159,16 @@ def placed_by_points(
 
 
 def registration_of(
-    placed: Placed, pairs: Pairs | None, model: Model, crs: str | None, reference: str = ""
+    placed: Placed,
+    pairs: Pairs | None,
+    model: Model,
+    crs: str | None,
+    reference: str = "",
+    read_north: ReadNorth | None = None,
 ) -> Registration:
     """The record of a placement by pairs and known lines, or by a reference of this name and pairs
-    where there are some, in `crs` or in a local frame, with what is known of it.
+    where there are some, in `crs` or in a local frame, with what is known of it. read_north : how
+    azimuths were counted, None where it rests on none
 
     A model that was placed in the same way before keeps its registration, with other figures.
     """
@@ -165,7 +176,7 @@ def registration_of(
     method: Literal["points", "lines", "reference"] = "reference" if reference else "points"
     name = tr("points on {model}", model=model.name)
     if not reference and (pairs is None or not len(pairs.labels)):
-        method, name = "lines", tr("known lines on {model}", model=model.name)
+        method, name = "lines", tr("known lines and planes on {model}", model=model.name)
     if reference:
         name = tr("{model} fitted to {reference}", model=model.name, reference=reference)
     id_ = before.id if before is not None and before.method == method else new_id("registration")
@@ -196,6 +207,7 @@ def registration_of(
         # In degrees and shares: no similarity changes what a lens did.
         lens_bowing95_deg=None if before is None else before.lens_bowing95_deg,
         lens_stretch95=None if before is None else before.lens_stretch95,
+        read_north=read_north,
     )
 
 

@@ -18,6 +18,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model
 from vomstudio.failures import exception_hooks
+from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.patches import runs_of
@@ -338,7 +339,7 @@ def _proposals(
     thresholds: Thresholds,
 ) -> Proposals:
     """In a thread. Raises OSError, ValueError or KeyError where the file is not what it was."""
-    with np.load(told.out) as arrays:
+    with open_arrays(told.out) as arrays:
         of = {name: arrays[name] for name in arrays.files}
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     type_id = kinds[0].id if kinds else ""

@@ -16,6 +16,7 @@ from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS, field_name
 from vomstudio.failures import exception_hooks
+from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.field_style import FieldStyle
@@ -217,7 +218,7 @@ class SurfaceFields:
         out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
 
         def read() -> tuple[Arrays, tuple[str, ...]]:
-            with np.load(out) as found:
+            with open_arrays(out) as found:
                 named = {field_name(k, radius, metric=metric): found[k] for k in KINDS}
                 return named, tuple(str(each) for each in found["said"])
 
@@ -246,7 +247,7 @@ class SurfaceFields:
         registration = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
 
         def read() -> tuple[Arrays, tuple[str, ...]]:
-            with np.load(out) as found:
+            with open_arrays(out) as found:
                 arrays = {names[MEASURABLE]: found["measurable"]}
                 arrays[names[EXPECTED]] = found["expected_error95_deg"]
                 return arrays, tuple(str(each) for each in found["said"])
@@ -270,7 +271,7 @@ class SurfaceFields:
         out = standing.cache / "fields" / f"{model_id}-distance.npz"
 
         def read() -> tuple[Arrays, tuple[str, ...]]:
-            with np.load(out) as found:
+            with open_arrays(out) as found:
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
         self._submit(

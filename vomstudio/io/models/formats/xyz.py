@@ -398,7 +398,11 @@ def _triple(indices: list[int], numeric: Any) -> Array | None:
 
 READER = Reader(
     to_translate("text table of points"),
-    (".xyz", ".csv", ".txt", ".asc", ".pts", ".xyzrgb", ".xyzn"),
+    (
+        ".xyz", ".csv", ".txt", ".asc", ".pts", ".xyzrgb", ".xyzn",
+        # What else tables are called, such as `info` takes for one.
+        ".tsv", ".dat", ".tab", ".prn",
+    ),
     matches,
     read,
-)
+)  # fmt: skip

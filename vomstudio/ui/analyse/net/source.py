@@ -17,6 +17,7 @@ from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
 from vomstudio.geology.roses import LINES_HAVE
+from vomstudio.io.text.repeated_rows import repeats_not_drawn
 from vomstudio.products.net.contents import (
     AnyEllipse,
     NetBand,
@@ -29,7 +30,14 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.net_options import MOST_PLANES, Turning
 from vomstudio.products.net.rose_contents import RoseContents, roses_of_sets
 from vomstudio.ui.analyse.net.wishes import NetWishes
-from vomstudio.ui.analyse.net_sets import Groups, alike, on_the_net, proposed_sets, sets_of
+from vomstudio.ui.analyse.net_sets import (
+    Groups,
+    alike,
+    on_the_net,
+    proposed_sets,
+    repeats_off_the_net,
+    sets_of,
+)
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
@@ -100,6 +108,13 @@ class NetSource:
         sets, beds = self.sets()
         return wished(sets), wished(beds)
 
+    def left_out(self) -> tuple[str, ...]:
+        """How many visible features are not shown since they repeat others; nothing for none."""
+        studio = self._studio
+        again = studio.session.records.once(repeats_off_the_net)
+        left = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in again)
+        return repeats_not_drawn(left)
+
     def colors_of(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
         """#rrggbb of these features' types in figures, by what a table calls the type."""
         found = {}
@@ -134,14 +149,15 @@ class NetSource:
         left = sum(len(s) for s in sets if s.kind == kind) - sum(
             rose.n for rose in found.roses.values()
         )
+        again = self.left_out()
         if not left:
-            return found
+            return replace(found, notes=again)
         said = (
             tr("{count:,} without such an angle or a length are left out", count=left)
             if wishes.by_length
             else tr("{count:,} without such an angle are left out", count=left)
         )
-        return replace(found, notes=(said,))
+        return replace(found, notes=(*again, said))
 
     # --- errors ------------------------------------------------------------------------------
     def errors(self, sets: Iterable[NetSet]) -> tuple[AnyEllipse, ...]:

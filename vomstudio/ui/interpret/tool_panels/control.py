@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
-    QLineEdit,
     QPushButton,
     QTableWidgetItem,
     QWidget,
@@ -21,9 +20,10 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.kinds.known_line import KINDS, KnownKind, KnownLine
-from vomstudio.document.records import Model
+from vomstudio.document.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
+from vomstudio.document.records import Compass, Model, ReadNorth
 from vomstudio.errors import GeometryError, VomError
+from vomstudio.registration.north import North
 from vomstudio.registration.results import Placed
 from vomstudio.tools.control import ControlTool
 from vomstudio.tools.known_line import KnownLineTool
@@ -36,23 +36,31 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.interpret.tool_panels.compass_box import CompassBox
 from vomstudio.ui.interpret.tool_panels.control_command import copy_register
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
-from vomstudio.ui.interpret.tool_panels.control_words import in_short, in_words
-from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed, typed_doubt
+from vomstudio.ui.interpret.tool_panels.control_words import in_short, in_words, reading_tips
+from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed
+from vomstudio.ui.interpret.tool_panels.readings import (
+    Readings,
+    counted,
+    known_north,
+    used_north,
+)
 from vomstudio.words import tr, tr_n
 
 _FEW = 20
-"""So many points are placed in less time than a thread takes to hand over."""
+"""By so many points a model is placed in less time than a thread takes to hand over."""
 
 _RING = 0.04
 """Radius of the ring where a point should be, as a share of the extent of the points."""
 
 
 class ControlPanel(QWidget):
-    """`placed` is the placement by the points and lines that are ticked, None where they give none;
-    `crs` that of the coordinates, None for a local frame."""
+    """`placed` is the placement by the points, lines and planes that are ticked, None where they
+    give none; `crs` that of the coordinates, None for a local frame; `readings` what was read by
+    compass, as the model shows it."""
 
     def __init__(self, studio: Studio, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -67,6 +75,9 @@ class ControlPanel(QWidget):
         self.model: Model | None = None
         self.placed: Placed | None = None
         self.crs: str | None = None
+        self.readings = Readings.none()
+        self.north: ReadNorth | None = None
+        self._counted = ""
         self.load = QPushButton(theme.icon("table-arrow-left"), tr("Coordinates…"))
         self.load.setToolTip(
             tr("Read labels and coordinates from a table or a file of ground control.")
@@ -78,8 +89,9 @@ class ControlPanel(QWidget):
         self.clicked = ComboBox()
         self.clicked.setObjectName("what_is_clicked")
         self.clicked.addItem(tr("Control points"), "")
-        for kind, name in KINDS:
+        for kind, name in CLICKED:
             self.clicked.addItem(tr(name), kind)
+        self.clicked.addItem(tr("Plane or line by compass"), "plane")
         self.clicked.activated.connect(self._choose_clicked)
         self.lines = KnownTable()
         self.lines.itemChanged.connect(self._line_typed)
@@ -87,14 +99,7 @@ class ControlPanel(QWidget):
         self.field = CrsField()
         self.field.setPlaceholderText(tr("none: local metres, x east, y north"))
         self.field.textChanged.connect(self._solve)
-        self.doubt = QLineEdit()
-        self.doubt.setObjectName("north_doubt")
-        self.doubt.setPlaceholderText(tr("0°: azimuths are not all off alike"))
-        self.doubt.setToolTip(
-            tr("What all azimuths may be off alike, one standard error, such as 0.5° for the "
-               "declination of a model of the field.")
-        )  # fmt: skip
-        self.doubt.textChanged.connect(self._solve)
+        self.compass = CompassBox(studio, self._labels, self._known_north)
         self.map = ControlMap()
         self.said = hint_label()
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -110,11 +115,10 @@ class ControlPanel(QWidget):
         self._form = form = QFormLayout()
         form.addRow(tr("Click"), self.clicked)
         form.addRow(tr("CRS of x, y, z"), self.field)
-        form.addRow(tr("North ± (1σ)"), self.doubt)
-        form.setRowVisible(self.doubt, False)
         column = narrow_column(self)
         column.addLayout(row)
         column.addLayout(form)
+        column.addWidget(self.compass)
         column.addWidget(self.table, 3)
         column.addWidget(self.lines)
         column.addWidget(self.said)
@@ -128,29 +132,31 @@ class ControlPanel(QWidget):
 
     # --- what is there -----------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
-        """Show the points and lines of the current model."""
+        """Show the points, lines and planes of the current model."""
         if self._studio.tool_name not in (self._tool.name, self._lines_tool.name):
             # Nobody sees it; it is brought up to date when the tool is chosen.
             return
         model = current_model(self._studio)
         points = [] if model is None else self._points_on(model)
         lines = [] if model is None else self._lines_on(model)
-        if model == self.model and points == self._points and lines == self._lines:
+        readings = Readings.of(self._studio, model, lines)
+        there = (model, points, lines) == (self.model, self._points, self._lines)
+        if there and readings.same_as(self.readings):
             return
-        there = {line.id for line in self._lines}
+        known = {line.id for line in self._lines}
         same = model is not None and self.model is not None and model.id == self.model.id
-        new = [row for row, line in enumerate(lines) if line.id not in there and not line.complete]
+        new = [row for row, line in enumerate(lines) if line.id not in known and not line.complete]
         if model is None or self.model is None or model.id != self.model.id:
             with QSignalBlocker(self.field):
                 self.field.setText("" if model is None else model.frame.crs or "")
         if lines != self._lines:
-            self.lines.show_lines(lines)
+            self.lines.show_lines(lines, self._studio.settings.notation)
         if points != self._points:
             self.table.show_points(points)
         for points_alone in (self.table, self.map):
             points_alone.setVisible(bool(points) or not lines)
-        self._form.setRowVisible(self.doubt, any(line.kind == "azimuth" for line in lines))
         self.model, self._points, self._lines = model, points, lines
+        self.readings = readings
         self._solve()
         self._show_current()
         if same and len(new) == 1 and self._studio.tool_name == self._lines_tool.name:
@@ -169,6 +175,7 @@ class ControlPanel(QWidget):
             kind = self._lines_tool.kind if name == self._lines_tool.name else ""
             self.clicked.setCurrentIndex(self.clicked.findData(kind))
             self.refresh()
+            self._show_compass()
 
     def _choose_clicked(self) -> None:
         kind: KnownKind | str = self.clicked.currentData()
@@ -176,11 +183,13 @@ class ControlPanel(QWidget):
             if each == kind:
                 self._lines_tool.choose(each)
         self._studio.activate(self._lines_tool.name if kind else self._tool.name)
+        self._show_compass()
 
     def _solve(self) -> None:
         """Place the model anew by what is ticked, and say what that is worth: at once where that is
         a matter of milliseconds, else beside the window."""
         from vomstudio.registration.surface_points import some_points
+        from vomstudio.workspace.placing.known_planes import compass_table
         from vomstudio.workspace.placing.registering import pairs_of, placed_by_points
 
         model = self.model
@@ -189,36 +198,44 @@ class ControlPanel(QWidget):
         pairs, lines = pairs_of(self._points), tuple(self._lines)
         self._found = len(pairs.labels)
         self._reach = float(np.ptp(pairs.model, axis=0).max()) if self._found > 1 else 0.0
+        compass = compass_table(lines, self.readings.seen)
 
         def work() -> Placed | VomError:
             try:
                 if model is None:
                     return GeometryError(tr("Open an outcrop model first."))
                 extent = None if opened is None else some_points(opened.data)
-                return placed_by_points(pairs, bounds, model, self.crs, extent, lines, doubt)
+                return placed_by_points(
+                    pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
+                    north.turned_deg,
+                )  # fmt: skip
             except VomError as error:
                 return error
 
-        doubt = 0.0
+        self.north, self._counted = None, ""
         try:
             self.crs = self._typed_crs()
-            doubt = typed_doubt(self.doubt.text())
+            if counted(lines):
+                self.north, self._counted = self.readings.counted(self._known_north)
         except VomError as error:
+            self._show_compass()
             self._solving.drop()
             self._solved(error)
             return
-        if self._found <= _FEW:
+        north = self.north or ReadNorth("grid")
+        self._show_compass()
+        # Directions are tried one without the other, which takes a second.
+        if self._found <= _FEW and compass is None:
             self._solving.at_once(work)
         else:
-            # It was the placement by other points.
+            # It was the placement by something else.
             self.placed = None
-            self._explain_button(tr("The placement by these points is being worked out."))
+            self._explain_button(tr("The placement by these is being worked out."))
             self._solving.ask(work)
 
     def _say_solving(self) -> None:
-        self.said.setText(
-            tr("Placing the model by {count} points…", count=f"{self._found:,}"),
-        )
+        count = self._found + len(self.readings.seen)
+        self.said.setText(tr("Placing the model by {count} observations…", count=f"{count:,}"))
 
     def _solved(self, made: object) -> None:
         from vomstudio.workspace.placing.registering import expected
@@ -228,11 +245,12 @@ class ControlPanel(QWidget):
             said = (
                 made.message
                 if self.model is None
-                else in_short(self._points, self._lines, self._found, made)
+                else in_short(self._points, self._lines, self._found, made, self.readings)
             )
             self.said.setText(said)
         elif self.placed is not None:
-            self.said.setText(in_words(self.placed, self.model, self.crs))
+            said = in_words(self.placed, self.model, self.crs)
+            self.said.setText("\n".join(filter(None, [said, self._counted])))
         self._show_residuals()
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
@@ -244,9 +262,11 @@ class ControlPanel(QWidget):
 
         placed = self.placed
         self.table.show_residuals(self._points, placed)
-        off = [] if placed is None else line_misses(self._lines, placed)
+        seen, turned = self.readings.seen, 0.0 if self.north is None else self.north.turned_deg
+        off = [] if placed is None else line_misses(self._lines, placed, seen, turned)
         wrong = set() if placed is None else {blunder.label for blunder in placed.blunders}
-        self.lines.show_residuals(self._lines, {miss.id: miss.off for miss in off}, wrong)
+        tips = reading_tips(self._lines, self.readings, placed, turned, self._studio)
+        self.lines.show_residuals(self._lines, {miss.id: miss.off for miss in off}, wrong, tips)
 
     def _explain_button(self, why_not: str) -> None:
         self.register.setEnabled(not why_not)
@@ -263,6 +283,18 @@ class ControlPanel(QWidget):
 
         text = self.field.text().strip()
         return metric_crs(text, tr("CRS of x, y, z")) if text else None
+
+    def _labels(self) -> list[str]:
+        return [each.name for each in (*self._points, *self._lines)]
+
+    def _known_north(self, compass: Compass) -> North:
+        assert self.model is not None
+        return known_north(self._studio, compass, self.model, self._points, self.crs)
+
+    def _show_compass(self) -> None:
+        lines_tool = self._lines_tool
+        reading = self._studio.tool_name == lines_tool.name and lines_tool.selects
+        self.compass.show_for(self.model, self._lines, self.north, reading=reading)
 
     def _show_map(self) -> None:
         known = () if self.placed is None else (*self.placed.control, *self.placed.check)
@@ -291,12 +323,10 @@ class ControlPanel(QWidget):
         """Ask for the table of the points, and put the command on the clipboard."""
         studio, model = self._studio, self.model
         path = None if model is None else studio.project.find_model(model)
-        try:
-            doubt = typed_doubt(self.doubt.text())
-        except VomError as error:
-            return studio.warn(error.message)
         if path is not None:
-            copy_register(self, studio, path, self._points, self._lines, self.crs, doubt)
+            copy_register(
+                self, studio, path, self._points, self._lines, self.crs, self.readings, self.north
+            )
 
     # --- what is done ------------------------------------------------------------------------
     def ask_for_points(self) -> None:
@@ -346,14 +376,14 @@ class ControlPanel(QWidget):
     def _line_typed(self, item: QTableWidgetItem) -> None:
         line = self._lines[item.row()]
         try:
-            changed = typed(line, item.column(), item)
+            changed = typed(line, item.column(), item, self._studio.settings.notation)
         except VomError as error:
             self._studio.warn(error.message)
             changed = line
         if changed != line:
             self._studio.attempt(edits.change_feature, changed)
             return
-        self.lines.show_lines(self._lines)
+        self.lines.show_lines(self._lines, self._studio.settings.notation)
         self._show_residuals()
 
     def _typed(self, item: QTableWidgetItem) -> None:
@@ -383,8 +413,9 @@ class ControlPanel(QWidget):
             self._studio.attempt(edits.change_feature, changed)
 
     def apply(self) -> None:
-        """Register the model by the points and lines."""
+        """Register the model by the points, lines and planes."""
         from vomstudio.workspace.placing.known_lines import usable
+        from vomstudio.workspace.placing.known_planes import placing
         from vomstudio.workspace.placing.registering import (
             pairs_of,
             registration_of,
@@ -396,7 +427,8 @@ class ControlPanel(QWidget):
         before, placed = self.model, self.placed
         if before is None or placed is None:
             return
-        record = registration_of(placed, pairs_of(self._points), before, self.crs)
+        north = None if self.north is None else used_north(self.north, self._lines)
+        record = registration_of(placed, pairs_of(self._points), before, self.crs, read_north=north)
         if not self._studio.attempt(edits.set_registration, record, [before.id]):
             return
         after = self._studio.records[before.id]
@@ -409,6 +441,8 @@ class ControlPanel(QWidget):
         )
         if used := usable(self._lines):
             by.append(tr_n("{count} line", "{count} lines", len(used)))
+        if read := placing(self._lines, self.readings.seen):
+            by.append(tr_n("{count} compass reading", "{count} compass readings", len(read)))
         said = tr(
             "{model} was placed by {what}; it turned by {turn:.1f} degrees, and what was "
             "measured on it with it.",

@@ -1,25 +1,38 @@
-"""What the panel of control points and known lines says, and the command that does the same."""
+"""What the panel of control points, known lines and compass readings says."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.registration.results import Placed
-from vomstudio.ui.forms.copied_command import Word, numbers_text
-from vomstudio.words import tr
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.interpret.tool_panels.readings import Readings
+from vomstudio.words import to_translate, tr
+
+_IN_THE_WINDOW = {
+    "(--without)": to_translate("(take its tick away)"),
+    "(--declination)": to_translate("(North)"),
+    "(--north-sigma)": to_translate("(North)"),
+}
+"""What the options of the command are here."""
 
 
 def in_short(
-    points: Sequence[ControlPoint], lines: Sequence[KnownLine], found: int, error: VomError
+    points: Sequence[ControlPoint],
+    lines: Sequence[KnownLine],
+    found: int,
+    error: VomError,
+    readings: Readings,
 ) -> str:
     """Why there is no placement, or what is to be done next. found : so many points are found"""
     from vomstudio.workspace.placing.known_lines import usable
+    from vomstudio.workspace.placing.known_planes import placing
 
-    if usable(lines):
+    if usable(lines) or placing(lines, readings.seen):
         return error.message
     if not points:
         if any(not line.complete for line in lines):
@@ -27,7 +40,7 @@ def in_short(
         return tr(
             "Read the coordinates of control points from a file, or click a point on the "
             "outcrop and type its coordinates. Lines that are level, or whose azimuth or "
-            "length is known, place the model in part."
+            "length is known, and planes that were read by compass place the model in part."
         )
     if not found and not any(p.position for p in points):
         return tr("Type the coordinates of the points in the list, or read them from a file.")
@@ -51,25 +64,75 @@ def in_words(placed: Placed, model: Model | None, crs: str | None) -> str:
     said = [_worth(placed)]
     if model is not None and not placed.known.all:
         known = frame_after(placed, model, crs).known_in_words()
-        said = [tr("After registering: {known}", known=known), *said_of_vertical(placed), *said]
-    return "\n".join(said)
+        then = [tr("After registering: {known}", known=known), *said_of_vertical(placed)]
+        # What is wrong comes before what is known by it.
+        said = [*said, *then] if placed.blunders else [*then, *said]
+    text = "\n".join(said)
+    for option, name in _IN_THE_WINDOW.items():
+        text = text.replace(option, tr(name))
+    return text
 
 
-def options(lines: Sequence[KnownLine]) -> list[tuple[str, Word]]:
-    """As the command takes them."""
-    from vomstudio.workspace.placing.known_lines import usable
+def reading_tips(
+    lines: Sequence[KnownLine],
+    readings: Readings,
+    placed: Placed | None,
+    turned_deg: float,
+    studio: Studio,
+) -> Mapping[str, str]:
+    """Of what was read by compass, by id: what the placed model shows, what else is in its error,
+    and what becomes of the placement without it; or why it places nothing."""
+    from vomstudio.document.records import get_feature
 
-    names = {"level": "--level", "azimuth": "--azimuth", "length": "--scale"}
-    return [
-        (
-            names[line.kind],
-            numbers_text(
-                [*line.vertices[0], *line.vertices[-1],
-                 *(v for v in (line.value, line.sigma) if v is not None)]
-            ),
-        )
-        for line in usable(lines)
-    ]  # fmt: skip
+    tips = {}
+    for line in lines:
+        if not line.by_compass:
+            continue
+        if line.id not in readings.seen:
+            feature = get_feature(studio.records, line.feature_id)
+            tips[line.id] = (
+                tr("The plane or line that was read is no longer in the project.")
+                if feature is None
+                else tr("{feature} has no plane and no direction at present.", feature=feature.name)
+            )
+        elif placed is not None:
+            notation = studio.settings.notation
+            tips[line.id] = "\n".join(_of_reading(line, readings, placed, turned_deg, notation))
+    return tips
+
+
+def _of_reading(
+    line: KnownLine, readings: Readings, placed: Placed, turned_deg: float, notation: str
+) -> list[str]:
+    from dataclasses import replace
+
+    from vomstudio.document.kinds.known_line import as_read
+    from vomstudio.geology.orientation import Line, Plane
+    from vomstudio.workspace.placing.known_planes import placed_direction
+
+    seen = readings.seen[line.id]
+    there = placed_direction(seen, placed)
+    if line.kind == "plane":
+        plane = Plane.from_normal(there)
+        angles = round(plane.dip_direction_deg, 1), round(plane.dip_deg, 1)
+    else:
+        axis = Line.from_vector(there)
+        angles = round(axis.trend_deg, 1), round(axis.plunge_deg, 1)
+    shown = as_read(replace(line, value=angles[0] % 360.0, inclination_deg=angles[1]), notation)
+    read = replace(line, value=round(((line.value or 0.0) + turned_deg) % 360.0, 1))
+    said = [tr("Placed: {placed}; read: {read}.", placed=shown, read=as_read(read, notation))]
+    if seen.sigma_deg is not None and line.sigma is not None:
+        said.append(
+            tr("What the model shows is itself known to ± {error:.1f}° (1σ), which counts too.",
+               error=seen.sigma_deg)
+        )  # fmt: skip
+    for each in placed.without:
+        if each.label == line.name:
+            said.append(
+                tr("Without it the others agree to {others:.1f}° (RMS), and the model turns by "
+                   "{turn:.1f}°.", others=each.others_deg, turn=each.turned_deg)
+            )  # fmt: skip
+    return said
 
 
 def _worth(placed: Placed) -> str:

@@ -1,4 +1,5 @@
-"""The table of known lines: which are used, what is known of them, and what is left over."""
+"""The table of known lines and planes: which are used, what is known of them, and what is left
+over."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
-from vomstudio.document.kinds.known_line import KINDS, KnownLine
+from vomstudio.document.kinds.known_line import KINDS, KnownLine, as_read
 from vomstudio.errors import UsageError
 from vomstudio.ui.common import theme
 from vomstudio.words import tr
@@ -17,8 +18,9 @@ from vomstudio.words import tr
 TICK, LABEL, WHAT, VALUE, SIGMA, LEFT = range(6)
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _WORDS = dict(KINDS)
-_UNITS = {"level": "°", "azimuth": "°", "length": " m"}
-_MOST_DEG = {"level": 45.0, "azimuth": 90.0}
+_UNITS = {"length": " m"}
+_DIGITS = {"length": 3, "plane": 1, "lineation": 1}
+_MOST_DEG = {"level": 45.0, "azimuth": 90.0, "plane": 90.0, "lineation": 90.0}
 
 
 class KnownTable(QTableWidget):
@@ -27,7 +29,7 @@ class KnownTable(QTableWidget):
     def __init__(self) -> None:
         super().__init__(0, LEFT + 1)
         self.setObjectName("known_lines")
-        self.setAccessibleName(tr("Known lines"))
+        self.setAccessibleName(tr("Known lines and planes"))
         self.setHorizontalHeaderLabels(
             [tr("Use"), tr("Label"), tr("Known"), tr("Value"), "± (1σ)", tr("Residual")]
         )
@@ -40,19 +42,22 @@ class KnownTable(QTableWidget):
         header.setSectionResizeMode(LEFT, QHeaderView.ResizeMode.Stretch)
         header.setMinimumSectionSize(34)
         for column, tip in (
-            (TICK, tr("Ticked lines place the model, the others judge it.")),
-            (VALUE, tr("Azimuth from grid north (°), from the first end to the second, or length "
-                       "(m).")),
+            (TICK, tr("Ticked ones place the model, the others judge it.")),
+            (VALUE, tr("Azimuth (°) from the first end to the second, length (m), or what was read "
+                       "by compass, such as 213/45.")),
             (SIGMA, tr("One standard error; empty for what is usual: 0.5° of a level line, 3° of "
-                       "an azimuth, 0.5 % of a length.")),
-            (LEFT, tr("What is left over: placed less known.")),
+                       "an azimuth, 0.5 % of a length. Of planes and lines by compass it is then "
+                       "taken from what is left over.")),
+            (LEFT, tr("What is left over: placed less known; of planes and lines by compass the "
+                      "angle between the two.")),
         ):  # fmt: skip
             item = self.horizontalHeaderItem(column)
             if item is not None:
                 item.setToolTip(tip)
         self.hide()
 
-    def show_lines(self, lines: Sequence[KnownLine]) -> None:
+    def show_lines(self, lines: Sequence[KnownLine], notation: str) -> None:
+        """notation : of planes"""
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         with QSignalBlocker(self):
             self.setRowCount(len(lines))
@@ -62,7 +67,7 @@ class KnownTable(QTableWidget):
                 tick.setCheckState(Qt.CheckState.Unchecked if line.check else Qt.CheckState.Checked)
                 what = QTableWidgetItem(tr(_WORDS[line.kind]))
                 what.setFlags(_READ_ONLY)
-                value = QTableWidgetItem("" if line.value is None else _short(line.value))
+                value = QTableWidgetItem(value_text(line, notation))
                 if line.kind == "level":
                     value = QTableWidgetItem("–")
                     value.setFlags(_READ_ONLY)
@@ -79,9 +84,13 @@ class KnownTable(QTableWidget):
         self.setFixedHeight(self.horizontalHeader().sizeHint().height() + 23 * shown + 6)
 
     def show_residuals(
-        self, lines: Sequence[KnownLine], off: Mapping[str, float], wrong: set[str]
+        self,
+        lines: Sequence[KnownLine],
+        off: Mapping[str, float],
+        wrong: set[str],
+        tips: Mapping[str, str],
     ) -> None:
-        """off : by id; wrong : labels"""
+        """off, tips : by id; wrong : labels"""
         alert = theme.icon("alert-outline")
         with QSignalBlocker(self):
             for row, line in enumerate(lines):
@@ -89,12 +98,18 @@ class KnownTable(QTableWidget):
                 if left is None or label is None:
                     continue
                 miss = off.get(line.id)
-                unit, digits = _UNITS[line.kind], 3 if line.kind == "length" else 2
+                unit, digits = _UNITS.get(line.kind, "°"), _DIGITS.get(line.kind, 2)
+                sign = "" if line.by_compass else "+"
                 # Without a sign where nothing is left over.
                 miss = None if miss is None else round(miss, digits) or 0.0
-                left.setText("" if miss is None else f"{miss:+.{digits}f}{unit}" if miss else "0")
+                left.setText(
+                    "" if miss is None else f"{miss:{sign}.{digits}f}{unit}" if miss else "0"
+                )
                 if not line.complete:
                     left.setText(tr("type its value"))
+                elif line.by_compass and miss is None and line.id in tips:
+                    left.setText(tr("not there"))
+                left.setToolTip(tips.get(line.id, ""))
                 label.setIcon(alert if line.name in wrong else QIcon())
 
     def ask_for_value(self, row: int) -> None:
@@ -106,13 +121,16 @@ class KnownTable(QTableWidget):
             self.editItem(item)
 
 
-def typed(line: KnownLine, column: int, item: QTableWidgetItem) -> KnownLine:
-    """The line with what was typed or ticked. Raises UsageError."""
+def typed(line: KnownLine, column: int, item: QTableWidgetItem, notation: str) -> KnownLine:
+    """The line with what was typed or ticked; a plane in the notation. Raises UsageError,
+    InputError."""
     if column == TICK:
         return replace(line, check=item.checkState() != Qt.CheckState.Checked)
     text = item.text().strip()
     if column == LABEL:
         return replace(line, name=text or line.name)
+    if line.by_compass and column == VALUE:
+        return _read_anew(line, text, notation)
     if not text:
         return replace(line, value=None) if column == VALUE else replace(line, sigma=None)
     try:
@@ -132,20 +150,24 @@ def typed(line: KnownLine, column: int, item: QTableWidgetItem) -> KnownLine:
     return replace(line, value=number % 360.0 if line.kind == "azimuth" else number)
 
 
+def value_text(line: KnownLine, notation: str) -> str:
+    """What is known of a line or plane, as it is typed."""
+    if line.by_compass:
+        return as_read(line, notation)
+    return "" if line.value is None else _short(line.value)
+
+
+def _read_anew(line: KnownLine, text: str, notation: str) -> KnownLine:
+    from vomstudio.workspace.placing.known_planes import typed_reading
+
+    said = typed_reading(text, "plane" if line.kind == "plane" else "lineation", notation)
+    return replace(
+        line,
+        value=said.azimuth_deg,
+        inclination_deg=said.inclination_deg,
+        sigma=line.sigma if said.sigma_deg is None else said.sigma_deg,
+    )
+
+
 def _short(value: float) -> str:
     return f"{value:.10g}"
-
-
-def typed_doubt(text: str) -> float:
-    """Degrees by which all azimuths may be off alike. Raises UsageError."""
-    if not text.strip():
-        return 0.0
-    try:
-        number = float(text.strip().rstrip("°").replace(",", "."))
-    except ValueError:
-        number = float("nan")
-    if not 0.0 <= number <= 180.0:
-        raise UsageError(
-            tr("“{text}” is no angle that north may be off by. Type degrees, like 0.5.", text=text)
-        )
-    return number

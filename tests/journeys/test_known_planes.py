@@ -1,0 +1,263 @@
+"""A model that stands turned is placed by planes on it that were read by compass, with mouse and
+keys, and the command that is copied places it the same."""
+
+from __future__ import annotations
+
+import csv
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
+
+from tests import driver
+from tests.journeys.test_known_lines import SCALE, TURN, tilted, to_file
+from vomstudio.document import edits
+from vomstudio.document.compass_edits import compass_of
+from vomstudio.document.kinds.known_line import KnownLine
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import Model
+from vomstudio.geometry.transform import apply
+from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog
+from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+
+__all__ = ["tilted"]
+
+
+def begin(window, tilted: Path, picks) -> ControlPanel:
+    """The tilted outcrop with its traces, in the panel that places it."""
+    world = np.load(tilted.with_name("world.npy"))
+    window.open_path(tilted)
+    driver.wait(lambda: driver.dialog_of(window) is not None, "the frame dialog")
+    driver.dialog_of(window).reject()
+    driver.settled(window)
+    studio = window.studio
+    model = driver.model(window)
+    middle = world.mean(axis=0)
+    for name, points in picks.items():
+        places = tuple(map(tuple, to_file(points, middle).tolist()))
+        trace = Trace(f"t-{name}", name, "bedding", model.id, model.content_hash, places)
+        studio.attempt(edits.add_trace, trace)
+    window.actions_table.run("register_model")
+    panel = driver.tool_panel(window, ControlPanel)
+    choose(panel, "plane")
+    driver.look_at(window, to_file(world, middle), 25.0, 5.0)
+    driver.wait(panel.compass.reading.isVisible, "the field for what was read")
+    driver.focus(window)
+    return panel
+
+
+def choose(panel: ControlPanel, kind: str) -> None:
+    panel.clicked.setCurrentIndex(panel.clicked.findData(kind))
+    panel.clicked.activated.emit(panel.clicked.currentIndex())
+
+
+def select(window, name: str) -> None:
+    """Click the middle of a trace on the outcrop."""
+    studio = window.studio
+    trace = studio.records[f"t-{name}"]
+    points = apply(driver.model(window).to_world, np.array(trace.vertices))
+    for share in np.linspace(0.0, 1.0, 41):
+        # Where another feature lies in front, another place of the trace is clicked.
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        along = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
+        place = np.array([np.interp(share, along, points[:, k]) for k in range(3)])
+        window.viewport.setFocus()
+        driver.click(window.viewport, driver.pixel(window, place))
+        driver.pause()
+        if studio.selection.ids == (trace.id,):
+            return
+    raise AssertionError(f"{name} was not found on the outcrop")
+
+
+def read(window, panel: ControlPanel, name: str, text: str) -> None:
+    """Select a trace on the outcrop and type what was read, where the cursor then waits."""
+    select(window, name)
+    assert QApplication.focusWidget() is panel.compass.reading
+    QTest.keyClicks(panel.compass.reading, text)
+    QTest.keyClick(panel.compass.reading, Qt.Key.Key_Return)
+    solved(panel)
+
+
+def solved(panel: ControlPanel) -> None:
+    """Wait for the placement, which is worked out beside the window."""
+    driver.pause()
+    driver.wait(lambda: not panel._solving.waiting, "the placement")
+    driver.pause()
+
+
+def off_deg(model: Model) -> float:
+    matrix = np.array(model.to_world)[:3, :3]
+    left = matrix / np.cbrt(np.linalg.det(matrix)) @ TURN
+    return float(np.degrees(np.arccos(np.clip((np.trace(left) - 1.0) / 2.0, -1.0, 1.0))))
+
+
+def spread(truth, count: int) -> list[str]:
+    """Names of planes whose poles lie far apart."""
+    names = list(truth)
+    poles = np.array([pole(*truth[name]) for name in names])
+    chosen = [0]
+    while len(chosen) < count:
+        near = np.abs(poles @ poles[chosen].T).max(axis=1)
+        near[chosen] = 2.0
+        chosen.append(int(near.argmin()))
+    return [names[i] for i in chosen]
+
+
+def pole(azimuth: float, dip: float) -> np.ndarray:
+    a, d = np.radians([azimuth, dip])
+    return np.array([np.sin(a) * np.sin(d), np.cos(a) * np.sin(d), np.cos(d)])
+
+
+def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monkeypatch) -> None:
+    panel = begin(window, tilted, picks)
+    studio = window.studio
+    assert studio.tool_name == "known_line"
+    assert not panel.compass.add.isEnabled()
+    assert panel.compass.add.toolTip()
+    names = spread(truth, 6)
+    wrong = names[2]
+    for name in names:
+        azimuth, dip = truth[name]
+        if name == wrong:
+            azimuth = (azimuth - 90.0) % 360.0
+        read(window, panel, name, f"{azimuth:.0f}/{dip:.0f} +- 3")
+    assert [line.name for line in studio.session.of(KnownLine)] == names
+    driver.keep_picture(window, "known_planes_wrong")
+
+    # The strike that was read as dip direction is named, and its tick taken away.
+    said = panel.said.text()
+    assert f"{wrong}" in said
+    assert "+90°" in said
+    assert "--without" not in said
+    row = names.index(wrong)
+    assert panel.lines.item(row, 5).text().endswith("°")
+    assert not panel.lines.item(row, 1).icon().isNull()
+    assert "Placed" in panel.lines.item(row, 5).toolTip()
+    panel.lines.item(row, 0).setCheckState(Qt.CheckState.Unchecked)
+    solved(panel)
+    assert float(panel.lines.item(row, 5).text()[:-1]) > 15.0
+    left = [float(panel.lines.item(i, 5).text()[:-1]) for i in range(6) if i != row]
+    assert max(left) < 6.0
+    assert panel.placed.known.vertical
+    assert panel.placed.known.north
+    driver.keep_picture(window, "known_planes_right")
+
+    # Its cell takes what was meant.
+    panel.lines.item(row, 0).setCheckState(Qt.CheckState.Checked)
+    azimuth, dip = truth[wrong]
+    panel.lines.item(row, 3).setText(f"{azimuth - 90.0 if azimuth >= 90 else azimuth + 270:.0f}/"
+                                     f"{dip:.0f} RHR")  # fmt: skip
+    solved(panel)
+    assert float(panel.lines.item(row, 5).text()[:-1]) < 6.0
+    panel.lines.item(row, 3).setText("213/95")
+    solved(panel)
+    assert float(panel.lines.item(row, 5).text()[:-1]) < 6.0, "what is refused changes nothing"
+
+    # Ten degrees of declination, stated, and the doubt about it.
+    say_north(window, panel, north="magnetic", compass_declination="10", north_doubt="0.7")
+    solved(panel)
+    assert "+10.0°" in panel.compass.north.text()
+    assert "declination" in panel.said.text()
+    table = tilted.with_name("readings.csv")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *a, **k: (str(table), ""))
+    panel.copy.click()
+    command = shlex.split(QGuiApplication.clipboard().text())
+    driver.click(panel.register, panel.register.rect().center())
+    driver.pause()
+    model = driver.model(window)
+    assert model.registration.method == "lines"
+    assert model.registration.read_north.turned_deg == 10.0
+    assert model.registration.read_north.doubt_deg == 0.7
+    assert off_deg(model) == pytest.approx(10.0, abs=2.0)
+    assert "north known" in studio.frame_name()
+    driver.keep_picture(window, "known_planes_placed")
+
+    # The command gives the same, of what it reads.
+    assert command[:2] == ["vomstudio", "register"]
+    assert command[command.index("--north-sigma") + 1] == "0.7"
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert [row["id"] for row in rows] == names
+    placed = commanded(command[2:])
+    ours = np.array(model.registration.matrix)[:3, :3]
+    assert ours / np.cbrt(np.linalg.det(ours)) == pytest.approx(placed, abs=1e-9)
+
+    # Kept with the project, and every step undone.
+    driver.focus(window)
+    driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert driver.model(window).registration is None
+    assert compass_of(studio.records, model.id).declination_deg == 10.0
+    driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert compass_of(studio.records, model.id) is None
+    assert SCALE == 0.5
+
+
+def commanded(words: list[str]) -> np.ndarray:
+    """(3, 3) the rotation that the command's options give."""
+    from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
+
+    names = {"--orientations": "orientations", "--north": "north",
+             "--declination": "declination", "--north-sigma": "north_sigma"}  # fmt: skip
+    given = {names[words[i]]: words[i + 1] for i in range(1, len(words), 2)}
+    placed = register_model(RegisterOrder("-", **given), None).placed
+    return placed.matrix[:3, :3] / placed.scale
+
+
+def say_north(window, panel: ControlPanel, *, north: str, **fields: str) -> None:
+    """In the dialog that the button opens."""
+    from PySide6.QtCore import QTimer
+
+    def fill() -> None:
+        dialog = QApplication.activeModalWidget()
+        assert isinstance(dialog, CompassDialog)
+        dialog.north.setCurrentIndex(dialog.north.findData(north))
+        ok = dialog.buttons.button(dialog.buttons.StandardButton.Ok)
+        if north == "magnetic":
+            assert not ok.isEnabled()
+            assert ok.toolTip()
+        for name, text in fields.items():
+            field = dialog.findChild(QLineEdit, name)
+            field.clear()
+            QTest.keyClicks(field, text)
+        driver.keep_picture(dialog, "compass_dialog")
+        assert ok.isEnabled()
+        QTest.mouseClick(ok, Qt.MouseButton.LeftButton)
+
+    QTimer.singleShot(50, fill)
+    panel.compass.north.click()
+    driver.pause()
+
+
+def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothing(
+    window, tilted, picks, truth
+) -> None:
+    panel = begin(window, tilted, picks)
+    studio = window.studio
+    first, second, third = spread(truth, 3)
+    for name in (first, second, third):
+        read(window, panel, name, "{:.0f}/{:.0f}".format(*truth[name]))
+    before = np.array(panel.placed.matrix)
+    # Absurd ones are refused, and stay in the field to be corrected.
+    read(window, panel, first, "213/95")
+    assert panel.compass.reading.text() == "213/95"
+    assert len(studio.session.of(KnownLine)) == 3
+    studio.attempt(edits.delete, ["t-" + third])
+    solved(panel)
+    assert panel.lines.item(2, 5).text() == "not there"
+    assert "no longer" in panel.lines.item(2, 5).toolTip()
+    window.viewport.setFocus()
+    driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    solved(panel)
+    assert np.array(panel.placed.matrix) == pytest.approx(before)
+    # A trace that is corrected moves its residual at once.
+    trace = studio.records["t-" + third]
+    shown = panel.lines.item(2, 5).text()
+    bent = tuple((x, y + 0.2 * i, z) for i, (x, y, z) in enumerate(trace.vertices))
+    studio.attempt(edits.change_feature, replace(trace, vertices=bent))
+    solved(panel)
+    assert panel.lines.item(2, 5).text() != shown

@@ -1,0 +1,197 @@
+"""Traces proposed on a slope with two known beds: looked at, accepted, edited, rejected."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from tests import driver
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.tools.trace import TraceTool
+from vomstudio.ui.surface.traces_panel import TracesPanel
+
+BEDS = {0.5: 60.0, 1.4: 30.0}
+
+
+@pytest.fixture
+def panel(window, tmp_path) -> TracesPanel:
+    """Level dark beds at known heights on a slope of noise."""
+    random = np.random.default_rng(1)
+    y, x = (a.ravel() * 0.05 for a in np.mgrid[0:60, 0:60])
+    x = x + random.normal(0.0, 0.005, len(x))
+    z = 0.6 * y + 0.2 * np.sin(3.0 * x) + random.normal(0.0, 0.003, len(x))
+    grey = 128.0 + random.normal(0.0, 10.0, len(x))
+    for height, darker in BEDS.items():
+        grey -= darker * (np.abs(z - height) < 0.04)
+    colours = np.repeat(np.clip(grey, 0, 255).round()[:, None], 3, axis=1)
+    path = tmp_path / "slope.csv"
+    table = np.column_stack([x, y, z, colours])
+    np.savetxt(path, table, delimiter=",", header="x,y,z,r,g,b", comments="", fmt="%.6f")
+    driver.open_outcrop(window, path)
+    driver.settled(window)
+    window.actions_table.run("propose_traces")
+    made = window.findChild(TracesPanel)
+    driver.wait(made.isVisible, "the panel")
+    driver.wait(made.start.isEnabled, "the model")
+    made.cost.setCurrentIndex(made.cost.findData("dark"))
+    made.length.setValue(1.0)
+    return made
+
+
+def look(window, panel) -> None:
+    driver.click(panel.start, panel.start.rect().center())
+    assert panel.start.text() == "Stop"
+    driver.wait(lambda: not panel._traces.waiting, "the lines", 120.0)
+    driver.settled(window)
+
+
+def traces(window) -> list[Trace]:
+    return window.studio.session.of(Trace)
+
+
+def choose(panel, *rows: int) -> None:
+    panel.table.clearSelection()
+    panel.table.setFocus()
+    for row in rows:
+        index = panel.table.numbers.index(row, 0)
+        select = panel.table.selectionModel()
+        panel.table.setCurrentIndex(index) if len(rows) == 1 else select.select(
+            index, select.SelectionFlag.Select | select.SelectionFlag.Rows
+        )
+
+
+def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> None:
+    studio = window.studio
+    before = dict(studio.records)
+    look(window, panel)
+    assert dict(studio.records) == before
+    rows = [values for (values, _) in panel.table.numbers.rows]
+    assert [row[0][0] for row in rows] == sorted(row[0][0] for row in rows)
+    assert rows[0][0][0] < 0.05
+    assert "to decide upon" in panel.summary.text()
+    drawn = [key for key in window.viewport.features.drawings if key.startswith("proposed")]
+    assert "proposed traces:sure" in drawn
+    choose(panel, 0)
+    assert "Darker than its surroundings" in panel.why.text()
+    assert "surfaces of noise" in panel.why.text()
+    driver.settled(window)
+    driver.keep_picture(window, "proposed-traces")
+
+    left = len(panel._traces.open)
+    QTest.keyClick(panel.table, Qt.Key.Key_Return)
+    (trace,) = traces(window)
+    heights = np.array(trace.vertices)[:, 2]
+    assert np.percentile(np.abs(heights - 0.5), 90) < 0.05
+    assert "proposed by dark" in trace.notes
+    assert "accepted" in trace.notes
+    assert len(panel._traces.open) == left - 1
+    measured = studio.measured([trace.id])[trace.id]
+    assert measured.plane is not None
+    assert measured.plane.dip_deg < max(measured.max_confidence95_deg, 2.0)
+    # Taken back it is to be decided upon again.
+    studio.undo()
+    assert traces(window) == []
+    assert len(panel._traces.open) == left
+    studio.redo()
+    assert len(panel._traces.open) == left - 1
+    # Several at once are one step.
+    driver.settled(window)
+    panel.table.selectAll()
+    driver.click(panel.accept, panel.accept.rect().center())
+    assert len(traces(window)) == left
+    assert not panel._traces.open
+    studio.undo()
+    assert len(traces(window)) == 1
+
+
+def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, panel) -> None:
+    look(window, panel)
+    lines = panel._traces.found.lines
+    first, second = lines[0].points, lines[1].points
+    choose(panel, 0)
+    QTest.keyClick(panel.table, Qt.Key.Key_Delete)
+    assert traces(window) == []
+    assert 0 not in panel._traces.open
+    choose(panel, 0)
+    QTest.keyClick(panel.table, Qt.Key.Key_Return)
+    assert len(traces(window)) == 1
+    look(window, panel)
+    assert "run along traces of the project or what was rejected" in panel.summary.text()
+
+    def beside(line, other) -> float:
+        gaps = np.linalg.norm(line[:, None] - other[None], axis=2).min(axis=1)
+        return float((gaps < 0.05).mean())
+
+    for one in panel._traces.found.lines:
+        assert beside(one.points, first) < 0.5
+        assert beside(one.points, second) < 0.5
+    # By another cost, and shorter ones, neither.
+    panel.length.setValue(0.5)
+    look(window, panel)
+    assert all(beside(one.points, first) < 0.5 for one in panel._traces.found.lines)
+    # Unless it is brought back.
+    assert panel.forgive.isEnabled()
+    driver.click(panel.forgive, panel.forgive.rect().center())
+    assert not panel.forgive.isEnabled()
+    panel.length.setValue(1.0)
+    look(window, panel)
+    assert any(beside(one.points, first) > 0.5 for one in panel._traces.found.lines)
+
+
+def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
+    studio = window.studio
+    look(window, panel)
+    wanted, left = panel._traces.found.lines[0].points, len(panel._traces.open)
+    choose(panel, 0)
+    driver.click(panel.edit, panel.edit.rect().center())
+    tool = studio.tool_of(TraceTool)
+    assert studio.tool_name == "trace"
+    assert tool.open
+    assert tool.cost == "dark"
+    assert 2 <= len(tool.vertices) <= 12
+    assert len(panel._traces.open) == left - 1
+    # Given up it is to be decided upon again.
+    tool.cancel()
+    driver.wait(lambda: len(panel._traces.open) == left, "the line in the list again")
+    driver.settled(window)
+    choose(panel, 0)
+    driver.click(panel.edit, panel.edit.rect().center())
+    driver.wait(lambda: not tool.searching, "the way", 60.0)
+    driver.keep_picture(window, "proposed-trace-edited")
+    tool.finish()
+    driver.wait(lambda: traces(window), "the trace", 60.0)
+    (trace,) = traces(window)
+    off = np.linalg.norm(np.array(trace.vertices)[:, None] - wanted[None], axis=2).min(axis=1)
+    assert np.percentile(off, 90) < 0.1
+    assert "proposed by dark" in trace.notes
+    assert "edited" in trace.notes
+    assert "way-points" in trace.notes
+    assert len(panel._traces.open) == left - 1
+
+
+def test_a_click_on_the_outcrop_chooses_the_line_there(window, panel) -> None:
+    look(window, panel)
+    line = panel._traces.found.lines[0].points
+    driver.click(window.viewport, driver.pixel(window, line[len(line) // 2]))
+    driver.wait(lambda: panel._rows() == [0], "the row")
+
+
+def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
+    before = dict(window.studio.records)
+    driver.click(panel.start, panel.start.rect().center())
+    driver.click(panel.start, panel.start.rect().center())
+    assert panel.start.text() == "Look for lines"
+    assert "Nothing was changed" in panel.summary.text()
+    assert dict(window.studio.records) == before
+    look(window, panel)
+    assert panel._traces.found is not None
+
+
+def test_nothing_found_is_said(window, panel) -> None:
+    panel.length.setValue(500.0)
+    look(window, panel)
+    assert "No line of 500 m or more" in panel.summary.text()
+    assert not panel.accept.isEnabled()
+    assert "Choose lines" in panel.accept.toolTip()

@@ -1,0 +1,52 @@
+"""The fold axis of thousands of beds is found beside the window."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests import driver
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits
+from vomstudio.document.edit import change
+from vomstudio.ui.scene import view_panel
+
+
+@pytest.fixture
+def panel(own_folders, qtbot, monkeypatch):
+    """Of a window that shows it, with seven beds, which are many here."""
+    monkeypatch.setattr(view_panel, "_MANY_BEDS", 3)
+    window = driver.make_window()
+    window.workspaces.switch("views")
+    window.docks["view"].raise_()
+    studio = window.studio
+    add_cliff(studio)
+    bed = add_bed(studio, "t0", dip=0.3)
+    more = [
+        replace(
+            bed, id=f"t{k}", name=f"B{k}",
+            vertices=tuple((x, y + slope * (z + 0.3 * x), z) for x, y, z in bed.vertices),
+        )
+        for k, slope in enumerate(np.linspace(0.2, 1.4, 6), 1)
+    ]  # fmt: skip
+    studio.session.apply(change(studio.records, "Add more", {t.id: t for t in more}))
+    yield window.view_panel
+    driver.dismiss(window)
+
+
+def test_it_comes_and_follows_what_is_edited(panel):
+    driver.wait(lambda: "of 7 bedding planes" in panel._verdict.text(), "the axis of all")
+    panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))
+    driver.wait(lambda: "of 6 bedding planes" in panel._verdict.text(), "the axis of the rest")
+    assert panel.why_no_beta() is None
+
+
+def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
+    driver.wait(lambda: "of 7 bedding planes" in panel._verdict.text(), "the axis of all")
+    late = panel._bedding.search()
+    panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))
+    panel._came(late())
+    assert not panel._bedding.known
+    driver.wait(lambda: "of 6 bedding planes" in panel._verdict.text(), "the axis of the rest")

@@ -1,0 +1,24 @@
+"""Edits of what azimuths that were read on a model are counted from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vomstudio.document.edit import Edit, change
+from vomstudio.document.records import Compass, Model, Record, compass_id, get
+from vomstudio.errors import DocumentError
+from vomstudio.words import tr
+
+
+def compass_of(records: Mapping[str, Record], model_id: str) -> Compass | None:
+    """That of a model; None where nothing was said of it."""
+    return get(records, compass_id(model_id), Compass)
+
+
+def set_compass(records: Mapping[str, Record], compass: Compass) -> Edit:
+    """Say which north azimuths on a model are counted from, and how far that may be off. Raises
+    DocumentError."""
+    model = get(records, compass.model_id, Model)
+    if model is None or compass.id != compass_id(model.id):
+        raise DocumentError(tr("The model of these readings is not in the project."))
+    return change(records, f"Set the north of readings on {model.name}", {compass.id: compass})

@@ -1,0 +1,92 @@
+"""Jobs that propose lines on one model."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vomstudio.jobs.job import Job, Lane
+from vomstudio.jobs.registration_tasks import StandingModel, in_world
+from vomstudio.progress import Progress
+
+
+@dataclass(frozen=True)
+class TracesOrder:
+    """cost, least_length_m, most : as `extraction.proposals.traces.propose_traces` has them; out :
+    the file for the lines"""
+
+    model: StandingModel
+    cost: str
+    least_length_m: float | None
+    most: int
+    out: Path
+
+
+@dataclass(frozen=True)
+class FoundTraces:
+    """count lines, the least doubtful first, in `out`: places (n, 3) in the frame of the model's
+    file, those of line i from cuts[i] to cuts[i + 1]; length_m, evidence, doubt, resolution (file
+    units, NaN where unknown) and outcrop_normal (3,) (file frame, NaN) of each"""
+
+    count: int
+    cost: str
+    least_length_m: float
+    surrogates: int
+    out: Path
+
+
+def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
+    import numpy as np
+
+    from vomstudio.extraction.followed_trace import near_surface
+    from vomstudio.extraction.proposals.traces import propose_traces
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.geometry import transform
+    from vomstudio.io.models.opening import resolution
+
+    data = in_world(asked.model, progress)
+    surface = SurfaceGraph(data)
+    found = propose_traces(
+        surface,
+        cost=asked.cost,
+        resolution=resolution(data),
+        least_length=asked.least_length_m,
+        most=asked.most,
+        model=asked.model.name,
+        frame=asked.model.crs or "local",
+        progress=progress,
+    )
+    back = transform.invert(transform.matrix(asked.model.to_world))
+    scale = transform.scale_of(asked.model.to_world)
+    near = near_surface(surface) if found.proposals else None
+    own = [near.resolution_near(one.points) if near else None for one in found.proposals]
+    faces = [near.outcrop_normal(one.points) if near else None for one in found.proposals]
+    turn = scale * back[:3, :3]
+    unknown = np.full(3, np.nan)
+    arrays: dict[str, Any] = {
+        "places": transform.apply(
+            back, np.concatenate([*(one.points for one in found.proposals), np.zeros((0, 3))])
+        ),
+        "cuts": np.cumsum([0, *(len(one.points) for one in found.proposals)]),
+        "length_m": np.array([one.length_m for one in found.proposals]),
+        "evidence": np.array([one.evidence for one in found.proposals]),
+        "doubt": np.array([one.doubt for one in found.proposals]),
+        "resolution": np.array([np.nan if r is None else r / scale for r in own]),
+        "outcrop_normal": np.array(
+            [unknown if face is None else turn @ face for face in faces]
+        ).reshape(-1, 3),
+    }
+    asked.out.parent.mkdir(parents=True, exist_ok=True)
+    part = asked.out.with_name(f"{asked.out.stem}.part.npz")
+    np.savez(part, **arrays)
+    os.replace(part, asked.out)
+    return FoundTraces(
+        len(found.proposals), found.cost, found.least_length_m, found.surrogates, asked.out
+    )
+
+
+PROPOSE_TRACES = Job("propose_traces", Lane.PRODUCTS, TracesOrder, FoundTraces, _propose)
+
+JOBS = (PROPOSE_TRACES,)

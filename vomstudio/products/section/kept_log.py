@@ -1,0 +1,77 @@
+"""A log along a line of a project on the disk, with what its record says of the beds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.records import FeatureType, Logged, Record, get
+from vomstudio.document.registration_errors import model_of
+from vomstudio.document.repeats import firsts
+from vomstudio.errors import InputError
+from vomstudio.geology.orientation import Plane
+from vomstudio.io.project.export import thresholds_of
+from vomstudio.io.project.journal import read_replay
+from vomstudio.products.section.line_log import LogQuestion, words_along
+from vomstudio.words import tr
+
+
+def kept_question(
+    folder: Path,
+    line: str,
+    *,
+    of: str,
+    type_name: str,
+    bed: Plane | None,
+    bed95_deg: float,
+    sigma_m: float | None,
+    reach_m: float | None,
+    overturned: bool,
+) -> LogQuestion:
+    """line : name or id of a trace, contact line or polyline; type_name : of the traces that are
+    boundaries; the others as in LogQuestion. Raises InputError."""
+    kept = read_replay(folder)
+    records = kept.records
+    along = _line(records, line, folder)
+    traces = firsts(_traces(records, type_name, folder), records)
+    measured = Measurements(thresholds_of(kept.settings)).of(
+        records, [along.id, *(t.id for t in traces if t.id != along.id)]
+    )
+    model = model_of(records, along)
+    return LogQuestion(
+        along.id, measured[along.id], of,
+        {t.id: measured[t.id] for t in traces}, {t.id: t.name or t.id for t in traces},
+        bed, bed95_deg, sigma_m, reach_m, overturned, words_along(along),
+        model is None or model.frame.has_metres,
+    )  # fmt: skip
+
+
+def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
+    lines = [r for r in records.values() if isinstance(r, Logged) and len(r.vertices) > 1]
+    found = [r for r in lines if r.id == name] or [r for r in lines if r.name == name]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        message = tr("Several lines are called {name}. Give the id of one.", name=repr(name))
+    else:
+        described = ", ".join(r.name for r in lines if r.beds)
+        message = tr("The project has no trace, contact line or polyline {name}.", name=repr(name))
+        if described:
+            more = tr("Beds are described along {names}.", names=described)
+            message = f"{message} {more}"
+    raise InputError(message, file=folder, field="--line")
+
+
+def _traces(records: Mapping[str, Record], name: str, folder: Path) -> list[Trace]:
+    types = [r for r in records.values() if isinstance(r, FeatureType)]
+    chosen = {t.id for t in types if name.casefold() in (t.id.casefold(), t.name.casefold())}
+    if not chosen:
+        raise InputError(
+            tr("The project has no feature type {name}.", name=repr(name)),
+            file=folder,
+            field="--type",
+        )
+    traces = (get(records, id_, Trace) for id_ in records)
+    return [trace for trace in traces if trace is not None and trace.type_id in chosen]

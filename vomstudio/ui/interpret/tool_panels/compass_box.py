@@ -1,0 +1,161 @@
+"""What was read by compass: the reading of the selected plane or line, and from which north."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from PySide6.QtWidgets import QFormLayout, QHBoxLayout, QLineEdit, QPushButton, QWidget
+
+from vomstudio.document import edits
+from vomstudio.document.compass_edits import compass_of, set_compass
+from vomstudio.document.kinds.known_line import KnownLine
+from vomstudio.document.records import Compass, Model, ReadNorth
+from vomstudio.errors import VomError
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.registration.north import North
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ElidedLabel
+from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog, north_text
+from vomstudio.words import tr
+
+
+class CompassBox(QWidget):
+    """names : of what is in the lists already, which no reading may have; known : what is known of
+    place and day of readings by a compass"""
+
+    def __init__(
+        self,
+        studio: Studio,
+        names: Callable[[], Sequence[str]],
+        known: Callable[[Compass], North],
+    ) -> None:
+        super().__init__()
+        self._studio, self._names, self._known = studio, names, known
+        self._model: Model | None = None
+        self.of = ElidedLabel()
+        self.reading = QLineEdit()
+        self.reading.setObjectName("compass_reading")
+        self.reading.setAccessibleName(tr("What was read by compass"))
+        self.reading.returnPressed.connect(self.take)
+        self.add = QPushButton(theme.icon("plus"), tr("Add"))
+        self.add.setObjectName("add_compass_reading")
+        self.add.clicked.connect(lambda _=False: self.take())
+        self.north = QPushButton(theme.icon("compass-outline"), "")
+        self.north.setObjectName("compass_north")
+        self.north.clicked.connect(lambda _=False: self.ask_for_north())
+        row = QHBoxLayout()
+        row.addWidget(self.reading, 1)
+        row.addWidget(self.add)
+        self._form = form = QFormLayout(self)
+        form.setContentsMargins(0, 0, 0, 0)
+        form.addRow(self.of)
+        form.addRow(tr("Was read as"), row)
+        form.addRow(tr("North"), self.north)
+        self._row = row
+        studio.settings_changed.connect(self._show_selected)
+        studio.selection_changed.connect(self._selected)
+
+    # --- what is there -----------------------------------------------------------------------
+    def show_for(
+        self,
+        model: Model | None,
+        lines: Sequence[KnownLine],
+        used: ReadNorth | None,
+        *,
+        reading: bool,
+    ) -> None:
+        """reading : planes and lines are chosen to be read; used : how azimuths are counted, None
+        where that cannot be said"""
+        self._model = model
+        counted = any(line.by_compass or line.kind == "azimuth" for line in lines)
+        self._form.setRowVisible(self.of, reading)
+        self._form.setRowVisible(self._row, reading)
+        self._form.setRowVisible(self.north, reading or counted)
+        self.setVisible(reading or counted)
+        said = None if model is None else compass_of(self._studio.records, model.id)
+        self.north.setText(north_text(said, used))
+        self.north.setToolTip(
+            tr("From which north azimuths were read, and how far that may be off for all alike.")
+        )
+        self.north.setEnabled(model is not None)
+        self._show_selected()
+
+    def _selected(self, _: object = None) -> None:
+        self._show_selected()
+        at_outcrop = not self.window().isAncestorOf(self) or self._outcrop_has_focus()
+        if self.reading.isVisible() and self.reading.isEnabled() and at_outcrop:
+            # What was clicked on the outcrop is typed at once; a list is gone through by its keys.
+            self.reading.setFocus()
+            self.reading.selectAll()
+
+    def _outcrop_has_focus(self) -> bool:
+        from PySide6.QtWidgets import QApplication
+
+        from vomstudio.rendering.qt.viewport import Viewport
+
+        return isinstance(QApplication.focusWidget(), Viewport)
+
+    def _show_selected(self) -> None:
+        """Name the plane or line that is selected, or say why none can be read."""
+        if self._model is None:
+            return
+        from vomstudio.ui.common.number_formatting import orientation_text
+        from vomstudio.workspace.placing.known_planes import kind_read, why_not_read
+
+        studio = self._studio
+        current = studio.selection.current
+        record = None if current is None else studio.records.get(current)
+        measured = None if current is None else studio.measured([current]).get(current)
+        why = why_not_read(record, self._model, measured)
+        notation = studio.settings.notation
+        example = format_plane(Plane(213.0, 45.0), notation)
+        if why is None and record is not None and measured is not None:
+            if kind_read(measured) == "lineation":
+                example = "130/25"
+            here = orientation_text(measured, notation)
+            self.of.setText(tr("{feature}, as it stands {orientation}", feature=record.name,
+                               orientation=here))  # fmt: skip
+        else:
+            self.of.setText(why or "")
+        self.of.setToolTip(self.of.text())
+        self.reading.setPlaceholderText(tr("such as {example} ± 3", example=example))
+        for part in (self.reading, self.add):
+            part.setEnabled(why is None)
+            part.setToolTip(why or tr("The reading, and after ± its error in degrees, one sigma."))
+
+    # --- what is done ------------------------------------------------------------------------
+    def take(self) -> None:
+        """What was typed becomes a reading of the selected plane or line."""
+        from vomstudio.workspace.placing.known_planes import (
+            kind_read,
+            reading_of,
+            typed_reading,
+            why_not_read,
+        )
+
+        studio, current = self._studio, self._studio.selection.current
+        if self._model is None or current is None:
+            return
+        record, measured = studio.records.get(current), studio.measured([current]).get(current)
+        if why_not_read(record, self._model, measured) is not None or measured is None:
+            return
+        try:
+            said = typed_reading(self.reading.text(), kind_read(measured), studio.settings.notation)
+        except VomError as error:
+            studio.warn(error.message)
+            return
+        new = reading_of(record, measured, said, self._names())
+        if studio.attempt(edits.add_features, [new]):
+            self.reading.clear()
+
+    def ask_for_north(self) -> None:
+        """Let the user say from which north azimuths were read."""
+        model = self._model
+        if model is None:
+            return
+        before = compass_of(self._studio.records, model.id)
+        dialog = CompassDialog(self, model, before, self._known)
+        if dialog.exec() and dialog.compass not in (None, before):
+            self._studio.attempt(set_compass, dialog.compass)

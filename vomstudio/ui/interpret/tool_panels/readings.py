@@ -1,0 +1,84 @@
+"""What was read by compass on a model: as the model shows it, and counted from which north."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from vomstudio.document.compass_edits import compass_of
+from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.document.kinds.known_line import KnownLine
+from vomstudio.document.records import Compass, Model, ReadNorth
+from vomstudio.registration.north import North
+from vomstudio.ui.common.studio import Studio
+
+if TYPE_CHECKING:
+    from vomstudio.workspace.placing.known_planes import OnModel
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """compass : what was said of it, None for nothing; seen : by the ids of the readings"""
+
+    compass: Compass | None
+    seen: Mapping[str, OnModel]
+
+    @classmethod
+    def none(cls) -> Readings:
+        return cls(None, {})
+
+    @classmethod
+    def of(cls, studio: Studio, model: Model | None, lines: Sequence[KnownLine]) -> Readings:
+        """Those of a model as it stands in the project."""
+        if model is None:
+            return cls.none()
+        compass = compass_of(studio.records, model.id)
+        there = {line.feature_id for line in lines if line.by_compass} & set(studio.records)
+        if not there:
+            return cls(compass, {})
+        from vomstudio.workspace.placing.known_planes import directions_of
+
+        return cls(compass, directions_of(lines, studio.measured(there), model))
+
+    def counted(self, known: Callable[[Compass], North]) -> tuple[ReadNorth, str]:
+        """How azimuths are counted, and a sentence on that. Raises UsageError, InputError where
+        that is not known."""
+        from vomstudio.workspace.placing.read_north import AS_READ, north_of
+
+        return (
+            (AS_READ, "") if self.compass is None else north_of(self.compass, known(self.compass))
+        )
+
+    def same_as(self, other: Readings) -> bool:
+        """Whether nothing has changed that places a model."""
+        return self.compass == other.compass and _figures(self) == _figures(other)
+
+
+def known_north(
+    studio: Studio, compass: Compass, model: Model, points: Sequence[ControlPoint], crs: str | None
+) -> North:
+    """What is known of place and day of readings on a model. crs : of the points. Raises
+    UsageError."""
+    from vomstudio.workspace.placing.read_north import known_of
+    from vomstudio.workspace.placing.registering import pairs_of
+
+    opened = studio.models.get(model.id)
+    bounds = None if opened is None else opened.data.bounds
+    return known_of(compass, model, bounds, pairs_of(points), crs)
+
+
+def counted(lines: Sequence[KnownLine]) -> bool:
+    """Whether azimuths are among what is known."""
+    return any(line.by_compass or line.kind == "azimuth" for line in lines)
+
+
+def used_north(used: ReadNorth, lines: Sequence[KnownLine]) -> ReadNorth | None:
+    """How azimuths were counted that place a model; None where none does."""
+    return used if counted([line for line in lines if line.complete and not line.check]) else None
+
+
+def _figures(readings: Readings) -> dict[str, tuple[tuple[float, ...], float | None]]:
+    return {
+        id_: (tuple(each.direction.tolist()), each.sigma_deg) for id_, each in readings.seen.items()
+    }

@@ -1,0 +1,71 @@
+"""Proposed traces as they are drawn: lines on the surface, in the colour of how sure they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import Model
+from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.rendering.view.drawing import FeatureDrawing
+from vomstudio.tools.interaction_types import Area
+from vomstudio.tools.polyline import rgb
+from vomstudio.ui.common.studio import Studio
+
+SURE = 0.05
+_COLORS = {"sure": "#e69f00", "doubtful": "#56b4e9"}
+"""Okabe and Ito's orange and sky blue."""
+
+
+class ProposedTraceDrawings:
+    """Keeps the viewport up to date with the lines that are to be decided upon. Nobody picks them
+    as features: they are none."""
+
+    def __init__(self, studio: Studio, viewport: Viewport) -> None:
+        self._studio, self._drawn = studio, viewport.features
+        self._shown: set[str] = set()
+        studio.proposed_traces.changed.connect(self._redraw)
+        studio.visibility_changed.connect(lambda _: self._redraw())
+        self._redraw()
+
+    def _redraw(self) -> None:
+        drawings = {drawing.id: drawing for drawing in self._drawings()}
+        gone = self._shown - drawings.keys()
+        self._shown = set(drawings)
+        if gone or drawings:
+            self._drawn.change({**dict.fromkeys(gone), **drawings})
+
+    def _drawings(self) -> list[FeatureDrawing]:
+        studio, traces = self._studio, self._studio.proposed_traces
+        found, left = traces.found, sorted(traces.open)
+        if found is None or not isinstance(studio.records.get(found.model_id), Model):
+            return []
+        made = []
+        for key, color in _COLORS.items():
+            lines = [
+                found.lines[row].points
+                for row in left
+                if (found.lines[row].doubt <= SURE) == (key == "sure")
+            ]
+            area = line_area(lines)
+            if area is not None:
+                made.append(
+                    FeatureDrawing(
+                        f"proposed traces:{key}", np.zeros((0, 3)), None, rgb(color), "",
+                        area.origin, studio.visible(found.model_id), area,
+                    )
+                )  # fmt: skip
+        return made
+
+
+def line_area(lines: Sequence[npt.NDArray[np.float64]]) -> Area | None:
+    """Lines (n, 3), World, as they are drawn on the outcrop; None where there are none."""
+    pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
+    if not pieces:
+        return None
+    edges = np.concatenate(pieces)
+    origin = np.floor(edges[0, 0])
+    none = np.zeros((0, 3, 3), np.float32)
+    return Area(origin, none, (edges - origin).astype(np.float32))

@@ -1,0 +1,434 @@
+"""The dock of proposed traces: lines that stand out of the noise, accepted, edited or rejected."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDoubleSpinBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QSpinBox,
+    QWidget,
+)
+
+from vomstudio.document import catalogue
+from vomstudio.document.records import Model
+from vomstudio.geometry import transform
+from vomstudio.tools.interaction_types import Hit, Preview
+from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.common import theme
+from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.number_formatting import degrees
+from vomstudio.ui.common.number_table import Column, NumberTable
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.type_box import TypeBox
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command, model_words
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
+from vomstudio.ui.surface.trace_words import costs_in_words, reason_in_words, summary_in_words
+from vomstudio.words import tr
+from vomstudio.workspace.surfaces.trace_proposals import ProposedLines, TraceLimits
+
+_LEAST_HEIGHT = 130
+_LEAST_WIDTH = 50
+# Resolutions: a click so near to a line means it.
+_NEAR = 8.0
+_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
+
+
+class TracesPanel(SeenPanel):
+    """Asks `trace_proposals`; nothing is changed before something is accepted."""
+
+    def __init__(self, studio: Studio) -> None:
+        super().__init__(studio)
+        explain(self, "conventions.md#traces-proposed")
+        self._traces = studio.proposed_traces
+        self._model: Model | None = None
+        self._filled: tuple[ProposedLines | None, frozenset[int]] = (None, frozenset())
+        self._make_settings()
+        self._make_list()
+        self._arrange()
+        for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
+            signal.connect(self._soon)
+        studio.edited.connect(self._soon)
+        studio.jobs_changed.connect(self._show_progress)
+        studio.surface_clicked.connect(self._clicked)
+        self._traces.changed.connect(self.refresh)
+        self.show_now()
+
+    # --- parts -------------------------------------------------------------------------------
+    def _make_settings(self) -> None:
+        self.title = hint_label()
+        self.cost = ComboBox()
+        self.cost.setObjectName("proposed_cost")
+        self.cost.setToolTip(tr("What lines are looked for by, against what is around them."))
+        self.cost.keep_narrow()
+        self._fields: tuple[str, ...] | None = None
+        self.cost.activated.connect(lambda _: self._refresh_buttons())
+        self.length = QDoubleSpinBox()
+        self.length.setObjectName("proposed_length")
+        self.length.setDecimals(3)
+        self.length.setRange(0.0, 100_000.0)
+        self.length.setSuffix(" m")
+        self.length.setKeyboardTracking(False)
+        self.length.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        self.length.setSpecialValueText(tr("auto"))
+        self.length.setToolTip(tr("Of a line; twenty resolutions where it is left to the program."))
+        self.most = QSpinBox()
+        self.most.setObjectName("proposed_most")
+        self.most.setRange(1, 1000)
+        self.most.setValue(TraceLimits().most)
+        self.most.setKeyboardTracking(False)
+        self.most.setToolTip(tr("So many lines at most, the strongest."))
+        self.start = QPushButton(theme.icon("vector-polyline"), tr("Look for lines"))
+        self.start.setObjectName("proposed_start")
+        self.start.clicked.connect(lambda _: self._start_or_stop())
+        self.copy = CopyCommandButton(
+            self._copy_command, tr("the command that finds these lines, rejected ones too")
+        )
+        self.progress = QProgressBar()
+        self.summary, self.why = hint_label(), _Wrapped()
+        self.why.setObjectName("proposed_why")
+
+    def _make_list(self) -> None:
+        self.type = TypeBox(self._studio)
+        self.type.setObjectName("proposed_type")
+        self.type.setToolTip(tr("Of what is accepted."))
+        self.table = NumberTable(
+            (
+                Column(tr("Doubt"), lambda v: f"{100 * v[0]:.0f} %",
+                       tr("How likely noise alone makes a line as strong; the least doubtful come "
+                          "first. Up to {sure:.0f} % the line on the outcrop is orange, else blue.",
+                          sure=100 * SURE)),
+                Column("m", lambda v: f"{v:.3g}", tr("Length.")),
+                Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
+                Column(tr("95 %"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column("#", str, tr("1 is the strongest.")),
+            ),
+            0,
+        )  # fmt: skip
+        self.table.setObjectName("proposed_table")
+        self.table.setAccessibleName(tr("Proposed traces"))
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        self.table.setMinimumHeight(_LEAST_HEIGHT)
+        self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._chosen())
+        self.table.installEventFilter(self)
+        self.accept = QPushButton(theme.icon("check"), tr("Accept"))
+        self.accept.clicked.connect(lambda _: self._accept())
+        self.edit = QPushButton(theme.icon("pencil"), tr("Edit"))
+        self.edit.clicked.connect(lambda _: self._edit())
+        self.reject = QPushButton(theme.icon("close"), tr("Reject"))
+        self.reject.clicked.connect(lambda _: self._reject())
+        self.forget = QPushButton(theme.icon("close-box-multiple-outline"), tr("Clear"))
+        self.forget.clicked.connect(lambda _: self._traces.drop())
+        self.forgive = QPushButton(theme.icon("restore"), "")
+        self.forgive.setObjectName("proposed_forgive")
+        self.forgive.setAccessibleName(tr("Bring back what was rejected"))
+        self.forgive.clicked.connect(lambda _: self._bring_back())
+
+    def _arrange(self) -> None:
+        grid = QGridLayout()
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(3)
+        grid.addWidget(QLabel(tr("Look for")), 0, 0)
+        grid.addWidget(self.cost, 0, 1, 1, 3)
+        for column, (text, box) in enumerate(
+            ((tr("Length from"), self.length), (tr("At most"), self.most))
+        ):
+            box.setMinimumWidth(_LEAST_WIDTH)
+            box.setAccessibleName(text)
+            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            grid.addWidget(QLabel(text), 1, 2 * column)
+            grid.addWidget(box, 1, 2 * column + 1)
+        self.cost.setAccessibleName(tr("Look for"))
+        grid.addWidget(self.start, 2, 0, 1, 3)
+        grid.addWidget(self.copy, 2, 3)
+        grid.setColumnStretch(1, 1)
+        grid.setColumnStretch(3, 1)
+        # Or the dock would take its width from the outcrop once something is found.
+        for part in (self.accept, self.edit, self.reject, self.forget, self.cost, self.type):
+            part.setMinimumWidth(_LEAST_WIDTH)
+        self._decide = _row(self.accept, self.edit, self.reject, self.forget)
+        self._as = _row(QLabel(tr("Accept as")), self.type, self.forgive)
+        self._as.layout().setStretch(1, 1)
+        column = narrow_column(self)
+        column.addWidget(self.title)
+        column.addLayout(grid)
+        column.addWidget(self.progress)
+        column.addWidget(self.summary)
+        column.addWidget(self._decide)
+        column.addWidget(self.table, 1)
+        column.addWidget(self.why)
+        column.addWidget(self._as)
+        column.addStretch()
+
+    # --- what is there -----------------------------------------------------------------------
+    def show_now(self) -> None:
+        """Follow the model, and what was found, decided or given up."""
+        studio = self._studio
+        self._model = current_model(studio) if studio.has_project else None
+        self.title.setText(
+            tr("Open an outcrop model first.")
+            if self._model is None
+            else tr("On {model}", model=self._model.name)
+        )
+        self._list_costs()
+        self._show_progress()
+        self._show_found()
+
+    def _list_costs(self) -> None:
+        opened = None if self._model is None else self._studio.models.get(self._model.id)
+        fields = () if opened is None else tuple(sorted(opened.data.fields))
+        if fields == self._fields:
+            return
+        self._fields, before = fields, self.cost.currentData()
+        with QSignalBlocker(self.cost):
+            self.cost.clear()
+            for cost, words in costs_in_words():
+                self.cost.addItem(words, cost)
+            for name in fields:
+                self.cost.addItem(tr("low values of {field}", field=name), name)
+            wanted = TraceLimits().cost if before is None else before
+            self.cost.setCurrentIndex(max(0, self.cost.findData(wanted)))
+
+    def _why_not(self) -> str | None:
+        if self._model is None:
+            return tr("Open an outcrop model first.")
+        return self._studio.fields.why_not(self._model.id)
+
+    def _show_progress(self) -> None:
+        job = self._traces.running
+        self.progress.setVisible(job is not None)
+        if job is None or self.visibleRegion().isEmpty():
+            return
+        self.progress.setRange(0, job.total or 0)
+        self.progress.setValue(job.done)
+        self.progress.setFormat(job.stage)
+
+    def _refresh_buttons(self) -> None:
+        traces, busy = self._traces, self._traces.waiting
+        why = None if busy else self._why_not()
+        self.start.setText(tr("Stop") if busy else tr("Look for lines"))
+        self.start.setEnabled(why is None)
+        self.start.setToolTip(why or "")
+        self.copy.allow(self._why_not())
+        rows = self._rows()
+        none_chosen = tr("Choose lines in the list first.")
+        open_tool = self._studio.open_tool is not None
+        for button, reason, tip in (
+            (self.accept, None if rows else none_chosen,
+             tr("Make what is chosen in the list traces, in one step (Enter); undo takes it "
+                "back.")),
+            (self.edit,
+             tr("Choose one line in the list first.") if len(rows) != 1
+             else tr("Finish the open feature (Enter) or cancel it (Esc) first.") if open_tool
+             else None,
+             tr("Open the chosen line in the trace tool, to move, add or take away way-points.")),
+            (self.reject, None if rows else none_chosen,
+             tr("Leave out what is chosen in the list, now and when lines are looked for again "
+                "(Delete).")),
+            (self.forget, None if traces.found is not None else tr("There is nothing to clear."),
+             tr("Clear the list, without rejecting what is in it; nothing is changed.")),
+        ):  # fmt: skip
+            button.setEnabled(reason is None)
+            button.setToolTip(tip if reason is None else reason)
+        count = 0 if self._model is None else traces.rejected_on(self._model.id)
+        self.forgive.setEnabled(count > 0)
+        self.forgive.setToolTip(
+            tr("Propose the {count} rejected lines of this model again.", count=count)
+            if count
+            else tr("Nothing was rejected on this model.")
+        )
+
+    # --- looking -----------------------------------------------------------------------------
+    def _limits(self) -> TraceLimits:
+        return TraceLimits(
+            str(self.cost.currentData()), self.length.value() or None, self.most.value()
+        )
+
+    def _start_or_stop(self) -> None:
+        if self._traces.waiting:
+            self._traces.stop()
+        elif self._model is not None:
+            self._traces.find(self._model.id, self._limits())
+
+    def _copy_command(self) -> None:
+        studio, limits = self._studio, self._limits()
+        place = None if self._model is None else model_words(studio, self._model)
+        if place is None:
+            return
+        words: list[Word | tuple[str, Word]] = ["trace", *place, "--propose"]
+        words.append(("--cost", limits.cost))
+        if limits.least_length_m is not None:
+            words.append(("--least-length", limits.least_length_m))
+        words.append(("--most", str(limits.most)))
+        out = Path(start_folder(studio)) / "proposed_traces.csv"
+        copy_command(studio, [*words, ("-o", out), "--force"])
+
+    # --- what was found ----------------------------------------------------------------------
+    def _show_found(self) -> None:
+        found, left = self._traces.found, self._traces.open
+        for part in (self.table, self._decide, self._as):
+            part.setVisible(found is not None)
+        if (found, left) != self._filled:
+            self._filled = (found, left)
+            self._fill(found, left)
+        said = self._traces.said
+        if not said and found is not None:
+            said = summary_in_words(found, len(left))
+        self.summary.setText(said)
+        self.summary.setVisible(bool(said))
+        self._tell_why()
+        self._refresh_buttons()
+
+    def _fill(self, found: ProposedLines | None, left: frozenset[int]) -> None:
+        from vomstudio.geology.notation import format_plane
+
+        rows = []
+        for row in sorted(left) if found is not None else ():
+            assert found is not None
+            line = found.lines[row]
+            plane = error = None
+            if line.measured.plane is not None:
+                plane = format_plane(
+                    line.measured.plane, self._studio.settings.notation, 0, bare=True
+                )
+                error = catalogue.TOTAL.value(self._studio.subject(line.trace, line.measured))
+            rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
+        self.table.fill(rows)
+
+    def _rows(self) -> list[int]:
+        """Places among what was found, of the rows that are chosen in the list."""
+        numbers = self.table.numbers.rows
+        chosen = self.table.selectionModel().selectedRows()
+        return [int(numbers[index.row()][0][4]) - 1 for index in chosen]
+
+    def _current(self) -> int | None:
+        """Of them the one that was chosen last."""
+        index, rows = self.table.currentIndex(), self._rows()
+        if not index.isValid() or not rows:
+            return None
+        row = int(self.table.numbers.rows[index.row()][0][4]) - 1
+        return row if row in rows else rows[-1]
+
+    def _chosen(self) -> None:
+        """The line that was chosen last stands out on the outcrop."""
+        self._refresh_buttons()
+        self._tell_why()
+        found, row = self._traces.found, self._current()
+        if self._studio.open_tool is not None:
+            return
+        area = None if found is None or row is None else line_area([found.lines[row].points])
+        self._studio.preview.emit(
+            None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
+        )
+
+    def _tell_why(self) -> None:
+        found, row = self._traces.found, self._current()
+        said = ""
+        if found is not None and row is not None:
+            said = reason_in_words(found, found.lines[row])
+        self.why.setText(said)
+        self.why.setVisible(bool(said))
+
+    def _clicked(self, hit: Hit) -> None:
+        """On the outcrop: the line there is chosen in the list."""
+        found, model = self._traces.found, self._model
+        unseen = self.visibleRegion().isEmpty()
+        if found is None or unseen or model is None or hit.model_id != found.model_id:
+            return
+        place = transform.apply(model.to_world, [hit.position])[0]
+        off = {
+            row: float(np.linalg.norm(found.lines[row].points - place, axis=1).min())
+            for row in self._traces.open
+        }
+        near = min(off, key=lambda row: off[row], default=None)
+        scale = transform.scale_of(model.to_world)
+        if near is not None:
+            reach = _NEAR * scale * (found.lines[near].trace.resolution or 0.0)
+            if off[near] <= reach:
+                self.table.choose(lambda values: bool(values[4] == near + 1))
+                return
+        self.table.clearSelection()
+
+    # --- deciding ----------------------------------------------------------------------------
+    def _accept(self) -> None:
+        at = self.table.currentIndex().row()
+        if self._traces.accept(self._rows(), str(self.type.currentData())):
+            self._go_on(at)
+
+    def _reject(self) -> None:
+        at = self.table.currentIndex().row()
+        self._traces.reject(self._rows())
+        self._go_on(at)
+
+    def _edit(self) -> None:
+        rows = self._rows()
+        if len(rows) == 1:
+            self._studio.preview.emit(None)
+            self._studio.set_next(str(self.type.currentData()), self._studio.next_set)
+            self._traces.edit(rows[0])
+
+    def _bring_back(self) -> None:
+        if self._model is not None:
+            self._traces.forgive(self._model.id)
+
+    def _go_on(self, row: int) -> None:
+        """To the one that has come to stand in that row."""
+        count = self.table.numbers.rowCount()
+        if count and row >= 0:
+            self.table.selectRow(min(row, count - 1))
+        else:
+            self._studio.preview.emit(None)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        """Enter accepts what is chosen in the list, Delete rejects it."""
+        if watched is self.table and isinstance(event, QKeyEvent):
+            if event.type() == QEvent.Type.ShortcutOverride and event.key() in _KEYS:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress and event.key() in _KEYS:
+                (self._reject if event.key() == Qt.Key.Key_Delete else self._accept)()
+                return True
+        return super().eventFilter(watched, event)
+
+
+class _Wrapped(QLabel):
+    """A label that is never given less height than its lines need, where a panel is squeezed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWordWrap(True)
+
+    def setText(self, text: str) -> None:  # noqa: N802
+        super().setText(text)
+        self._keep_height()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._keep_height()
+
+    def _keep_height(self) -> None:
+        self.setMinimumHeight(self.heightForWidth(self.width()) if self.text() else 0)
+
+
+def _row(*widgets: QWidget) -> QWidget:
+    row = QWidget()
+    line = QHBoxLayout(row)
+    line.setContentsMargins(0, 0, 0, 0)
+    line.setSpacing(4)
+    for widget in widgets:
+        line.addWidget(widget)
+    return row

@@ -1,0 +1,97 @@
+"""From which north the azimuths on a model were read, and what is added to them for that."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document.records import Compass, Model, ReadNorth
+from vomstudio.errors import UsageError
+from vomstudio.geometry import transform
+from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.north import (
+    DECLINATION_DOUBT_DEG,
+    North,
+    parse_day,
+    place_of,
+    turned,
+)
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+_SAME_DEG = 1e-9
+AS_READ = ReadNorth("grid")
+"""Where nothing was said."""
+
+
+def usual_doubt_deg(north: str) -> float:
+    """What azimuths from a north may be off alike, one sigma, where that is not stated."""
+    return DECLINATION_DOUBT_DEG if north == "magnetic" else 0.0
+
+
+def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
+    """What azimuths by a compass need, and a sentence on what is added to them, "" for nothing.
+    Raises UsageError, InputError where the declination is not known."""
+    found = turned(compass.north, known)
+    if found is None:
+        raise UsageError(
+            tr(
+                "The declination is not known: give the day of the readings and their place, or "
+                "the declination itself."
+            )
+            if compass.north == "magnetic"
+            else tr(
+                "How far true north is from that of the map is not known: give the place of the "
+                "readings."
+            )
+        )
+    doubt = compass.doubt_deg
+    doubt = usual_doubt_deg(compass.north) if doubt is None else doubt
+    record = ReadNorth(
+        compass.north, found.deg, found.declination_deg, found.stated, compass.day, doubt
+    )
+    return record, found.in_words()
+
+
+def known_of(
+    compass: Compass,
+    model: Model,
+    bounds: Array | None,
+    pairs: Pairs,
+    crs: str | None,
+) -> North:
+    """What is known of place and day of a compass's readings on a model.
+
+    bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
+    points. Raises UsageError for what is no day.
+    """
+    own = model.frame.crs if model.frame.kind == "crs" else None
+    place = compass.place
+    if place is None and crs is not None and len(pairs.labels):
+        place = place_of(crs, pairs.world)
+    if place is None and own is not None and bounds is not None:
+        place = place_of(own, transform.apply(model.to_world, bounds))
+    day = parse_day(compass.day) if compass.day else None
+    return North(crs or own, place, day, compass.declination_deg)
+
+
+def as_the_command(
+    compass: Compass | None, used: ReadNorth, pairs: Pairs, crs: str | None
+) -> list[tuple[str, str | float]] | None:
+    """The options of `register` by which it turns azimuths just so; None where it cannot, as it
+    does not know where the readings were made: azimuths are then given as turned. A doubt is
+    stated in any case, as the command has another usual one."""
+    doubt: list[tuple[str, str | float]] = [("--north-sigma", used.doubt_deg)]
+    if compass is None or compass.north == "grid":
+        return doubt if used.doubt_deg else []
+    place = place_of(crs, pairs.world) if crs is not None and len(pairs.labels) else None
+    day = parse_day(compass.day) if compass.day else None
+    same = turned(compass.north, North(crs, place, day, compass.declination_deg))
+    if same is None or abs(same.deg - used.turned_deg) > _SAME_DEG:
+        return None
+    options: list[tuple[str, str | float]] = [("--north", compass.north)]
+    if compass.declination_deg is not None:
+        options.append(("--declination", compass.declination_deg))
+    elif compass.day:
+        options.append(("--date", compass.day))
+    return [*options, *doubt]

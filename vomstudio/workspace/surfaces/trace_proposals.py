@@ -1,0 +1,369 @@
+"""Traces of an open model as proposals: found in the background, judged like traces that were
+picked, and part of the project only where somebody accepts them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document import edits
+from vomstudio.document.edit import Edit
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.measurement_cache import measure_all
+from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point
+from vomstudio.failures import exception_hooks
+from vomstudio.geology.profiles import Thresholds
+from vomstudio.geometry import transform
+from vomstudio.jobs.events import Failed
+from vomstudio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesOrder
+from vomstudio.signals import Signal
+from vomstudio.tools.trace import TraceTool
+from vomstudio.words import tr
+from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.models import standing_model
+from vomstudio.workspace.projects import Projects
+from vomstudio.workspace.running_jobs import Jobs, RunningJob
+from vomstudio.workspace.tool_host import ToolHost
+
+Array = npt.NDArray[np.float64]
+
+_BESIDE = 3.0
+"""Resolutions: within them two lines show the same."""
+_OFF = 2.0
+_MOST_WAY_POINTS = 12
+"""A person sees what a line does with so many, and drags one of them."""
+
+
+@dataclass(frozen=True)
+class TraceLimits:
+    """As `extraction.proposals.traces.propose_traces` has them; least_length_m : None where the
+    program chooses"""
+
+    cost: str = "gradient"
+    least_length_m: float | None = None
+    most: int = 50
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedLine:
+    """trace : without name; points : (n, 3) World; measured : its figures; evidence, doubt : as in
+    `extraction.proposals.traces.Proposal`"""
+
+    trace: Trace
+    points: Array
+    measured: Measurement
+    length_m: float
+    evidence: float
+    doubt: float
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedLines:
+    """What was found on a model, the least doubtful first. known : how many were left out since
+    they run along what is a trace of the project already, or was rejected"""
+
+    model_id: str
+    to_world: object
+    limits: TraceLimits
+    told: FoundTraces
+    lines: tuple[ProposedLine, ...]
+    known: int
+
+    @property
+    def provenance(self) -> str:
+        """By which they were found, for the notes of what is accepted."""
+        return tr(
+            "Trace that the program proposed by {cost} (at least {length:.3g} m long)",
+            cost=self.limits.cost,
+            length=self.told.least_length_m,
+        )
+
+
+class TraceProposals:
+    """running : the job; found : what is shown; said : why there is nothing. `changed` says when
+    one of them, or what is open of what was found, is new."""
+
+    def __init__(
+        self,
+        projects: Projects,
+        editing: Editing,
+        tools: ToolHost,
+        jobs: Jobs,
+        thresholds: Callable[[], Thresholds],
+        hand_over: Callable[[Callable[[], object]], object],
+    ) -> None:
+        self.changed: Signal[()] = Signal()
+        self._projects, self._editing, self._tools = projects, editing, tools
+        self._jobs, self._thresholds, self._hand_over = jobs, thresholds, hand_over
+        self.running: RunningJob | None = None
+        self.found: ProposedLines | None = None
+        self.said = ""
+        self._made: dict[int, str] = {}
+        self._rejected: set[int] = set()
+        # As long as the program runs, whatever is looked for next: lines in the files' frames.
+        self._never: dict[str, list[Array]] = {}
+        self._open_before: frozenset[int] = frozenset()
+        self._asked = 0
+        tools.changed.connect(self._look)
+
+    @property
+    def waiting(self) -> bool:
+        """Something is being found or judged."""
+        return self.running is not None
+
+    @property
+    def open(self) -> frozenset[int]:
+        """Places in `found` that are to be decided upon. What is in the trace tool, or a trace of
+        the project by now, is not; what was taken back is again."""
+        if self.found is None:
+            return frozenset()
+        tool, records = self._tools.of(TraceTool), self._projects.records
+        held = None if tool.trace is None else tool.trace.id
+        made = {row for row, id_ in self._made.items() if id_ in records or id_ == held}
+        return frozenset(range(len(self.found.lines))) - made - self._rejected
+
+    def rejected_on(self, model_id: str) -> int:
+        """How many lines are not proposed on a model again."""
+        return len(self._never.get(model_id, ()))
+
+    # --- finding -----------------------------------------------------------------------------
+    def find(self, model_id: str, limits: TraceLimits) -> None:
+        """Look for lines; what is being looked for is given up."""
+        self._stop()
+        standing = standing_model(self._projects, model_id)
+        record = self._projects.records.get(model_id)
+        if standing is None or not isinstance(record, Model):
+            self._say(tr("The model's file was not found."))
+            return
+        self._asked += 1
+        turn, known = self._asked, self._known(model_id)
+        order = TracesOrder(
+            # What is known already is none of the number that is asked for.
+            standing, limits.cost, limits.least_length_m, limits.most + len(known),
+            standing.cache / "proposed_traces" / f"{model_id}.npz",
+        )  # fmt: skip
+
+        def failed(event: Failed) -> None:
+            if turn == self._asked:
+                self.running = None
+                stopped = tr("Stopped. Nothing was changed.")
+                self._say(stopped if event.cancelled else event.message)
+
+        self.running = self._jobs.submit(
+            PROPOSE_TRACES,
+            order,
+            title=tr("Traces of {model}", model=record.name),
+            on_done=lambda told: self._came(turn, record, limits, told, known),
+            on_failed=failed,
+        )
+        self.said = ""
+        self.changed.emit()
+
+    def stop(self) -> None:
+        """Give up what is being looked for."""
+        if self._stop():
+            self._say(tr("Stopped. Nothing was changed."))
+
+    def _stop(self) -> bool:
+        self._asked += 1
+        job, self.running = self.running, None
+        if job is not None:
+            self._jobs.cancel(job)
+        return job is not None
+
+    def _known(self, model_id: str) -> list[Array]:
+        """Lines that need not be proposed, in the frame of the model's file."""
+        traces = [t for t in self._projects.of(Trace) if t.model_id == model_id]
+        picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
+        return [*picked, *self._never.get(model_id, ())]
+
+    def _came(
+        self, turn: int, model: Model, limits: TraceLimits, told: FoundTraces, known: list[Array]
+    ) -> None:
+        """Judged in a thread."""
+        if turn != self._asked:
+            return
+        records, thresholds = dict(self._projects.records), self._thresholds()
+
+        def run() -> None:
+            made: ProposedLines | None = None
+            try:
+                made = _proposed(model, limits, told, known, records, thresholds)
+            except (OSError, ValueError, KeyError):
+                pass
+            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+                exception_hooks.report_as_uncaught(error)
+            self._hand_over(lambda: self._arrived(turn, made))
+
+        threading.Thread(target=run, name="proposed traces", daemon=True).start()
+
+    def _arrived(self, turn: int, made: ProposedLines | None) -> None:
+        if turn != self._asked:
+            return
+        self.running = None
+        if made is None:
+            self._say(tr("The lines could not be read from the cache; look for them again."))
+            return
+        self.found, self._made, self._rejected = made, {}, set()
+        self._say("")
+
+    # --- deciding ----------------------------------------------------------------------------
+    def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
+        """Make these proposals traces of the project, as one edit; their ids, none where that was
+        refused."""
+        found, left = self.found, self.open
+        chosen = [row for row in rows if row in left]
+        if found is None or not chosen:
+            return []
+        note = tr("{found}, and that was accepted.", found=found.provenance)
+        traces = {
+            row: replace(
+                found.lines[row].trace, id=edits.new_id("trace"), type_id=type_id,
+                set_name=set_name, notes=note,
+            )
+            for row in chosen
+        }  # fmt: skip
+        before = dict(self._made)
+        # Its own edit is no news to those that listen.
+        self._made.update({row: trace.id for row, trace in traces.items()})
+        if not self._editing.attempt(edits.add_features, list(traces.values())):
+            self._made = before
+            return []
+        self._changed()
+        return [trace.id for trace in traces.values()]
+
+    def edit(self, row: int) -> bool:
+        """Open a proposal in the trace tool, followed between a few way-points; False where another
+        feature is open."""
+        found = self.found
+        model = None if found is None else self._projects.records.get(found.model_id)
+        if found is None or row not in self.open or not isinstance(model, Model):
+            return False
+        tool = self._tools.of(TraceTool)
+        self._tools.activate(tool.name)
+        if self._tools.active is not tool or tool.open:
+            self._tools.hint(tr("Finish the open feature (Enter) or cancel it (Esc) first."))
+            return False
+        line = found.lines[row]
+        note = tr("{found}, and that was edited.", found=found.provenance)
+        opened = tool.begin_along(model, _clicks(line.trace), found.limits.cost, note)
+        if opened is not None:
+            self._made[row] = opened
+        self._changed()
+        return opened is not None
+
+    def reject(self, rows: Collection[int]) -> None:
+        """Never propose these again; nothing is changed in the project."""
+        found = self.found
+        if found is None:
+            return
+        for row in sorted(self.open & set(rows)):
+            line = np.asarray(found.lines[row].trace.vertices, np.float64)
+            self._never.setdefault(found.model_id, []).append(line)
+            self._rejected.add(row)
+        self._changed()
+
+    def forgive(self, model_id: str) -> None:
+        """What was rejected on a model may be proposed again."""
+        self._never.pop(model_id, None)
+        if self.found is not None and self.found.model_id == model_id:
+            self._rejected.clear()
+        self._changed()
+
+    def drop(self, why: str = "") -> None:
+        """Forget what was proposed, but not what was rejected of it. why : a sentence to show"""
+        self._stop()
+        self.found, self._made, self._rejected = None, {}, set()
+        self._say(why)
+
+    def edited(self, edit: Edit) -> None:
+        """The model may have been placed anew or be gone, an accepted trace taken back."""
+        found = self.found
+        if found is None:
+            return
+        if found.model_id in edit.after:
+            now = self._projects.records.get(found.model_id)
+            if not isinstance(now, Model):
+                self.drop()
+                return
+            if now.to_world != found.to_world:
+                self.drop(tr("The model has been placed anew since: look for traces again."))
+                return
+        self._look()
+
+    def _look(self) -> None:
+        if self._open_before != self.open:
+            self._changed()
+
+    def _say(self, said: str) -> None:
+        self.said = said
+        self._changed()
+
+    def _changed(self) -> None:
+        self._open_before = self.open
+        self.changed.emit()
+
+
+def _clicks(trace: Trace) -> tuple[Point, ...]:
+    """The way-points by which the trace tool follows a proposed line."""
+    from vomstudio.extraction.proposals.known_lines import way_points
+
+    line = np.asarray(trace.vertices, np.float64)
+    length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+    off = _OFF * (trace.resolution or 0.01 * length)
+    return tuple(trace.vertices[row] for row in way_points(line, off, _MOST_WAY_POINTS).tolist())
+
+
+def _proposed(
+    model: Model,
+    limits: TraceLimits,
+    told: FoundTraces,
+    known: list[Array],
+    records: dict[str, Any],
+    thresholds: Thresholds,
+) -> ProposedLines:
+    """In a thread. Raises OSError, ValueError or KeyError where the file is not what it was."""
+    from vomstudio.extraction.proposals.known_lines import run_along
+
+    with np.load(told.out) as arrays:
+        of = {name: arrays[name] for name in arrays.files}
+    lines = [of["places"][a:b] for a, b in zip(of["cuts"][:-1], of["cuts"][1:], strict=True)]
+    spacing = of["resolution"][np.isfinite(of["resolution"])]
+    lengths = of["length_m"] / transform.scale_of(model.to_world)
+    usual = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
+    beside = run_along(lines, known, _BESIDE * usual)
+    kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+    traces, rows = [], []
+    for row in range(told.count):
+        if beside[row] or len(rows) == limits.most:
+            continue
+        resolution, normal = float(of["resolution"][row]), of["outcrop_normal"][row]
+        traces.append(
+            Trace(
+                f"proposal-{row}", "", kinds[0].id if kinds else "", model.id, model.content_hash,
+                tuple(_triple(p) for p in lines[row]),
+                resolution=resolution if np.isfinite(resolution) else None,
+                outcrop_normal=_triple(normal) if np.isfinite(normal).all() else None,
+                rule=SURROUNDINGS_RULE, axis="auto",
+            )
+        )  # fmt: skip
+        rows.append(row)
+    measured = measure_all(records, traces, thresholds)
+    found = [
+        ProposedLine(
+            trace, transform.apply(model.to_world, lines[row]), figures,
+            float(of["length_m"][row]), float(of["evidence"][row]), float(of["doubt"][row]),
+        )
+        for row, trace, figures in zip(rows, traces, measured, strict=True)
+    ]  # fmt: skip
+    return ProposedLines(model.id, model.to_world, limits, told, tuple(found), sum(beside))
+
+
+def _triple(x: Array) -> Point:
+    return float(x[0]), float(x[1]), float(x[2])
