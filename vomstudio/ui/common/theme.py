@@ -66,7 +66,7 @@ def _outline_boxes() -> None:
         palette = QPalette(QApplication.palette())
         palette.setColor(role, color)
         for kind in kinds:
-            QApplication.setPalette(palette, kind)
+            QApplication.setPalette(palette, kind.encode())
 
 
 def is_dark() -> bool:
