@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.extraction.small_onnx import convolution
 from tests.extraction.test_photo_following import clicks as wall_clicks
 from tests.extraction.test_photo_following import wall, written
 
@@ -87,6 +88,47 @@ def test_what_cannot_be_followed_is_refused(
     assert not (tmp_path / "t.csv").exists()
 
 
+DARK = np.full((1, 3, 1, 1), -1.0 / 3.0)
+"""One minus the lightness, with a bias of one."""
+
+
+def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
+    y, x = (a.ravel() * 0.05 for a in np.mgrid[0:80, 0:80])
+    z = 0.5 * y + 0.3 * np.sin(3.0 * x) + 0.01
+    grey = np.where(np.abs(z - 1.0) < 0.02, 10, 250) + np.zeros((3, 1))
+    model, clicks, network = (tmp_path / n for n in ("s.csv", "c.csv", "n.onnx"))
+    np.savetxt(
+        model, np.column_stack([x, y, z, *grey]), fmt="%.4f", delimiter=",", header="x,y,z,r,g,b",
+        comments="",
+    )  # fmt: skip
+    clicks.write_text("x,y,z\n0.05,1.9,1.0\n2.0,2.1,1.0\n3.9,2.4,1.0\n")
+    network.write_bytes(convolution(DARK, bias=1.0))
+    words = ["trace", model, "--through", clicks, "--cost", "onnx"]
+    ran = run(*words, "--onnx-model", network, "-o", tmp_path / "t.csv", "--json")
+    assert ran.code == 0, ran.said
+    assert ran.json["cost"] == "onnx"
+    points = np.loadtxt(tmp_path / "t.csv", delimiter=",", skiprows=5, comments="#")
+    assert np.median(np.abs(points[:, 2] - 1.0)) < 0.05
+    seen = run(
+        "trace", model, "--propose", "--cost", "onnx", "--onnx-model", network,
+        "-o", tmp_path / "p.csv", "--json",
+    )  # fmt: skip
+    assert seen.code == 0, seen.said
+    assert seen.json["cost"] == "onnx"
+    assert seen.json["proposals"][0]["plane"]["notes"] == "proposed by onnx, not looked at"
+    network.write_bytes(b"nothing")
+    out = tmp_path / "n.csv"
+    for more, said in (
+        (["--onnx-model", network], "n.onnx: This is no ONNX file"),
+        (["--onnx-model", tmp_path / "none.onnx"], "none.onnx: The network cannot be read"),
+        ([], "--onnx-model FILE"),
+        (["--onnx-model", network, "--cost", "dark"], "--cost onnx"),
+    ):
+        ran = run(*words, *more, "-o", out)
+        assert (ran.code, out.exists()) == (2, False)
+        assert said in ran.said
+
+
 @pytest.fixture(scope="module")
 def photographed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A wall as a file, its photos and cameras, and way-points on its bed."""
@@ -140,6 +182,31 @@ def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path)
     )  # fmt: skip
     assert again.code == 0, again.said
     assert (tmp_path / "again.csv").read_text() == table.read_text()
+
+
+@pytest.mark.parametrize("more", [["--cost", "auto"], ["--cost", "onnx"]])
+def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, more) -> None:
+    network = tmp_path / "n.onnx"
+    network.write_bytes(convolution(DARK, bias=1.0))
+    if "onnx" in more:
+        more = [*more, "--onnx-model", network]
+    ran = run(
+        "trace", photographed / "wall.ply", "--photo", "p0.png",
+        "--through", photographed / "clicks.csv", "-o", tmp_path / "t.csv", "--json", *more,
+    )  # fmt: skip
+    assert ran.code == 0, ran.said
+    made = wall(4)
+    points = np.loadtxt(tmp_path / "t.csv", delimiter=",", skiprows=6)
+    assert np.median(np.abs(points @ made.normal - made.level)) < 0.01
+    tried = ran.json["tried"]
+    if "auto" in more:
+        assert {one["cost"] for one in tried} == {"colour", "dark", "light", "gradient"}
+        assert ran.json["cost"] == tried[0]["cost"]
+        known = [one["error95_deg"] for one in tried]
+        assert known[0] == min(known)
+    else:
+        assert ran.json["cost"] == "onnx"
+        assert sorted(ran.json["voters"]) == ["p1.png", "p2.png"]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import integrate, optimize, special
 from scipy.stats import circmean, circvar
 
 from vomstudio.errors import UsageError
@@ -157,6 +158,22 @@ def test_five_of_a_hundred_scatters_without_direction_are_taken_for_one(count: i
     p = np.array([rayleigh_p(count, r) for r in np.abs(turns.mean(axis=1))])
     for level in (0.05, 0.1, 0.5):
         assert (p < level).mean() == pytest.approx(level, abs=4.5 * (level / 20_000) ** 0.5 + 0.001)
+
+
+@pytest.mark.parametrize("count", [6, 8, 12, 25, 45])
+@pytest.mark.parametrize("p", [0.2, 0.1, 0.05, 0.02])
+def test_rayleighs_p_is_that_of_the_exact_law(count: int, p: float) -> None:
+    """Kluyver (1906): of n random steps of one, the chance to come no farther than r is the
+    integral of r J1(r t) J0(t)^n over t."""
+    t = np.linspace(0.0, 250.0, 500_001)
+    steps = special.j0(t) ** count
+
+    def beyond(resultant: float) -> float:
+        r = count * resultant
+        return float(1.0 - r * integrate.simpson(special.j1(r * t) * steps, x=t))
+
+    exact = optimize.brentq(lambda resultant: beyond(resultant) - p, 0.05, 0.99, xtol=1e-9)
+    assert rayleigh_p(count, exact) == pytest.approx(p, rel=0.025)
 
 
 def test_one_alone_and_a_fan_prefer_nothing_and_a_bundle_does() -> None:

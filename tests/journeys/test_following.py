@@ -74,3 +74,38 @@ def test_a_key_switches_following_on_and_off(following):
     key(window, Qt.Key.Key_T, SHIFT)
     assert tool.cost == "dark"
     window.studio.cancel_tool()
+
+
+def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, picks, tmp_path):
+    from vomstudio.extraction.best_cost import costs_of, rank_of
+    from vomstudio.extraction.following import Follower
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+    from vomstudio.geometry import transform
+
+    window, studio = following, following.studio
+    tool = studio.tool_of(TraceTool)
+    box = driver.tool_panel(window, TracePanel).follow_box
+    box.setCurrentIndex(box.findData("auto"))
+    for at in way_points(window, picks["B01"]):
+        click(window.viewport, at)
+    wait(lambda: tool.open and not tool.searching, "the ways by all costs", 120.0)
+    clicks = np.array(tool.vertices)
+    driver.keep_picture(window, "following-best")
+    by = tool.followed_by
+    assert by in costs_of(SurfaceGraph(studio.models[tool.trace.model_id].data))
+    assert box.currentText().startswith("the best of all:")
+    # The same by hand: each cost, leg by leg, and the one of the least stated error.
+    model = driver.model(window)
+    surface = SurfaceGraph(studio.models[model.id].data)
+    near = studio.surface(model.id)
+    ranks = {}
+    for cost in costs_of(surface):
+        legs = [Follower(surface, cost).follow(clicks[i : i + 2]).points for i in range(2)]
+        line = np.concatenate([legs[0], legs[1][1:]])
+        world = transform.apply(model.to_world, line)
+        ranks[cost] = rank_of(world, lambda _, at=line: near.resolution_near(at))[0]
+    assert ranks[by] == min(ranks.values())
+    key(window, Qt.Key.Key_Return)
+    (trace,) = driver.traces(window)
+    assert f"Followed by {by}, of all costs the one" in trace.notes
+    assert len(trace.vertices) > 20

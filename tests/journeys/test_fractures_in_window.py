@@ -15,8 +15,9 @@ from PySide6.QtWidgets import QFileDialog
 from tests import driver
 from tests.driver import LEFT, NONE, wait
 from vomstudio.cli.common.entry import main
-from vomstudio.document import edits
+from vomstudio.document import edits, grid_edits
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import FaceGrid
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.sections.displacement_panel import DisplacementPanel
 from vomstudio.ui.sections.fractures_panel import FracturesPanel
@@ -116,6 +117,60 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
     mine = json.loads(json.dumps(found.as_dict()))
     said.pop("image")
     assert said == mine
+
+
+def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
+    window, wall, tmp_path, monkeypatch, capfd
+) -> None:
+    """Without a plane the face is that of the grid; cells that were not looked at, or in which
+    nothing can be measured, count for nothing."""
+    panel, studio = wall, window.studio
+    model_id = studio.records["V"].model_id
+    model = studio.records[model_id]
+    low, _ = studio.models[model_id].data.bounds
+    grid = FaceGrid(
+        "g", "South wall", model_id, model.content_hash, tuple(low.tolist()), (1.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0), 1.0, 6, 4,
+    )  # fmt: skip
+    assert studio.attempt(grid_edits.add_grid, grid)
+    settle(panel)
+    panel.plane.line.clear()
+    panel.counted_in.setCurrentIndex(panel.counted_in.findText("Looked at: South wall"))
+    settle(panel)
+    assert "No cell of South wall" in panel.said.text()
+    assert panel.answered.mapped is None
+    assert not panel.copy.isEnabled()
+    four = [row * 6 + column for row in range(4) for column in (1, 2, 3, 4)]
+    assert studio.attempt(grid_edits.mark_cells, "g", four, "d")
+    settle(panel)
+    found = panel.answered.mapped.found
+    # As of the window of the same corners.
+    assert found.area_m2 == pytest.approx(16, rel=1e-5)
+    assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-5)
+    assert (found.nodes.Y, found.nodes.X) == (2, 1)
+    assert "16 whole cells of South wall" in panel.said.text()
+    driver.keep_picture(window, "fractures_in_a_grid")
+    last = [row * 6 + 4 for row in range(4)]
+    assert studio.attempt(grid_edits.mark_cells, "g", last, "u")
+    # Nothing was found there, but somebody looked.
+    assert studio.attempt(grid_edits.mark_cells, "g", [1], "e")
+    settle(panel)
+    found = panel.answered.mapped.found
+    assert found.area_m2 == pytest.approx(12, rel=1e-5)
+    assert found.P21_1_per_m == pytest.approx(11 / 12, rel=1e-5)
+    target = tmp_path / "traces.gpkg"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
+    press(panel.copy)
+    said = told(QGuiApplication.clipboard().text(), capfd)
+    assert said["P21_1_per_m"] == pytest.approx(found.P21_1_per_m, rel=1e-9)
+    assert said["area_m2"] == pytest.approx(found.area_m2, rel=1e-9)
+    # A grid that is renamed stays chosen; of one that is gone the window takes the place.
+    assert studio.attempt(grid_edits.rename_grid, "g", "North wall")
+    settle(panel)
+    assert panel.counted_in.currentText() == "Looked at: North wall"
+    assert studio.attempt(grid_edits.remove_grid, "g")
+    settle(panel)
+    assert panel.counted_in.currentText() == "Window"
 
 
 @pytest.mark.parametrize("kind", ["Circle", "Scanline"])

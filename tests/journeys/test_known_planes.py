@@ -20,6 +20,7 @@ from tests.journeys.test_known_lines import SCALE, TURN, tilted, to_file
 from vomstudio.document import edits
 from vomstudio.document.compass_edits import compass_of
 from vomstudio.document.kinds.known_line import KnownLine
+from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model
 from vomstudio.geometry.transform import apply
@@ -254,6 +255,13 @@ def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothin
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)
     solved(panel)
     assert np.array(panel.placed.matrix) == pytest.approx(before)
+    # A reading of the field book that is selected with a trace is what was read there.
+    field = Reading("r1", "R01", "bedding", "plane", 213.0, 45.0)
+    studio.attempt(edits.add_readings, [field])
+    studio.selection.set(["t-" + second, "r1"])
+    assert panel.compass.reading.text() == "213/45"
+    assert second in panel.compass.of.text()
+    panel.compass.reading.clear()
     # A trace that is corrected moves its residual at once.
     trace = studio.records["t-" + third]
     shown = panel.lines.item(2, 5).text()

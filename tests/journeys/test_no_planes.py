@@ -11,6 +11,7 @@ from tests.driver import click, drag, key, look_at, wait
 from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.lithology import Lithology
 from vomstudio.document.kinds.station import Station
+from vomstudio.tools import lithology
 from vomstudio.tools.contact import ContactTool
 from vomstudio.tools.lithology import LithologyTool
 from vomstudio.ui.interpret.table_model import COLUMNS
@@ -125,6 +126,41 @@ def test_a_contact_line_follows_the_contact(opened, picks):
     (made,) = studio.session.of(Contact)
     assert len(made.vertices) > 20
     assert "2 way-points" in made.notes
+
+
+def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monkeypatch):
+    """The newest outline counts; what is finished before its area has come waits for it."""
+    window, studio = opened, opened.studio
+    monkeypatch.setattr(lithology, "AT_ONCE", -1)
+    tool = studio.tool_of(LithologyTool)
+    for count in (1, 2):
+        key(window, Qt.Key.Key_R, SHIFT)
+        driver.focus(window)
+        for spot in spots(window, (-90, -30), (90, -20), (80, 40), (-70, 45)):
+            click(window.viewport, spot)
+        if count == 1:
+            wait(lambda: tool.open and not tool.searching, "the area")
+            assert tool.measurement.dimension["area_m2"]
+            key(window, Qt.Key.Key_Z, driver.CTRL)
+            wait(lambda: not tool.searching, "the area of three corners")
+            less = tool.measurement.dimension["area_m2"]
+            click(window.viewport, spots(window, (-70, 45))[0])
+            wait(lambda: not tool.searching, "the area of four corners")
+            assert tool.measurement.dimension["area_m2"] > less
+        key(window, Qt.Key.Key_Return)
+        wait(lambda c=count: len(studio.session.of(Lithology)) == c, "the rock area")
+        monkeypatch.setattr(lithology, "AT_ONCE", 10**9)
+    made = studio.session.of(Lithology)
+    # Of the same clicks, at once: the same area.
+    assert made[0].area == pytest.approx(made[1].area, rel=1e-12)
+    key(window, Qt.Key.Key_R, SHIFT)
+    monkeypatch.setattr(lithology, "AT_ONCE", -1)
+    for spot in spots(window, (-90, -30), (90, -20), (80, 40)):
+        click(window.viewport, spot)
+    key(window, Qt.Key.Key_Escape)
+    driver.pause(300)
+    assert not tool.open
+    assert len(studio.session.of(Lithology)) == 2
 
 
 def test_a_rock_area_is_measured_on_the_surface(opened):

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests import driver
+from tests.extraction.small_onnx import convolution
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.surface.traces_panel import TracesPanel
@@ -195,3 +196,29 @@ def test_nothing_found_is_said(window, panel) -> None:
     assert "No line of 500 m or more" in panel.summary.text()
     assert not panel.accept.isEnabled()
     assert "Choose lines" in panel.accept.toolTip()
+
+
+def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
+    panel.cost.setCurrentIndex(panel.cost.findData("onnx"))
+    assert panel.network.isVisible()
+    assert not panel.start.isEnabled()
+    assert "ONNX file" in panel.start.toolTip()
+    network = tmp_path / "net.onnx"
+    network.write_bytes(b"nothing")
+    panel.network.setText(str(network))
+    look(window, panel)
+    assert "no ONNX file" in panel.summary.text()
+    # One minus the lightness.
+    network.write_bytes(convolution(np.full((1, 3, 1, 1), -1.0 / 3.0), bias=1.0))
+    look(window, panel)
+    first = panel._traces.found.lines[0]
+    assert np.percentile(np.abs(first.points[:, 2] - 0.5), 90) < 0.08
+    choose(panel, 0)
+    assert "to the network" in panel.why.text()
+    driver.keep_picture(window, "proposed-traces-network")
+    # The trace tool does not know the network: the line opens with its own vertices.
+    driver.click(panel.edit, panel.edit.rect().center())
+    tool = window.studio.tool_of(TraceTool)
+    assert tool.open
+    assert tool.cost is None
+    assert len(tool.vertices) > 2

@@ -79,6 +79,9 @@ class Context:
     def surface(self, model_id):
         return None
 
+    def aside(self, work, then):
+        then(work())
+
     def measure(self, feature):
         return measure_all(self.session.records, [feature])[0]
 

@@ -14,6 +14,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import UsageError
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights, reference_plane
 from vomstudio.products.elevation.results import ElevationFigures, Wanted, WrittenElevation
@@ -180,7 +181,7 @@ class ElevationModel:
         f = self.figures
         return {
             "cells": f"{f.width} x {f.height} of {f.gsd_m:g} m",
-            "plane": f"{f.dip_direction_deg:05.1f}/{f.dip_deg:.1f} dip direction/dip",
+            "plane": f"{format_azimuth(f.dip_direction_deg, 1)}/{f.dip_deg:.1f} dip direction/dip",
             "heights": f"{f.lowest_m:.3f} to {f.highest_m:.3f} m",
             "coverage": f"{100 * f.coverage:.0f} %",
             "crs": f.crs,

@@ -33,6 +33,7 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos
+    from vomstudio.extraction.proposals.edge_pictures import Find
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -169,6 +170,7 @@ def follow(
     cost: str = "colour",
     photo: str | Path | None = None,
     cameras: str | Path | None = None,
+    onnx_model: str | Path | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> FollowedTrace:
@@ -184,11 +186,12 @@ def follow(
     cost : "colour" (like the colours at the way-points), "dark", "light", "gradient" (edges of
         lightness), "curvature" (edges of the surface), "auto" (of these the one whose plane is
         stated to be least off, see ``tried``), or the name of a field, whose low values are
-        followed. In a photo one of the first four
+        followed, or "onnx". In a photo one of the first four, "auto" or "onnx"
     photo : path of a photo of the model, at its full resolution; the others that show the place and
         are found beside it have a say
     cameras : file of the photos' poses and lenses in the frame of the model's file (cameras.json,
         COLMAP, Metashape XML ...); None takes those beside the model
+    onnx_model : for the cost "onnx": the file of a network, as in `vs.propose_traces`
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work before it searches
 
@@ -227,6 +230,8 @@ def follow(
     >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
     True
     """
+    from vomstudio.jobs.edge_finding import asked_of
+
     picture, lenses = maybe_path(photo, "photo"), maybe_path(cameras, "cameras")
     wanted = words_of(cost, "cost")
     if wanted is None:
@@ -234,21 +239,30 @@ def follow(
     report = told(progress, cancel)
     given = model if is_array(model) else model_of(model)
     report.stage("Following", None)
-    return _followed(given, through, wanted, picture, lenses)
+    with asked_of(wanted, maybe_path(onnx_model, "onnx_model"), report, cancel) as edges:
+        return _followed(given, through, wanted, picture, lenses, edges)
 
 
 def _followed(
-    model: Any, through: Any, cost: str, photo: Path | None, cameras: Path | None
+    model: Any,
+    through: Any,
+    cost: str,
+    photo: Path | None,
+    cameras: Path | None,
+    edges: tuple[Find, Path] | None,
 ) -> FollowedTrace:
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
+    from vomstudio.extraction.proposals.edge_photos import showing_edges
+    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX, wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
 
     data, crs, _ = placed(model, "model")
     spacing = resolution(data)
     asked: dict[str, Any] = {
-        "cost": cost,
+        "cost": cost if edges is None else DRAWN,
+        "called": "" if edges is None else ONNX,
         "resolution": spacing,
         "model": getattr(getattr(model, "path", None), "name", None) or "",
         "frame": crs or "local",
@@ -259,10 +273,14 @@ def _followed(
             raise UsageError(
                 tr("Cameras are for a photo to follow in. Name it with photo."), field="cameras"
             )
+        if edges is not None:
+            data = wearing_edges(data, spacing, *edges)
         found = followed_trace(SurfaceGraph(data), points(through, "through"), **asked)
     else:
         way_points = pixels_or_points(through, "through")
         photos = _photos(model, data, spacing, photo, cameras)
+        if edges is not None:
+            photos = showing_edges(photos, *edges)
         found = photo_trace(SurfaceGraph(data), photos, way_points, **asked)
     warn(found.warnings, 4)
     return found

@@ -14,6 +14,7 @@ from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
+from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.tables.orientation_table import COLUMNS
 from vomstudio.tables.project_layers import Layer, project_layers
@@ -110,7 +111,7 @@ def _drawing(
 
 def _attitude(measured: Measurement) -> str:
     if measured.plane is not None:
-        return f"{measured.plane.dip_direction_deg % 360:03.0f}/{measured.plane.dip_deg:02.0f}"
+        return format_plane(measured.plane)
     if measured.line is not None:
-        return f"{measured.line.trend_deg % 360:03.0f}/{measured.line.plunge_deg:02.0f}"
+        return format_line(measured.line)
     return ""

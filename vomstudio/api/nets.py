@@ -170,7 +170,8 @@ def rose(
     numbers; vs.errors.GeometryError where nothing has such an azimuth; vs.errors.InputError as
     `stats`.
 
-    The mean in each title is the circular one (Mardia & Jupp 2000, 2.2.1 and 9.4).
+    The mean in each title is the circular one (Mardia & Jupp 2000, 2.2.1), of strikes by doubled
+    angles (Krumbein 1939).
 
     Examples
     --------

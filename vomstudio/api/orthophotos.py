@@ -14,6 +14,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
 from vomstudio.products.ortho.orthophoto import write_orthophoto
@@ -157,7 +158,8 @@ class Orthophoto:
         f = self.figures
         return {
             "pixels": f"{f.width} x {f.height} of {f.gsd_m:g} m",
-            "toward": f"{f.trend_deg:05.1f}/{f.plunge_deg:.1f} trend/plunge, {f.sense}",
+            "toward": f"{format_azimuth(f.trend_deg, 1)}/{f.plunge_deg:.1f} trend/plunge, "
+            f"{f.sense}",
             "coverage": f"{100 * f.coverage:.0f} %",
             "crs": f.crs,
             "warnings": self.warnings or None,

@@ -22,6 +22,7 @@ from vomstudio.api.checking import (
 from vomstudio.api.tables import frame
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.reprs import html_table
@@ -158,7 +159,7 @@ class PlaneFit(OrientationFigures):
             else f"95 % {self.max_confidence95_deg:.2f} x {self.min_confidence95_deg:.2f} deg"
         )
         azimuth = self.dip_direction_deg
-        where = "horizontal" if azimuth is None else f"{azimuth:05.1f}"
+        where = "horizontal" if azimuth is None else format_azimuth(azimuth, 1)
         name = f"{self.name}: " if self.name else ""
         return f"PlaneFit({name}{where}/{self.dip_deg:.1f}, {known}, {self.quality})"
 
@@ -186,7 +187,7 @@ class LineFit(OrientationFigures):
     plunge_deg: float
 
     def __repr__(self) -> str:
-        where = "vertical" if self.trend_deg is None else f"{self.trend_deg:05.1f}"
+        where = "vertical" if self.trend_deg is None else format_azimuth(self.trend_deg, 1)
         name = f"{self.name}: " if self.name else ""
         return f"LineFit({name}{where}/{self.plunge_deg:.1f})"
 

@@ -13,6 +13,7 @@ from vomstudio.api.checking import flag, naming, numbers, path_of, single_number
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.section.curtain import (
     Curtain,
     curtain_of_line,
@@ -106,8 +107,8 @@ class Section:
         f = self.figures
         return {
             "lines": f"{f.polylines}, {f.length_m:.3f} m in all",
-            "from": f"{f.left_deg:05.1f} deg",
-            "toward": f"{f.right_deg:05.1f} deg",
+            "from": f"{format_azimuth(f.left_deg, 1)} deg",
+            "toward": f"{format_azimuth(f.right_deg, 1)} deg",
             "slab": None if f.slab_m is None else f"{f.slab_m:.3g} m",
         }
 

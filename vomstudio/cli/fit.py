@@ -178,10 +178,12 @@ def _together(args: argparse.Namespace, groups: PointGroups) -> ParallelBeds:
 
 
 def _together_in_words(found: ParallelBeds) -> str:
+    from vomstudio.geology.notation import format_azimuth
+
     said = tr(
         "Parallel planes together: {plane} (dip direction/dip), 95 %: {largest} x {smallest} deg, "
         "rms {rms} m, p of being parallel {p}",
-        plane=f"{found.dip_direction_deg:05.1f}/{found.dip_deg:04.1f}",
+        plane=f"{format_azimuth(found.dip_direction_deg, 1)}/{found.dip_deg:04.1f}",
         largest=text_tables.figures(found.max_confidence95_deg),
         smallest=text_tables.figures(found.min_confidence95_deg),
         rms=text_tables.figures(found.rms_m),

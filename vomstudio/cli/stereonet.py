@@ -248,12 +248,14 @@ def _wishes(args: argparse.Namespace) -> NetWishes:
 
 
 def _say_densest(found: dict[str, Any], out: Output) -> None:
+    from vomstudio.geology.notation import format_azimuth
+
     for part in found["parts"]:
         out.text(
             tr(
-                "densest: {name} {trend:.0f}/{plunge:.0f} (trend/plunge), {value:.1f} {unit}",
+                "densest: {name} {trend}/{plunge:02.0f} (trend/plunge), {value:.1f} {unit}",
                 name=part["set"] or tr("all"),
-                trend=part["trend_deg"],
+                trend=format_azimuth(part["trend_deg"]),
                 plunge=part["plunge_deg"],
                 value=part["maximum"],
                 unit=tr(found["unit"]),

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.cli.common import straight_traces, text_tables, trace_drawing, trace_proposals
+from vomstudio.cli.common import (
+    edge_networks,
+    straight_traces,
+    text_tables,
+    trace_drawing,
+    trace_proposals,
+)
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
 from vomstudio.cli.common.output import Output
@@ -19,6 +26,7 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.followed_trace import FollowedTrace
+    from vomstudio.extraction.proposals.edge_pictures import Find
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.workspace.world_models import WorldModel
 
@@ -53,9 +61,11 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="COST",
         help=tr(
             "what is followed: colour (like that at the way-points, the default), dark, light, "
-            "gradient, curvature, low values of a field, or auto, whichever tells the plane best"
+            "gradient, curvature, low values of a field, auto, whichever tells the plane best, "
+            "or onnx, edges of a network"
         ),
     )
+    edge_networks.add_option(parser)
     straight_traces.add_sets(parser)
     add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
     trace_drawing.add_options(parser)
@@ -72,6 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             ),
             field="--through",
         )
+    edge_networks.check(args)
     if not args.propose and (args.least_length is not None or args.most is not None):
         raise UsageError(
             tr("A least length and a number of lines are for those that are proposed, --propose."),
@@ -101,9 +112,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _follow(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.extraction.followed_trace import write_path
+    from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import resolution
+    from vomstudio.jobs.edge_finding import edges_by
     from vomstudio.workspace.world_models import read_in_world
 
     if args.cameras is not None and args.photo is None:
@@ -111,7 +124,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
             tr("Cameras are for a photo to follow in. Name it with --photo PHOTO."),
             field="--cameras",
         )
-    inputs = [args.model, args.through, args.photo, args.cameras]
+    inputs = [args.model, args.through, args.photo, args.cameras, args.onnx_model]
     check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
     given, noticed = _way_points(args)
     if len(given) < 2:
@@ -120,13 +133,21 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
         )
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     spacing = resolution(model.data)
-    try:
-        surface = SurfaceGraph(model.data)
-        if given.shape[1] == 3:
-            _require_on_model(args.through, given, surface, spacing)
-        found = _found(args, model, surface, given, spacing)
-    except GeometryError as error:
-        raise GeometryError(str(error), file=args.through) from error
+    with ExitStack() as stack:
+        edges = None
+        if args.onnx_model is not None:
+            edges = stack.enter_context(edges_by(args.onnx_model, progress_of(args)))
+        try:
+            surface = SurfaceGraph(
+                model.data
+                if edges is None or args.photo is not None
+                else wearing_edges(model.data, spacing, *edges)
+            )
+            if given.shape[1] == 3:
+                _require_on_model(args.through, given, surface, spacing)
+            found = _found(args, model, surface, given, spacing, edges)
+        except GeometryError as error:
+            raise GeometryError(str(error), file=args.through) from error
     notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {found.cost}"]
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
@@ -157,15 +178,19 @@ def _found(
     surface: SurfaceGraph,
     way_points: npt.NDArray[np.float64],
     spacing: float,
+    edges: tuple[Find, Path] | None,
 ) -> FollowedTrace:
     from vomstudio.extraction.calibrated_photos import open_photos
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
+    from vomstudio.extraction.proposals.edge_photos import showing_edges
+    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras
 
     asked: dict[str, Any] = {
-        "cost": args.cost or "colour",
+        "cost": args.cost or "colour" if edges is None else DRAWN,
+        "called": "" if edges is None else ONNX,
         "resolution": spacing,
         "model": Path(args.model).name,
         "frame": model.crs or "local",
@@ -178,6 +203,8 @@ def _found(
         model.data, spacing, args.photo, cameras or Path(args.model).with_name(FILE_NAME),
         model.to_world,
     )  # fmt: skip
+    if edges is not None:
+        photos = showing_edges(photos, *edges)
     return photo_trace(surface, photos, way_points, **asked)
 
 

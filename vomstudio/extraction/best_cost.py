@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,16 @@ Array = npt.NDArray[np.float64]
 AUTO = "auto"
 """The cost that is named for the best of all."""
 _RANK = {"good": 0, "doubtful": 1, "poor": 2}
+
+
+class _Followed(Protocol):
+    @property
+    def points(self) -> Array: ...
+
+
+P = TypeVar("P", bound=_Followed)
+Rank = tuple[int, float]
+"""What paths are ordered by: the verdict on the plane, and by how much it may be off, degrees."""
 
 
 @dataclass(frozen=True)
@@ -56,15 +67,28 @@ def follow_best(
     """The path through way-points (w, 3) by the best of the costs, its cost, and what was tried,
     the best first. resolution_near : of the model around points (n, 3), World. Raises as
     `Follower.follow`."""
-    found: list[tuple[tuple[int, float], int, Path, Tried]] = []
+
+    def follow(cost: str) -> Path:
+        return Follower(surface, cost).follow(way_points, whole=whole)
+
+    return best_of(costs or costs_of(surface), follow, resolution_near)
+
+
+def best_of(
+    costs: Sequence[str],
+    follow: Callable[[str], P],
+    resolution_near: Callable[[Array], float | None],
+) -> tuple[P, str, tuple[Tried, ...]]:
+    """As `follow_best`, whatever follows. Raises GeometryError where none has a path."""
+    found: list[tuple[Rank, int, P, Tried]] = []
     failed: GeometryError | None = None
-    for number, cost in enumerate(costs or costs_of(surface)):
+    for number, cost in enumerate(costs):
         try:
-            path = Follower(surface, cost).follow(way_points, whole=whole)
+            path = follow(cost)
         except GeometryError as error:
             failed = error
             continue
-        rank, error95 = _evidence(path.points, resolution_near)
+        rank, error95 = rank_of(path.points, resolution_near)
         found.append((rank, number, path, Tried(cost, error95)))
     if not found:
         assert failed is not None
@@ -74,10 +98,10 @@ def follow_best(
     return path, best.cost, tuple(tried for *_, tried in found)
 
 
-def _evidence(
+def rank_of(
     points: Array, resolution_near: Callable[[Array], float | None]
-) -> tuple[tuple[int, float], float | None]:
-    """What paths are ordered by, and the stated error of the plane."""
+) -> tuple[Rank, float | None]:
+    """By which a path (n, 3), World, is ordered, and the stated error of its plane."""
     try:
         fit = fit_plane(points)
     except GeometryError:

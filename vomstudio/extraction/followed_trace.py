@@ -91,11 +91,13 @@ def followed_trace(
     frame: str,
     thresholds: Thresholds = DEFAULTS,
     priors: Sequence[SetPrior] = (),
+    called: str = "",
 ) -> FollowedTrace:
     """Follow a contact through way-points (w, 3) in World and fit its plane.
 
     surface : of a model in World; cost : of COSTS, a field, or "auto" for the best of COSTS;
-    resolution : of the model, m; priors : sets against which a straight trace is held
+    resolution : of the model, m; priors : sets against which a straight trace is held; called : the
+    cost by another name
     Raises GeometryError for a way-point that is not on the model, for fewer than two, and where the
     model does not hang together between two; UsageError for a cost that the model does not have.
     """
@@ -107,6 +109,7 @@ def followed_trace(
         path, cost, tried = follow_best(surface, way_points, near.resolution_near, whole=True)
     else:
         path = follower.follow(way_points, whole=True)
+    cost = called or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
     plane, band, said = plane_of(
         path.points, near, model=model, frame=frame, thresholds=thresholds, notes=notes,

@@ -9,6 +9,7 @@ what a pixel costs, and are asked afterwards whether they show the same there.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -91,6 +92,12 @@ class PhotoFollower:
         # Those of the last line, whose pixels the next one wants too.
         self._kept: dict[int, Voter] = {}
 
+    def by(self, cost: str) -> PhotoFollower:
+        """The same photo followed with another cost; its pixels are shared."""
+        other = copy(self)
+        other.cost = cost
+        return other
+
     def follow(self, way_points: Array, *, alone: bool = False) -> PhotoPath:
         """The path through pixels (w, 2) of the photo, at least two.
 
@@ -169,7 +176,8 @@ class PhotoFollower:
                 said.append(str(error))
             if len(found) == _VOTERS:
                 break
-        self._kept = used
+        self._kept.clear()
+        self._kept.update(used)
         if not found:
             said.append(tr("No other photo that was found shows the place, so none has a say."))
         return found, said

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.extraction.best_cost import AUTO, Tried, best_of
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.followed_trace import (
     FARTHEST,
@@ -18,6 +19,7 @@ from vomstudio.extraction.followed_trace import (
     plane_of,
     require_on_model,
 )
+from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.plane_bands import SetPrior
@@ -68,23 +70,33 @@ def photo_trace(
     frame: str,
     thresholds: Thresholds = DEFAULTS,
     priors: Sequence[SetPrior] = (),
+    called: str = "",
 ) -> PhotoTrace:
     """Follow a contact in a photo and fit its plane.
 
     surface : of a model in World; resolution : of the model, m
+    cost : of OF_COLOURS, or "auto" for the best of them; called : the cost by another name
     way_points : (w, 3) in World, or (w, 2) pixels of the photo
     Raises GeometryError for a way-point that is not on the model or the photo, or hidden in it;
     UsageError for a cost that photos do not have; InputError for a photo that cannot be read.
     """
     given = np.asarray(way_points, np.float64)
-    follower = PhotoFollower(photos, cost)
+    follower = PhotoFollower(photos, OF_COLOURS[0] if cost == AUTO else cost)
     in_world = given.shape[1] == 3
     if in_world:
         require_on_model(surface, given, resolution)
         pixels = _seen_at(photos, given, resolution)
     else:
         pixels = given
-    path = follower.follow(pixels)
+    near = near_surface(surface)
+    tried: tuple[Tried, ...] = ()
+    if cost == AUTO:
+        path, cost, tried = best_of(
+            OF_COLOURS, lambda one: follower.by(one).follow(pixels), near.resolution_near
+        )
+    else:
+        path = follower.follow(pixels)
+    cost = called or cost
     marks = given if in_world else follower.thrown(pixels)
     notes = tr(
         "followed through {count} way-points by {cost} in the photo {photo}",
@@ -93,7 +105,7 @@ def photo_trace(
         photo=photos.name,
     )
     plane, band, said = plane_of(
-        path.points, near_surface(surface), model=model, frame=frame, thresholds=thresholds,
+        path.points, near, model=model, frame=frame, thresholds=thresholds,
         notes=notes, priors=priors,
     )  # fmt: skip
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
@@ -120,6 +132,7 @@ def photo_trace(
         pixels=path.pixels,
         seen=path.seen,
         agreeing=path.agreeing,
+        tried=tried,
     )
 
 

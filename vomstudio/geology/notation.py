@@ -408,6 +408,11 @@ def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
     return _padded(0.0, decimals, 3) if text.startswith("360") else text
 
 
+def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
+    """A number for the cell of a file; what rounds to 360 is 0."""
+    return f"{wrap360(round(azimuth_deg, decimals)):.{decimals}f}"
+
+
 def format_plane(
     plane: Plane, notation: str = "dipdir/dip", decimals: int = 0, *, bare: bool = False
 ) -> str:

@@ -113,9 +113,10 @@ def rose_of(
 ) -> Rose:
     """Counts azimuths (n,), each with its weight (n,), in bins that begin at north.
 
-    Rows without azimuth or weight (NaN) are left out. The mean is that of Mardia & Jupp (2000),
-    Directional Statistics, 2.2.1 and 9.4; of weighted rows the test of Rayleigh has as many as
-    would be as sure without weights. Raises UsageError for bins that do not divide the half
+    Rows without azimuth or weight (NaN) are left out. The mean is the circular one (Mardia & Jupp
+    2000, Directional Statistics, 2.2.1), of axes by doubled angles (Krumbein 1939, Journal of
+    Geology 47, 673-706); of weighted rows the test of Rayleigh has as many as would be as sure
+    without weights. Raises UsageError for bins that do not divide the half
     circle evenly, and for negative weights.
     """
     bins = bins_of(bin_deg)
@@ -143,8 +144,8 @@ def rose_of(
 
 def rayleigh_p(n: float, resultant: float) -> float:
     """Chance that n angles without preferred direction have a mean resultant length as great as
-    this. Rayleigh's test with the series of Mardia & Jupp (2000), Directional Statistics, 6.3.1,
-    as Fisher (1993), 4.3, writes it. A single angle prefers nothing."""
+    this. Rayleigh's test with the series that Fisher (1993), Statistical Analysis of Circular
+    Data, p. 70, gives for fewer than 50. A single angle prefers nothing."""
     if n < 2.0 - 1e-9:
         return 1.0
     z = n * resultant**2

@@ -13,14 +13,40 @@ from vomstudio.progress import Progress
 
 
 @dataclass(frozen=True)
+class EdgesOrder:
+    """network : an ONNX file; out : the folder for the pictures of edges"""
+
+    network: Path
+    pictures: tuple[Path, ...]
+    out: Path
+
+
+@dataclass(frozen=True)
+class FoundEdges:
+    """pictures : of edges, in the order of the others"""
+
+    pictures: tuple[Path, ...]
+
+
+def _find_edges(asked: EdgesOrder, progress: Progress) -> FoundEdges:
+    from vomstudio.extraction.proposals.edge_pictures import write_edges
+
+    return FoundEdges(tuple(write_edges(asked.network, asked.pictures, asked.out, progress)))
+
+
+FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesOrder, FoundEdges, _find_edges)
+
+
+@dataclass(frozen=True)
 class TracesOrder:
-    """cost, least_length_m, most : as `extraction.proposals.traces.propose_traces` has them; out :
-    the file for the lines"""
+    """cost, least_length_m, most : as `extraction.proposals.traces.propose_traces` has them
+    network : an ONNX file for the cost "onnx"; out : the file for the lines"""
 
     model: StandingModel
     cost: str
     least_length_m: float | None
     most: int
+    network: Path | None
     out: Path
 
 
@@ -41,17 +67,30 @@ def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
     import numpy as np
 
     from vomstudio.extraction.followed_trace import near_surface
+    from vomstudio.extraction.proposals.edge_pictures import (
+        DRAWN,
+        ONNX,
+        wearing_edges,
+        write_edges,
+    )
     from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.geometry import transform
     from vomstudio.io.models.opening import resolution
 
     data = in_world(asked.model, progress)
+    spacing, network = resolution(data), asked.network
+    if network is not None:
+        data = wearing_edges(
+            data, spacing, lambda pictures, out: write_edges(network, pictures, out, progress),
+            asked.out.with_suffix(""),
+        )  # fmt: skip
     surface = SurfaceGraph(data)
     found = propose_traces(
         surface,
-        cost=asked.cost,
-        resolution=resolution(data),
+        cost=asked.cost if network is None else DRAWN,
+        called="" if network is None else ONNX,
+        resolution=spacing,
         least_length=asked.least_length_m,
         most=asked.most,
         model=asked.model.name,
@@ -89,4 +128,4 @@ def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
 
 PROPOSE_TRACES = Job("propose_traces", Lane.PRODUCTS, TracesOrder, FoundTraces, _propose)
 
-JOBS = (PROPOSE_TRACES,)
+JOBS = (FIND_EDGES, PROPOSE_TRACES)

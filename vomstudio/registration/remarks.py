@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, Without, chosen
 from vomstudio.registration.combined import Combined
@@ -121,9 +122,9 @@ def said_of_turn(error_deg: float, trend_deg: float, plunge_deg: float) -> str:
     """error_deg : 95 %, about the axis of that trend and plunge"""
     return tr(
         "The model may be turned by {error:.2g}° (95 %) about the axis "
-        "{trend:03.0f}/{plunge:02.0f}: dips and dip directions by as much.",
+        "{trend}/{plunge:02.0f}: dips and dip directions by as much.",
         error=error_deg,
-        trend=trend_deg,
+        trend=format_azimuth(trend_deg),
         plunge=plunge_deg,
     )
 

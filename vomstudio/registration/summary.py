@@ -8,6 +8,7 @@ import numpy as np
 
 from vomstudio.document.records import ReadNorth, Registration
 from vomstudio.document.registration_errors import bowing_of_registration
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.remarks import said_of_bowing, said_of_lens_bend, said_of_turn
 from vomstudio.registration.scatter import scale_warning
@@ -61,7 +62,7 @@ def summary_of(registration: Registration) -> Summary:
         values, axes = np.linalg.eigh(rotation)
         worst = _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
         axis = Line.from_vector(axes[:, -1])
-        where = f"{axis.trend_deg:03.0f}/{axis.plunge_deg:02.0f}"
+        where = f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
         facts.append((tr("Weakest axis, 95 %"), f"{where} ± {worst:.2g}°"))
         sentence = said_of_turn(worst, axis.trend_deg, axis.plunge_deg)
     if registration.scale_error is not None:

@@ -17,6 +17,8 @@ from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.document.repeats import firsts
+from vomstudio.tables.grid_layer import LAYER as GRIDS
+from vomstudio.tables.grid_layer import grid_cells
 from vomstudio.tables.orientation_table import plain
 from vomstudio.tables.project_table import ProjectTable
 
@@ -54,9 +56,9 @@ class Layer:
 def project_layers(
     records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
 ) -> list[Layer]:
-    """The layers of the kinds, without repeats, each after the points of its orientations. Those
-    that would be empty are left out, but for `planes` and `traces`. A compass reading without a
-    place is in the table only."""
+    """The layers of the kinds, without repeats, each after the points of its orientations, and the
+    cells of grids. Those that would be empty are left out, but for `planes` and `traces`. A compass
+    reading without a place is in the table only."""
     features = firsts((r for r in records.values() if isinstance(r, Feature)), records)
     measured = measurements.of(records, [f.id for f in features])
     own: dict[Kind, list[Subject]] = {}
@@ -69,6 +71,8 @@ def project_layers(
                 layers[name] = _points(name, nature, table)
         if kind.layer is not None:
             layers[kind.layer.name] = _layer(kind.layer, own.get(kind, []))
+    shapes, columns, colors = grid_cells(records)
+    layers[GRIDS] = Layer(GRIDS, "ring", shapes, columns, by="found", colors=colors)
     return [la for la in layers.values() if la.shapes or la.main or la.name == _POINTS["plane"]]
 
 

@@ -44,12 +44,17 @@ class Way:
 Answer = Callable[[Way | str], None]
 """Called with a path, or why there is none."""
 Key = tuple[str, str, Point, Point, str]
+Rank = tuple[int, float]
+AUTO = "auto"
 
-_MOST_LEGS = 400
+_MOST_LEGS = 1000
 
 
 class PathFinder(Protocol):
     """Finds paths over models, beside the window."""
+
+    def costs(self, model_id: str) -> tuple[str, ...]:
+        """Those that a model has, without its fields."""
 
     def follow(
         self,
@@ -67,17 +72,24 @@ class PathFinder(Protocol):
 
 
 class FollowedLine:
-    """The legs of one line. cost : what is followed; None for straight legs. in_photos : a leg
-    whose end was set in a photo is followed there, where the cost is one of photos.
+    """The legs of one line. cost : what is followed; None for straight legs, AUTO for the one of
+    all whose line tells its plane best. in_photos : a leg whose end was set in a photo is followed
+    there, where the cost is one of photos.
 
     found : called when a leg has come; said : called with why there is none, once a leg
+    rank : by which lines (n, 3) on a model are ordered, the best first
     """
 
     def __init__(
-        self, finder: PathFinder, found: Callable[[], None], said: Callable[[str], None]
+        self,
+        finder: PathFinder,
+        found: Callable[[], None],
+        said: Callable[[str], None],
+        rank: Callable[[str, Array], Rank],
     ) -> None:
-        self._finder, self._found, self._said = finder, found, said
+        self._finder, self._found, self._said, self._rank = finder, found, said, rank
         self.cost: str | None = None
+        self._best: tuple[object, str] | None = None
         self.in_photos = True
         self._photos: dict[Point, str] = {}
         self._legs: dict[Key, Way | None] = {}
@@ -97,7 +109,8 @@ class FollowedLine:
 
     def ways(self, model_id: str, way_points: Sequence[Point]) -> list[Way]:
         """Those legs that are known."""
-        keys = (self._key(model_id, a, b) for a, b in pairwise(way_points))
+        by = self.by(model_id)
+        keys = (self._key(model_id, a, b, by) for a, b in pairwise(way_points))
         return [way for key in keys if (way := self._legs.get(key)) is not None]
 
     def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> Array:
@@ -108,19 +121,58 @@ class FollowedLine:
         given = np.asarray(way_points, np.float64).reshape(-1, 3)
         if self.cost is None or len(given) < 2:
             return given
-        parts = []
-        for one, other in pairwise(way_points):
-            leg = self.leg(model_id, one, other, live=live)
-            parts.append(np.array([one, other]) if leg is None else leg)
-        line = np.concatenate(parts)
-        new = np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
-        return np.asarray(line[new])
+        if self.cost == AUTO and not live:
+            self._choose(model_id, tuple(way_points))
+        by = self.by(model_id)
+        legs = [self._leg(model_id, a, b, by, live=live) for a, b in pairwise(way_points)]
+        return _joined(way_points, legs)
+
+    def by(self, model_id: str) -> str:
+        """The cost by which a line on a model is followed now: of AUTO the best so far."""
+        if self.cost != AUTO:
+            return self.cost or ""
+        costs = self._finder.costs(model_id)
+        if self._best is not None and self._best[1] in costs:
+            return self._best[1]
+        return costs[0]
+
+    def _choose(self, model_id: str, way_points: tuple[Point, ...]) -> None:
+        """The best of the costs, once the line is known by each; until then the one before."""
+        costs = self._candidates(model_id, way_points)
+        if self._best is not None and self._best[0] == (model_id, way_points, costs):
+            return
+        ranks: list[tuple[Rank, int]] = []
+        waiting = False
+        for number, cost in enumerate(costs):
+            legs = [self._leg(model_id, a, b, cost, live=False) for a, b in pairwise(way_points)]
+            known = [self._has(self._key(model_id, a, b, cost)) for a, b in pairwise(way_points)
+                     if a != b]  # fmt: skip
+            waiting = waiting or not all(known)
+            if any(leg is not None for leg in legs):
+                ranks.append((self._rank(model_id, _joined(way_points, legs)), number))
+        if not waiting:
+            best = costs[min(ranks)[1]] if ranks else costs[0]
+            self._best = (model_id, way_points, costs), best
+
+    def _candidates(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
+        """What is tried where the best is asked for: in photos what photos have."""
+        costs = self._finder.costs(model_id)
+        seen = self.in_photos and any(self.photo_of(place) for place in way_points)
+        of_photos = tuple(cost for cost in costs if cost in OF_COLOURS)
+        return of_photos if seen and of_photos else costs
 
     def leg(self, model_id: str, one: Point, other: Point, *, live: bool) -> Array | None:
         """The path between two places; None while it is searched for, and where there is none."""
-        if self.cost is None or one == other:
+        if self.cost is None:
             return None
-        key = self._key(model_id, one, other)
+        return self._leg(model_id, one, other, self.by(model_id), live=live)
+
+    def _leg(
+        self, model_id: str, one: Point, other: Point, cost: str, *, live: bool
+    ) -> Array | None:
+        if one == other:
+            return None
+        key = self._key(model_id, one, other, cost)
         known = self._legs.get(key)
         points = None if known is None else known.points
         if live and key not in self._legs:
@@ -131,7 +183,7 @@ class FollowedLine:
             self._asked.add(key)
         self._finder.follow(
             model_id,
-            self.cost,
+            cost,
             (one, other),
             photo=key[4],
             live=live,
@@ -139,9 +191,9 @@ class FollowedLine:
         )
         return points
 
-    def _key(self, model_id: str, one: Point, other: Point) -> Key:
-        photo = self.photo_of(other) if self.in_photos and self.cost in OF_COLOURS else ""
-        return model_id, self.cost or "", one, other, photo
+    def _key(self, model_id: str, one: Point, other: Point, cost: str) -> Key:
+        photo = self.photo_of(other) if self.in_photos and cost in OF_COLOURS else ""
+        return model_id, cost, one, other, photo
 
     def _has(self, key: Key) -> bool:
         """Nothing more is to come of a leg."""
@@ -152,7 +204,11 @@ class FollowedLine:
         """Whether a leg between these way-points has not come yet."""
         if self.cost is None:
             return False
-        keys = (self._key(model_id, a, b) for a, b in pairwise(way_points) if a != b)
+        costs = [self.by(model_id)]
+        if self.cost == AUTO:
+            costs = list(self._candidates(model_id, way_points))
+        keys = (self._key(model_id, a, b, cost)
+                for cost in costs for a, b in pairwise(way_points) if a != b)  # fmt: skip
         return any(not self._has(key) for key in keys)
 
     def forget(self) -> None:
@@ -169,14 +225,30 @@ class FollowedLine:
             # Of the leg to the cursor nothing is said: the cursor is under way.
             if awaited:
                 self._legs[key] = None
-                self._said(found)
+                if self._tells(key):
+                    self._said(found)
         else:
             if found.final or not self._has(key):
                 self._legs[key] = found
-            if awaited and found.said:
+            if awaited and found.said and self._tells(key):
                 self._said(found.said)
         if awaited or self._live == key:
             self._found()
+
+    def _tells(self, key: Key) -> bool:
+        """Of the costs that are tried for the best one speaks for all."""
+        return self.cost != AUTO or key[1] == self._finder.costs(key[0])[0]
+
+
+def _joined(way_points: Sequence[Point], legs: Sequence[Array | None]) -> Array:
+    """(n, 3) one line of the legs, straight where there is none."""
+    parts = [
+        np.array(ends) if leg is None else leg
+        for ends, leg in zip(pairwise(way_points), legs, strict=True)
+    ]
+    line = np.concatenate(parts)
+    new = np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
+    return np.asarray(line[new])
 
 
 def photo_votes(ways: Sequence[Way]) -> str | None:

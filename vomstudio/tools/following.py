@@ -9,9 +9,9 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.records import Picked, Point
+from vomstudio.document.records import IDENTITY, Model, Picked, Point
 from vomstudio.geometry import transform
-from vomstudio.tools.followed_line import FollowedLine, photo_votes
+from vomstudio.tools.followed_line import AUTO, FollowedLine, photo_votes
 from vomstudio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.tools.tool_context import ToolContext
@@ -28,7 +28,7 @@ class FollowingTool(PolylineTool[F]):
 
     def __init__(self, context: ToolContext) -> None:
         super().__init__(context)
-        self._line = FollowedLine(context.paths, self._leg_came, context.say)
+        self._line = FollowedLine(context.paths, self._leg_came, context.say, self._rank)
         self._finish_when_found = False
 
     @property
@@ -46,6 +46,28 @@ class FollowingTool(PolylineTool[F]):
             self._keep(self._feature, self._steps, self.current_vertex)
         else:
             self._context.tool_changed()
+
+    @property
+    def followed_by(self) -> str | None:
+        """The cost by which the open feature is followed: where the best is asked for, the best so
+        far; None where it is not followed."""
+        if self._feature is None or not self.followed:
+            return None
+        return self._line.by(self._feature.model_id)
+
+    def _rank(self, model_id: str, points: Floats) -> tuple[int, float]:
+        """By which lines (n, 3) in a model's file frame are ordered."""
+        from vomstudio.extraction.best_cost import rank_of
+
+        model, surface = (
+            self._context.session.records.get(model_id),
+            self._context.surface(model_id),
+        )
+        to_world = model.to_world if isinstance(model, Model) else IDENTITY
+        scale = transform.scale_of(to_world)
+        near = None if surface is None else surface.resolution_near(points)
+        resolution = None if near is None else scale * near
+        return rank_of(transform.apply(to_world, points), lambda _: resolution)[0]
 
     @property
     def in_photos(self) -> bool:
@@ -127,11 +149,15 @@ class FollowingTool(PolylineTool[F]):
 
     def _followed_words(self, feature: F) -> str:
         """For the notes of what was followed."""
-        said = tr(
-            "Followed by {cost} through {count} way-points.",
-            cost=self._line.cost,
-            count=len(feature.vertices),
-        )
+        by, count = self._line.by(feature.model_id), len(feature.vertices)
+        said = tr("Followed by {cost} through {count} way-points.", cost=by, count=count)
+        if self._line.cost == AUTO:
+            said = tr(
+                "Followed by {cost}, of all costs the one that tells its plane best, through "
+                "{count} way-points.",
+                cost=by,
+                count=count,
+            )
         votes = self.votes
         return said if votes is None else f"{said} {votes}"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,15 @@ from vomstudio.tools.polyline import points_text
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr, tr_n
 
+AT_ONCE = 30_000
+"""Faces of a model on which the area inside an outline takes a few hundredths of a second."""
+_Outline = tuple[str, tuple[Point, ...]]
+"""Of a model, around an area."""
+
 
 class LithologyTool(FollowingTool[Lithology]):
-    """Picks three points or more; the area of the surface inside comes as they do."""
+    """Picks three points or more; the area of the surface inside is worked out beside the window,
+    one outline at a time and the newest next, where the model is large."""
 
     name = "lithology"
     record = Lithology
@@ -29,6 +36,18 @@ class LithologyTool(FollowingTool[Lithology]):
     def __init__(self, context: Any) -> None:
         super().__init__(context)
         self.next_lithology = ""
+        self._known: tuple[_Outline, float | None] | None = None
+        self._wanted: _Outline | None = None
+        self._measured_now: _Outline | None = None
+
+    @property
+    def searching(self) -> bool:
+        """Also while the area is being worked out."""
+        return super().searching or self._wanted is not None
+
+    def _reset(self) -> None:
+        self._wanted = None
+        super()._reset()
 
     @property
     def lithology(self) -> str:
@@ -82,13 +101,47 @@ class LithologyTool(FollowingTool[Lithology]):
         """Ask the surface for the area, and measure; not while a corner is being dragged."""
         assert self._feature is not None
         whole = self._whole(self._feature)
-        surface = self._context.surface(self._feature.model_id)
-        area = None
-        if surface is not None and self._drag_from is None and not self.searching:
-            area = surface.area_inside(np.asarray(whole.vertices, np.float64).reshape(-1, 3))
+        area, self._wanted = None, None
+        if self._drag_from is None and not super().searching:
+            area = self._area((whole.model_id, whole.vertices))
         self._feature = replace(self._feature, area=area)
         whole = replace(whole, area=area)
         self.measurement = self._context.measure(whole) if whole.vertices else None
+
+    def _area(self, outline: _Outline) -> float | None:
+        """Inside the outline; None while it is not known, and is asked for."""
+        if self._known is None or self._known[0] != outline:
+            if len(outline[1]) < 3 or self._context.surface(outline[0]) is None:
+                return None
+            self._wanted = outline
+            self._work_out()
+        known = self._known
+        return known[1] if known is not None and known[0] == outline else None
+
+    def _work_out(self) -> None:
+        outline = self._wanted
+        if outline is None or self._measured_now is not None:
+            return
+        surface = self._context.surface(outline[0])
+        if surface is None:
+            self._came(outline, None)
+            return
+        self._measured_now = outline
+        ring = np.array(outline[1], np.float64)
+        if surface.count <= AT_ONCE:
+            self._measured_now, self._wanted = None, None
+            self._known = outline, surface.area_inside(ring)
+            return
+        self._context.aside(lambda: surface.area_inside(ring), partial(self._came, outline))
+
+    def _came(self, outline: _Outline, area: float | None) -> None:
+        self._measured_now = None
+        self._known = outline, area
+        if self._wanted == outline:
+            self._wanted = None
+            self._leg_came()
+        else:
+            self._work_out()
 
     def _edit(self, feature: Lithology) -> Edit:
         measured = self.measurement
@@ -122,7 +175,7 @@ class LithologyTool(FollowingTool[Lithology]):
     def _reading(self) -> tuple[str, ...]:
         count, measured = len(self.vertices), self.measurement
         first = (self.lithology,) if self.lithology else ()
-        if self.searching:
+        if super().searching:
             return (*first, points_text(count), tr("Searching for the way"))
         if measured is None or not measured.dimension:
             return (*first, points_text(count))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Protocol, TypeVar
 
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature
@@ -13,6 +13,8 @@ from vomstudio.tools.followed_line import PathFinder
 from vomstudio.tools.interaction_types import PointerEvent, Preview
 from vomstudio.tools.open_steps import Discarded
 from vomstudio.tools.outcrop_elements import OutcropElements
+
+T = TypeVar("T")
 
 
 class Tool(Protocol):
@@ -88,6 +90,10 @@ class ToolContext(Protocol):
 
     def surface(self, model_id: str) -> PaintSurface | None:
         """The surface of an open model; None while it is not loaded."""
+
+    def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
+        """Do what takes long beside the window; `then` is told its result in the caller's thread,
+        later, or None where it failed, which the user is told."""
 
     @property
     def paths(self) -> PathFinder:

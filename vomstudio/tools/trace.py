@@ -90,7 +90,7 @@ class TraceTool(FollowingTool[Trace]):
         )
 
     def begin_along(
-        self, model: Model, way_points: tuple[Point, ...], cost: str, notes: str
+        self, model: Model, way_points: tuple[Point, ...], cost: str | None, notes: str
     ) -> str | None:
         """Open a new trace that follows a cost through these way-points of a model, with notes on
         where it comes from; its id, None where it cannot be kept. No trace may be open."""

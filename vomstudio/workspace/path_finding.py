@@ -12,7 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import VomError
+from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
 from vomstudio.failures import exception_hooks
+from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.followed_line import Answer, Way
 from vomstudio.tools.interaction_types import Point
 from vomstudio.words import tr
@@ -53,6 +55,17 @@ class PathFinding:
         self._lock = threading.Lock()
         self._running = False
         self._surface: SurfaceGraph | None = None
+
+    def costs(self, model_id: str) -> tuple[str, ...]:
+        """As `tools.followed_line.PathFinder` has it."""
+        opened = self._models.open.get(model_id)
+        data = None if opened is None else opened.data
+        coloured = data is not None and (
+            data.colors is not None
+            or (isinstance(data, Mesh) and data.uv is not None
+                and any(m.texture is not None for m in data.materials))
+        )  # fmt: skip
+        return COSTS if coloured else tuple(cost for cost in COSTS if cost not in OF_COLOURS)
 
     def follow(
         self,

@@ -65,7 +65,7 @@ class PhotoPaths:
             self.forget()
             self._opened, self._of = _opened(photos), photos
         follower, row = self._follower, photos.views.row(photo)
-        if follower is None or (follower.photos.chosen, follower.cost) != (row, cost):
+        if follower is None or follower.photos.chosen != row:
             self._follower = None
             if row not in self._opened.files:
                 raise GeometryError(
@@ -77,7 +77,7 @@ class PhotoPaths:
                 )
             follower = PhotoFollower(replace(self._opened, chosen=row), cost)
             self._follower = follower
-        return follower
+        return follower.by(cost)
 
 
 def _opened(photos: ModelPhotos) -> CalibratedPhotos:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import threading
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature, FeatureType
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
+from vomstudio.failures import exception_hooks
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.signals import Signal, telling
 from vomstudio.tools.interaction_types import PointerEvent, Preview
@@ -49,6 +51,7 @@ class ToolHost:
         notices: Notices,
         paths: PathFinding,
         elements: OutcropElements,
+        hand_over: Callable[[Callable[[], object]], object],
     ) -> None:
         self.changed: Signal[()] = Signal()
         self.undo_changed: Signal[()] = Signal()
@@ -58,7 +61,7 @@ class ToolHost:
         self.let_go: Signal[Discarded] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
-        self.paths, self.elements = paths, elements
+        self.paths, self.elements, self._hand_over = paths, elements, hand_over
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
@@ -185,6 +188,17 @@ class ToolHost:
 
     def surface(self, model_id: str) -> PaintSurface | None:
         return self._models.surface(model_id)
+
+    def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
+        def run() -> None:
+            found: T | None = None
+            try:
+                found = work()
+            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+                exception_hooks.report_as_uncaught(error)
+            self._hand_over(lambda: then(found))
+
+        threading.Thread(target=run, name="tool", daemon=True).start()
 
     def measure(self, feature: Feature) -> Measurement:
         return self._derived.measure(feature)

@@ -90,6 +90,7 @@ class Workspace:
             self.notices,
             PathFinding(self.models, hand_over, self.photos.of),
             self.elements,
+            hand_over,
         )
         self.surroundings = Surroundings(
             self.projects, self.models, self.editing, self.notices, hand_over

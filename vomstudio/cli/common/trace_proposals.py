@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -32,29 +33,38 @@ def add_options(parser: Parser) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX, wearing_edges
     from vomstudio.extraction.proposals.traces import MOST, propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import resolution
+    from vomstudio.jobs.edge_finding import edges_by
     from vomstudio.tables.line_table import write_line_table
     from vomstudio.workspace.world_models import read_in_world
 
     check_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_of(args)
+    by_network = args.onnx_model is not None
     model = read_in_world(args.model, progress, declared_of(args), args.project)
-    try:
-        found = propose_traces(
-            SurfaceGraph(model.data),
-            cost=args.cost or "gradient",
-            resolution=resolution(model.data),
-            least_length=args.least_length,
-            most=MOST if args.most is None else args.most,
-            model=Path(args.model).name,
-            frame=model.crs or "local",
-            progress=progress,
-        )
-    except GeometryError as error:
-        raise GeometryError(str(error), file=args.model) from error
+    data, spacing = model.data, resolution(model.data)
+    with ExitStack() as stack:
+        if by_network:
+            find, folder = stack.enter_context(edges_by(args.onnx_model, progress))
+            data = wearing_edges(data, spacing, find, folder)
+        try:
+            found = propose_traces(
+                SurfaceGraph(data),
+                cost=DRAWN if by_network else args.cost or "gradient",
+                called=ONNX if by_network else "",
+                resolution=spacing,
+                least_length=args.least_length,
+                most=MOST if args.most is None else args.most,
+                model=Path(args.model).name,
+                frame=model.crs or "local",
+                progress=progress,
+            )
+        except GeometryError as error:
+            raise GeometryError(str(error), file=args.model) from error
     write_line_table(
         args.output,
         [(one.line, one.points) for one in found.proposals],

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.extraction.path_costs import OF_COLOURS, looked_for, smoothed
+from vomstudio.extraction.proposals.edge_pictures import ONNX
 from vomstudio.extraction.shortest_paths import shortest
 from vomstudio.extraction.surface_graph import Graph
 
@@ -86,7 +87,7 @@ def strongest_in_noise(
     check : called with the number of those that are done; it may raise Cancelled
     """
     pool = np.sort(evidence)
-    if cost in ("dark", "light") or cost not in (*OF_COLOURS, "curvature"):
+    if cost in ("dark", "light") or cost not in (*OF_COLOURS, "curvature", ONNX):
         # Contacts are on one side of the middle; the other side tells the noise.
         middle = np.median(pool)
         low = pool[pool <= middle]

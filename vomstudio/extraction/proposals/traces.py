@@ -82,9 +82,11 @@ def propose_traces(
     frame: str,
     progress: Progress,
     thresholds: Thresholds = DEFAULTS,
+    called: str = "",
 ) -> ProposedTraces:
     """surface : of a model in World; cost : "gradient", "curvature", "dark", "light" or a field;
     resolution : of the model, m; least_length : m, None for twenty resolutions
+    called : "onnx" where what is dark are the edges of a network
 
     Raises UsageError for a cost that the model does not have, and for lengths and numbers that are
     none; Cancelled.
@@ -111,13 +113,13 @@ def propose_traces(
     strongest = np.zeros(0)
     if lines:
         progress.stage(tr("Looking in noise"), SURROGATES)
-        strongest = strongest_in_noise(graph, evidence, cost, least, progress.step)
+        strongest = strongest_in_noise(graph, evidence, called or cost, least, progress.step)
     near = near_surface(surface)
     found = []
     for i, line in enumerate(lines):
         progress.step(SURROGATES)
         points = surface.world(graph, line.nodes)
-        notes = tr("proposed by {cost}, not looked at", cost=cost)
+        notes = tr("proposed by {cost}, not looked at", cost=called or cost)
         plane, band, _ = plane_of(
             points, near, model=model, frame=frame, thresholds=thresholds, notes=notes, priors=()
         )
@@ -130,4 +132,4 @@ def propose_traces(
                 plane, band,
             )
         )  # fmt: skip
-    return ProposedTraces(tuple(found), cost, least, SURROGATES)
+    return ProposedTraces(tuple(found), called or cost, least, SURROGATES)

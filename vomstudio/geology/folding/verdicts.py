@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.geology.folding.shapes import Cone, Shape, TwoCircles
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.words import tr
 
 CYLINDRICAL_DEG, NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
@@ -213,12 +214,12 @@ def _said_cone(cone: Cone, rms_deg: float) -> str:
     return tr(
         "a cone fits better than a cylinder: {cone:.1f} degrees RMS against {great:.1f}; its "
         "half-angle is {angle:.0f} ± {width:.0f} degrees (95 %; 90 is a cylinder) about "
-        "{trend:03.0f}/{plunge:02.0f}, p {p}",
+        "{trend}/{plunge:02.0f}, p {p}",
         cone=cone.rms_deg,
         great=rms_deg,
         angle=cone.half_angle_deg,
         width=cone.half_width_deg,
-        trend=cone.axis.trend_deg,
+        trend=format_azimuth(cone.axis.trend_deg),
         plunge=cone.axis.plunge_deg,
         p="< 0.001" if cone.p < 0.001 else f"= {cone.p:.3f}",
     )
@@ -227,15 +228,15 @@ def _said_cone(cone: Cone, rms_deg: float) -> str:
 def _said_two(two: TwoCircles, rms_deg: float) -> str:
     return tr(
         "two axes fit better than one: {two:.1f} degrees RMS against {great:.1f}; "
-        "{first_trend:03.0f}/{first_plunge:02.0f} of {first_n} planes and "
-        "{second_trend:03.0f}/{second_plunge:02.0f} of {second_n}, {angle:.0f} degrees apart; tell "
+        "{first_trend}/{first_plunge:02.0f} of {first_n} planes and "
+        "{second_trend}/{second_plunge:02.0f} of {second_n}, {angle:.0f} degrees apart; tell "
         "the domains apart and give each its own axis",
         two=two.rms_deg,
         great=rms_deg,
-        first_trend=two.first.trend_deg,
+        first_trend=format_azimuth(two.first.trend_deg),
         first_plunge=two.first.plunge_deg,
         first_n=two.counts[0],
-        second_trend=two.second.trend_deg,
+        second_trend=format_azimuth(two.second.trend_deg),
         second_plunge=two.second.plunge_deg,
         second_n=two.counts[1],
         angle=two.angle_deg,

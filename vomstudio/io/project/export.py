@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.document.collector import no_collection
 from vomstudio.document.measurement_cache import Measurements
@@ -20,6 +20,9 @@ from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table
 from vomstudio.tables.registration_lines import registration_lines
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.tables.project_layers import Layer
 
 _LAYERED = ("gpkg", "shp", "geojson", "dxf", "kml")
 FORMATS = (
@@ -105,7 +108,7 @@ def export_records(
         table = replace(
             table,
             layers={layer.name: len(layer.shapes) for layer in layers},
-            features=max(len(table.rows), len({id_ for la in layers for id_ in la.columns["id"]})),
+            features=max(len(table.rows), len(_features_on(layers))),
         )
     if format_ == "gpkg":
         from vomstudio.io.project.geopackage import write_layers
@@ -124,6 +127,13 @@ def export_records(
     from vomstudio.io.project.program_exports import write_for_program
 
     return write_for_program(format_, out, records, table, layers, crs, force=force)
+
+
+def _features_on(layers: Iterable[Layer]) -> set[str]:
+    """Ids of the features; a grid is none."""
+    from vomstudio.tables.grid_layer import LAYER as GRIDS
+
+    return {id_ for layer in layers if layer.name != GRIDS for id_ in layer.columns["id"]}
 
 
 def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> ProjectTable:

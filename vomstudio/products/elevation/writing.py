@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.geology.notation import plain_azimuth
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.elevation.contours import contour_lines, write_contours
 from vomstudio.products.elevation.heights import Heights
@@ -133,7 +134,7 @@ def write_elevation(
         plan.grid.width, plan.grid.height, "float", plan.transform, crs,
         {
             "VOMSTUDIO_VERSION": __version__,
-            "VOMSTUDIO_PLANE": f"dip direction {figures.dip_direction_deg:.4f} dip "
+            "VOMSTUDIO_PLANE": f"dip direction {plain_azimuth(figures.dip_direction_deg)} dip "
             f"{figures.dip_deg:.4f} deg",
         },
     )  # fmt: skip

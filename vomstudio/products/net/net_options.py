@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.notation import format_line, parse_plane
+from vomstudio.geology.notation import format_azimuth, format_line, parse_plane
 from vomstudio.geology.orientation import (
     Array,
     Line,
@@ -116,17 +116,17 @@ class Turning:
         if self.plane is not None:
             said.append(
                 tr(
-                    "Untilted by {dip_direction:03.0f}/{dip:02.0f}",
-                    dip_direction=self.plane.dip_direction_deg,
+                    "Untilted by {dip_direction}/{dip:02.0f}",
+                    dip_direction=format_azimuth(self.plane.dip_direction_deg),
                     dip=self.plane.dip_deg,
                 )
             )
         if self.axis is not None:
             said.append(
                 tr(
-                    "Turned by {angle:g}° about {trend:03.0f}/{plunge:02.0f}",
+                    "Turned by {angle:g}° about {trend}/{plunge:02.0f}",
                     angle=self.angle_deg,
-                    trend=self.axis.trend_deg,
+                    trend=format_azimuth(self.axis.trend_deg),
                     plunge=self.axis.plunge_deg,
                 )
             )

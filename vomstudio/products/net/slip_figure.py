@@ -15,6 +15,7 @@ import numpy as np
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.faults.kinematics import compressed_share, movements, p_axes, t_axes
 from vomstudio.geology.faults.table_slip import SlipRows, TableSlip
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Array, lines_to_vectors
 from vomstudio.products.net.plain_net import FONT_PT, INK, SOFT, draw_frame, save_figure
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
@@ -119,7 +120,7 @@ def _legend(ax: Axes, found: TableSlip) -> None:
     mean = found.kinematic_axes
 
     def said(axis: Any) -> str:
-        return f"{axis.trend_deg:03.0f}/{axis.plunge_deg:02.0f}"
+        return f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
 
     def dot(color: str, marker: str, label: str, size: float = 4.0) -> Any:
         return Line2D(

@@ -16,6 +16,7 @@ import numpy as np
 
 from vomstudio.geology import slopes
 from vomstudio.geology import stereonet as nets
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Array, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import Margins, SlopeFace, Zones
@@ -81,10 +82,10 @@ def draw_slope(
     figure.text(
         0.03, 0.988,
         tr(
-            "Face {azimuth:03.0f}/{dip:02.0f} (dip direction/dip), friction {friction:g}°, "
+            "Face {azimuth}/{dip:02.0f} (dip direction/dip), friction {friction:g}°, "
             "lateral limits ±{lateral:g}°, n = {n} planes",
-            azimuth=plane.dip_direction_deg, dip=plane.dip_deg, friction=face.friction_deg,
-            lateral=face.lateral_deg, n=found.n,
+            azimuth=format_azimuth(plane.dip_direction_deg), dip=plane.dip_deg,
+            friction=face.friction_deg, lateral=face.lateral_deg, n=found.n,
         ),
         fontsize=FONT_PT + 1, color=INK, va="top",
     )  # fmt: skip

@@ -19,6 +19,7 @@ from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_normals
 from vomstudio.io.project.export import refuse_empty, thresholds_of
 from vomstudio.io.project.journal import read_replay
+from vomstudio.tables.grid_layer import LAYER as GRIDS
 from vomstudio.tables.project_layers import project_layers
 from vomstudio.tables.project_table import project_table
 from vomstudio.words import tr
@@ -112,6 +113,8 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
             colors[record.id] = (color_of(record, records) if typed else "") or NO_COLOR
     found: list[Item] = []
     for layer in project_layers(records, table, measurements):
+        if layer.name == GRIDS:
+            continue
         columns = layer.columns
         for k, shape in enumerate(layer.shapes):
             said = {name: values[k] for name, values in columns.items()}

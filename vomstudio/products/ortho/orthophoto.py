@@ -22,9 +22,9 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.inside import check_beside
+from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gis.raster import (
     Affine,
     Raster,
@@ -216,10 +216,9 @@ def _transform(plan: Plan) -> Affine:
 
 def _tags(plan: Plan) -> dict[str, str]:
     view = plan.view
-    trend = wrap360(round(view.trend_deg, 4))
     return {
         "VOMSTUDIO_VERSION": __version__,
-        "VOMSTUDIO_VIEW": f"trend {trend:.4f} plunge {view.plunge_deg:.4f} deg",
+        "VOMSTUDIO_VIEW": f"trend {plain_azimuth(view.trend_deg)} plunge {view.plunge_deg:.4f} deg",
         "VOMSTUDIO_SENSE": f"{view.sense}. {view.reason}",
         "VOMSTUDIO_PIXEL_TO_WORLD": json.dumps(plan.pixel_to_world.tolist()),
     }

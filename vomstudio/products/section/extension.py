@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
 from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
+from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.section.curtain import Curtain, curtain_of_plane
@@ -297,8 +298,8 @@ def _table(found: ExtendedPlane, crs: str | None, model: str) -> str:
     file.write(f"# VOM Studio {__version__}, a plane carried on over {' '.join(model.split())}\n")
     file.write(f"# CRS: {crs or 'local'}; x East, y North, z Up, metres\n")
     file.write(
-        f"# plane {found.dip_direction_deg:.4f}/{found.dip_deg:.4f} (dip direction/dip, deg); "
-        "error95_m: 95 % of its position, across it\n"
+        f"# plane {plain_azimuth(found.dip_direction_deg)}/{found.dip_deg:.4f} "
+        "(dip direction/dip, deg); error95_m: 95 % of its position, across it\n"
     )
     out = csv.writer(file, lineterminator="\n")
     out.writerow(COLUMNS)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.geology.notation import plain_azimuth
 from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
@@ -268,12 +269,13 @@ def _head(curtain: Curtain, crs: str | None, model: str, figures: SectionFigures
     rows = [
         f"VOM Studio {__version__}, section of {Path(model).name}",
         f"CRS: {crs or 'local'}; x East, y North, z Up, metres; azimuths to grid north",
-        f"distance_m along the section from {figures.left_deg:.2f} toward {figures.right_deg:.2f} "
-        f"deg; {height}",
+        f"distance_m along the section from {plain_azimuth(figures.left_deg, 2)} toward "
+        f"{plain_azimuth(figures.right_deg, 2)} deg; {height}",
     ]
-    if figures.dip_deg is not None:
+    if figures.dip_direction_deg is not None:
         rows.append(
-            f"plane: dip direction {figures.dip_direction_deg:.4f}, dip {figures.dip_deg:.4f}"
+            f"plane: dip direction {plain_azimuth(figures.dip_direction_deg)}, "
+            f"dip {figures.dip_deg:.4f}"
         )
     if figures.slab_m is not None:
         rows.append(f"points within {figures.slab_m / 2:.6g} m of the section on either side")
@@ -300,14 +302,17 @@ def _features_table(flats: tuple[Flat, ...]) -> str:
     for flat in flats:
         item = flat.item
         names = [_guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
-        angles = (item.dip_direction_deg, item.dip_deg, flat.apparent_dip_deg)
+        angles = [
+            "" if angle is None or not math.isfinite(angle) else written(angle)
+            for angle, written in (
+                (item.dip_direction_deg, plain_azimuth), (item.dip_deg, "{:.4f}".format),
+                (flat.apparent_dip_deg, "{:.4f}".format),
+            )
+        ]  # fmt: skip
         for k, ((s, t), away) in enumerate(
             zip(flat.points.tolist(), flat.away.tolist(), strict=True)
         ):
-            out.writerow(
-                [*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}",
-                 *("" if a is None or not math.isfinite(a) else f"{a:.4f}" for a in angles)]
-            )  # fmt: skip
+            out.writerow([*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}", *angles])
     return file.getvalue()
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.units import length_text
 from vomstudio.products.surface.analysis import SurfaceFigures
 from vomstudio.words import to_translate, tr
@@ -117,10 +118,10 @@ def in_lines(found: SurfaceFigures, *, metric: bool = True) -> list[str]:
     else:
         said.append(
             tr(
-                "Smoothest along {trend:03.0f}/{plunge:02.0f}, rake {rake:.0f}° ± {error:.0f}° "
+                "Smoothest along {trend}/{plunge:02.0f}, rake {rake:.0f}° ± {error:.0f}° "
                 "(95 %): across it {ratio:.1f} times as rough. On a fault this may be the line of "
                 "slip.",
-                trend=line.trend_deg,
+                trend=format_azimuth(line.trend_deg),
                 plunge=line.plunge_deg,
                 rake=line.rake_deg,
                 error=line.error95_deg,

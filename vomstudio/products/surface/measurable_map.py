@@ -18,6 +18,7 @@ from vomstudio.extraction.measurable import (
     measurable,
     usual_resolution,
 )
+from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -265,10 +266,11 @@ def write_raster(
         crs if plan.is_map else view_plane_crs(True),
         {
             "VOMSTUDIO_VERSION": __version__,
-            "VOMSTUDIO_PLANE": f"dip direction {found.plane['dip_direction_deg']:.4f} dip "
+            "VOMSTUDIO_PLANE": "dip direction "
+            f"{plain_azimuth(found.plane['dip_direction_deg'])} dip "
             f"{found.plane['dip_deg']:.4f} deg; expected 95 % error in degrees, 90 for none",
             "VOMSTUDIO_VIEW": f"against the upward normal of the plane with dip direction "
-            f"{view.dip_direction_deg:.4f} dip {view.dip_deg:.4f} deg",
+            f"{plain_azimuth(view.dip_direction_deg)} dip {view.dip_deg:.4f} deg",
         },
     )  # fmt: skip
     with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:

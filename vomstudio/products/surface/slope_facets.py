@@ -15,6 +15,7 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, FacetSlopes
+from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -110,7 +111,7 @@ def write_facet_slopes(path: str | Path, found: FacetSlopes, *, force: bool = Fa
     columns = [f"{mode}_{part}" for mode in MODES for part in parts]
     out.writerow(["id", "dip_direction_deg", "dip_deg", "overhangs", "area_m2", *columns])
     for facet in found.facets:
-        cells = [guarded(facet.id), f"{facet.face.dip_direction_deg:.4f}"]
+        cells = [guarded(facet.id), f"{plain_azimuth(facet.face.dip_direction_deg)}"]
         cells += [
             f"{facet.face.dip_deg:.4f}",
             "" if facet.overhangs is None else str(facet.overhangs),

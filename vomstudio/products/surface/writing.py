@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
+from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
@@ -74,7 +75,7 @@ def write_deviations(
         crs if plan.is_map else view_plane_crs(True),
         {
             "VOMSTUDIO_VERSION": __version__,
-            "VOMSTUDIO_PLANE": f"dip direction {plan.plane.dip_direction_deg:.4f} dip "
+            "VOMSTUDIO_PLANE": f"dip direction {plain_azimuth(plan.plane.dip_direction_deg)} dip "
             f"{plan.plane.dip_deg:.4f} deg; deviations from it in metres",
         },
     )  # fmt: skip

@@ -237,11 +237,7 @@ class StereonetPanel(QWidget):
             errors=source.errors(sets) if "errors" in asked else (),
             live=live,
             notation=studio.settings.notation,
-            notes=(
-                *source.left_out(),
-                *wishes.turning.notes,
-                *(() if north else (_local(),)),
-            ),
+            notes=(*source.left_out(), *wishes.turning.notes, *(() if north else (_local(),))),
             compact=True,
             north=north,
         )

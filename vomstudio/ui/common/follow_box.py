@@ -6,6 +6,7 @@ from typing import Any
 
 from PySide6.QtCore import QSignalBlocker
 
+from vomstudio.tools.followed_line import AUTO
 from vomstudio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -13,6 +14,7 @@ from vomstudio.words import to_translate, tr
 
 COSTS = (
     (None, to_translate("nothing: straight between clicks")),
+    (AUTO, to_translate("the best of all that follow")),
     ("colour", to_translate("colour like that at the clicks")),
     ("dark", to_translate("dark")),
     ("light", to_translate("light")),
@@ -45,6 +47,12 @@ class FollowBox(ComboBox):
                     self.addItem(tr(words), cost)
                 for name in fields:
                     self.addItem(tr("low values of {field}", field=name), name)
+            called = dict(COSTS)
+            now = self._tool.followed_by if self._tool.cost == AUTO else None
+            best = tr(called[AUTO])
+            if now in called:
+                best = tr("the best of all: {cost}", cost=tr(called[now]))
+            self.setItemText(self.findData(AUTO), best)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
         self.setEnabled(not self._tool.continued)
         self.setToolTip(

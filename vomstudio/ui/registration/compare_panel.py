@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Model
 from vomstudio.files.arrays import open_arrays
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.io.project.comparisons import KeptComparison, file_for, keep, kept_of, now
 from vomstudio.jobs.events import Failed
@@ -456,7 +457,7 @@ def in_words(held: Held) -> str:
         share = 100.0 * told["significant_share"]
         said.append(tr("Significant: {share:.1f} % of the distances", share=share))
     if (side := told["positive_toward"]) is not None:
-        toward = f"{side['trend_deg']:03.0f}/{side['plunge_deg']:02.0f}"
+        toward = f"{format_azimuth(side['trend_deg'])}/{side['plunge_deg']:02.0f}"
         said.append(
             tr("Positive: before the benchmark, toward {toward} (trend/plunge)", toward=toward)
         )

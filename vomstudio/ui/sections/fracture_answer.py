@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 EVERYTHING, WINDOW, CIRCLE, SCANLINE = "everything", "window", "circle", "scanline"
+GRID = "grid"
+_CELL_COLOR = "#9a9a9a"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +41,26 @@ class MappedTrace:
 
 
 @dataclass(frozen=True, eq=False)
+class GridCells:
+    """corners : (n, 4, 3) World of the cells of a grid that were looked at and could be measured;
+    any : (4, 3) of one of its cells, by which its plane is known"""
+
+    name: str
+    corners: Array
+    any: Array
+
+    @property
+    def plane(self) -> Plane:
+        right, up = self.any[1] - self.any[0], self.any[3] - self.any[0]
+        normal = np.cross(right, up)
+        return Plane.from_normal(normal / np.linalg.norm(normal))
+
+
+@dataclass(frozen=True, eq=False)
 class FractureQuestion:
-    """plane : of the face, None for the one that fits best; counted_in, place : one of the words
-    above with its numbers on the face; snap_m, cap : as in the command"""
+    """plane : of the face, None for that of the grid, else the one that fits best; counted_in,
+    place : one of the words above with its numbers on the face; snap_m, cap : as in the command;
+    cells : of the grid in which is counted"""
 
     traces: Sequence[MappedTrace]
     plane: Plane | None
@@ -51,6 +70,7 @@ class FractureQuestion:
     cap: float | None
     metric: bool
     north_known: bool
+    cells: GridCells | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +100,7 @@ def numbers_of(text: str) -> tuple[float, ...] | None:
 def wanted_of(counted_in: str, place: tuple[float, ...]) -> str | None:
     """Why these numbers are no place of this kind; None where they are one, or none are given."""
     n = len(place)
-    if counted_in == EVERYTHING or not n:
+    if counted_in in (EVERYTHING, GRID) or not n:
         return None
     if counted_in == WINDOW and not (n == 4 or (n >= 6 and n % 2 == 0)):
         return tr("A window is two corners x, y, x, y, or the corners of a polygon.")
@@ -112,12 +132,14 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     from vomstudio.products.section.trace_map import face_of, on_face
 
     q = question
+    plane = q.cells.plane if q.plane is None and q.cells is not None else q.plane
     try:
-        face = face_of([trace.points for trace in q.traces], q.plane)
+        face = face_of([trace.points for trace in q.traces], plane)
     except VomError as error:
         return error
     lines = on_face([trace.points for trace in q.traces], face)
-    drawing = _drawing(q, face, lines)
+    cells = _on_face(q.cells, face)
+    drawing = _drawing(q, face, lines, cells)
     place = q.place
     if q.counted_in == WINDOW and not place:
         every = np.concatenate(lines)
@@ -127,8 +149,14 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     why = wanted_of(q.counted_in, place)
     if q.counted_in in (CIRCLE, SCANLINE) and not place:
         why = tr("Drag on the map to mark it, or type its numbers.")
+    if q.cells is not None and not len(cells):
+        why = tr(
+            "No cell of {grid} is marked as done or empty: mark what was looked at with the tool "
+            "Cells.",
+            grid=q.cells.name,
+        )
     if why is None:
-        counted = _counted(q.counted_in, place, mark)
+        counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
         try:
             mapped = map_fractures(
                 FractureOrder(None, snap_m=q.snap_m, terzaghi_cap=q.cap),
@@ -140,6 +168,27 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
         except VomError as error:
             why = error.message
     return FractureAnswer(q, face, lines, counted, drawing, mark, None, why)
+
+
+def _on_face(cells: GridCells | None, face: Curtain) -> Array:
+    """(n, 4, 2) corners as they lie on the face."""
+    from vomstudio.products.section.trace_map import on_face
+
+    if cells is None or not len(cells.corners):
+        return np.zeros((0, 4, 2))
+    (flat,) = on_face([cells.corners.reshape(-1, 3)], face)
+    return flat.reshape(-1, 4, 2)
+
+
+def _of_cells(cells: Array) -> Counted:
+    """Cells side by side are one area."""
+    import shapely
+
+    from vomstudio.geology.fractures.network import Counted
+
+    # Corners that are the same but for the rounding would leave slits between cells.
+    size = float(np.linalg.norm(cells[0, 1] - cells[0, 0]))
+    return Counted(shapely.union_all(shapely.polygons(cells), grid_size=1e-6 * size))
 
 
 def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Counted:
@@ -166,17 +215,18 @@ def _shapes(lines: Sequence[Array]) -> npt.NDArray[np.object_]:
     return made
 
 
-def _drawing(q: FractureQuestion, face: Curtain, lines: Sequence[Array]) -> Drawing:
+def _drawing(q: FractureQuestion, face: Curtain, lines: Sequence[Array], cells: Array) -> Drawing:
     from vomstudio.products.ortho.vector_drawing import Drawing, Shape
     from vomstudio.products.section.writing import end_names
 
-    every = np.concatenate(lines)
+    every = np.concatenate([*lines, cells.reshape(-1, 2)])
     low, high = every.min(axis=0), every.max(axis=0)
     pad = max(0.05 * float((high - low).max()), 1e-3)
     unit = "m" if q.metric else tr("units")
     up = tr("Z ({unit})", unit=unit) if face.vertical else tr("up the face ({unit})", unit=unit)
-    shapes = tuple(
-        Shape("traces", line, trace.color) for trace, line in zip(q.traces, lines, strict=True)
+    shapes = (
+        *(Shape("cells", cell, _CELL_COLOR, closed=True) for cell in cells),
+        *(Shape("traces", line, trace.color) for trace, line in zip(q.traces, lines, strict=True)),
     )
     return Drawing(
         shapes,

@@ -20,9 +20,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.edit import Edit
 from vomstudio.document.figures import Subject
 from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import FeatureType, Picked, Record, Typed, get_feature
+from vomstudio.document.records import FaceGrid, FeatureType, Picked, Record, Typed, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
@@ -34,7 +35,7 @@ from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
+from vomstudio.ui.common.widgets import allow, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
@@ -47,10 +48,12 @@ from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_axes import add_length_row
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
+from vomstudio.ui.sections.counted_in_box import CountedInBox
 from vomstudio.ui.sections.drawing_view import DrawingView
 from vomstudio.ui.sections.fracture_answer import (
     CIRCLE,
     EVERYTHING,
+    GRID,
     SCANLINE,
     WINDOW,
     FractureAnswer,
@@ -63,7 +66,7 @@ from vomstudio.ui.sections.fracture_answer import (
     wanted_of,
     write_figure,
 )
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -83,14 +86,7 @@ class FracturesPanel(SeenPanel):
         self.of = GroupBox(studio, tr("All traces"))
         self.of.setAccessibleName(tr("Traces"))
         self.plane = PlaneField(studio, "fracture_plane", tr("the plane of best fit"), view)
-        self.counted_in = ComboBox()
-        self.counted_in.setObjectName("fracture_counted_in")
-        for name, title in (
-            (EVERYTHING, tr("No window")), (WINDOW, tr("Window")), (CIRCLE, tr("Circle")),
-            (SCANLINE, tr("Scanline")),
-        ):  # fmt: skip
-            self.counted_in.addItem(title, name)
-        self.counted_in.setCurrentIndex(1)
+        self.counted_in = CountedInBox(studio)
         self.place = QLineEdit()
         self.place.setObjectName("fracture_place")
         self.take = QToolButton()
@@ -175,23 +171,26 @@ class FracturesPanel(SeenPanel):
 
     # --- where is counted --------------------------------------------------------------------
     def _counted(self) -> str:
-        return str(self.counted_in.currentData())
+        return self.counted_in.kind()
 
     def _counted_in_chosen(self, *_: object) -> None:
         kind = self._counted()
         self.place.clear()
-        everywhere = tr("All traces are counted. Choose a window, circle or scanline.")
-        allow(self.place, everywhere if kind == EVERYTHING else None)
+        why = None
+        if kind == EVERYTHING:
+            why = tr("All traces are counted. Choose a window, circle or scanline.")
+        elif kind == GRID:
+            why = tr("The cells of the grid that are done or empty are the window.")
+        allow(self.place, why)
         self.place.setPlaceholderText(
             {
                 EVERYTHING: "", WINDOW: tr("around all"), CIRCLE: tr("x, y, radius"),
-                SCANLINE: tr("x, y, x, y"),
+                SCANLINE: tr("x, y, x, y"), GRID: tr("cells done or empty"),
             }[kind]
         )  # fmt: skip
-        self.map.let_mark(kind != EVERYTHING)
-        self.map.setToolTip(
-            "" if kind == EVERYTHING else tr("Drag to mark where the traces are counted.")
-        )
+        free = kind not in (EVERYTHING, GRID)
+        self.map.let_mark(free)
+        self.map.setToolTip("" if not free else tr("Drag to mark where the traces are counted."))
         self._refresh_take()
         self._soon()
 
@@ -244,6 +243,11 @@ class FracturesPanel(SeenPanel):
         (flat,) = on_face([line], self.answered.face)
         self.place.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
 
+    def _edited(self, edit: Edit) -> None:
+        super()._edited(edit)
+        if any(isinstance(r, FaceGrid) for r in (*edit.before.values(), *edit.after.values())):
+            self._soon()
+
     def _selected(self) -> None:
         if self.of.choice() == SELECTED:
             self._soon()
@@ -254,6 +258,7 @@ class FracturesPanel(SeenPanel):
         if not self._studio.has_project:
             return
         self.of.list_groups()
+        self.counted_in.list_grids()
         why = self._asked.answer(self._question(), answer)
         if why is None:
             self._refresh_buttons()
@@ -305,6 +310,7 @@ class FracturesPanel(SeenPanel):
             traces, plane, self._counted(), place, lengths[0] or 0.0, lengths[1],
             all(m is None or m.frame.has_metres for m in models),
             all(m is None or m.frame.has_north for m in models),
+            self.counted_in.cells(),
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
@@ -329,6 +335,7 @@ class FracturesPanel(SeenPanel):
                     *made.mapped.found.warnings,
                     *made.mapped.found.notes,
                     *self.of.left_out(),
+                    *_of_cells(made),
                 ]
             self._show(made, "\n".join(notes))
         else:
@@ -410,6 +417,20 @@ class FracturesPanel(SeenPanel):
         self._timer.stop()
         self._asked.close()
         self._background.close()
+
+
+def _of_cells(made: FractureAnswer) -> list[str]:
+    cells = made.question.cells
+    if cells is None:
+        return []
+    return [
+        tr_n(
+            "Counted in {count} whole cell of {grid} that is done or empty.",
+            "Counted in {count} whole cells of {grid} that are done or empty.",
+            len(cells.corners),
+            grid=cells.name,
+        )
+    ]
 
 
 def words_of(answered: FractureAnswer, traces: Path) -> Words:

@@ -11,6 +11,7 @@ _WHAT = {
     "light": to_translate("Lighter than its surroundings"),
     "gradient": to_translate("A stronger edge of lightness than its surroundings have"),
     "curvature": to_translate("A sharper edge or furrow than its surroundings have"),
+    "onnx": to_translate("More of an edge to the network than its surroundings"),
 }
 
 

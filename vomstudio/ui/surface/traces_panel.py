@@ -10,6 +10,7 @@ from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDoubleSpinBox,
+    QFileDialog,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -22,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
+from vomstudio.extraction.proposals.edge_pictures import ONNX
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Hit, Preview
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -32,7 +34,7 @@ from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, file_field
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command, model_words
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
@@ -75,7 +77,17 @@ class TracesPanel(SeenPanel):
         self.cost.setToolTip(tr("What lines are looked for by, against what is around them."))
         self.cost.keep_narrow()
         self._fields: tuple[str, ...] | None = None
-        self.cost.activated.connect(lambda _: self._refresh_buttons())
+        self.cost.currentIndexChanged.connect(lambda _: self._refresh_buttons())
+        self.network, self._network_row = file_field(
+            "proposed_network", tr("Choose…"), self._choose_network
+        )
+        self.network.setAccessibleName(tr("ONNX file"))
+        self.network.setPlaceholderText(tr("ONNX file of a network"))
+        self.network.setToolTip(
+            tr("On this computer: it takes a picture, red, green and blue from 0 to 1, and gives "
+               "the probability of an edge at each pixel.")
+        )  # fmt: skip
+        self.network.textChanged.connect(lambda _: self._refresh_buttons())
         self.length = QDoubleSpinBox()
         self.length.setObjectName("proposed_length")
         self.length.setDecimals(3)
@@ -144,17 +156,18 @@ class TracesPanel(SeenPanel):
         grid.setSpacing(3)
         grid.addWidget(QLabel(tr("Look for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
-        for column, (text, box) in enumerate(
+        for k, (text, box) in enumerate(
             ((tr("Length from"), self.length), (tr("At most"), self.most))
         ):
             box.setMinimumWidth(_LEAST_WIDTH)
             box.setAccessibleName(text)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            grid.addWidget(QLabel(text), 1, 2 * column)
-            grid.addWidget(box, 1, 2 * column + 1)
+            grid.addWidget(QLabel(text), 1, 2 * k)
+            grid.addWidget(box, 1, 2 * k + 1)
         self.cost.setAccessibleName(tr("Look for"))
-        grid.addWidget(self.start, 2, 0, 1, 3)
-        grid.addWidget(self.copy, 2, 3)
+        grid.addWidget(self._network_row, 2, 0, 1, 4)
+        grid.addWidget(self.start, 3, 0, 1, 3)
+        grid.addWidget(self.copy, 3, 3)
         grid.setColumnStretch(1, 1)
         grid.setColumnStretch(3, 1)
         # Or the dock would take its width from the outcrop once something is found.
@@ -162,7 +175,6 @@ class TracesPanel(SeenPanel):
             part.setMinimumWidth(_LEAST_WIDTH)
         self._decide = _row(self.accept, self.edit, self.reject, self.forget)
         self._as = _row(QLabel(tr("Accept as")), self.type, self.forgive)
-        self._as.layout().setStretch(1, 1)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(grid)
@@ -200,12 +212,15 @@ class TracesPanel(SeenPanel):
                 self.cost.addItem(words, cost)
             for name in fields:
                 self.cost.addItem(tr("low values of {field}", field=name), name)
+            self.cost.addItem(tr("edges that a network finds"), ONNX)
             wanted = TraceLimits().cost if before is None else before
             self.cost.setCurrentIndex(max(0, self.cost.findData(wanted)))
 
     def _why_not(self) -> str | None:
         if self._model is None:
             return tr("Open an outcrop model first.")
+        if self.cost.currentData() == ONNX and not self.network.text().strip():
+            return tr("Choose the ONNX file of the network first.")
         return self._studio.fields.why_not(self._model.id)
 
     def _show_progress(self) -> None:
@@ -219,6 +234,7 @@ class TracesPanel(SeenPanel):
 
     def _refresh_buttons(self) -> None:
         traces, busy = self._traces, self._traces.waiting
+        self._network_row.setVisible(self.cost.currentData() == ONNX)
         why = None if busy else self._why_not()
         self.start.setText(tr("Stop") if busy else tr("Look for lines"))
         self.start.setEnabled(why is None)
@@ -254,9 +270,16 @@ class TracesPanel(SeenPanel):
 
     # --- looking -----------------------------------------------------------------------------
     def _limits(self) -> TraceLimits:
-        return TraceLimits(
-            str(self.cost.currentData()), self.length.value() or None, self.most.value()
+        cost = str(self.cost.currentData())
+        network = Path(self.network.text().strip()) if cost == ONNX else None
+        return TraceLimits(cost, self.length.value() or None, self.most.value(), network)
+
+    def _choose_network(self) -> None:
+        name, _ = QFileDialog.getOpenFileName(
+            self, tr("Network"), start_folder(self._studio), tr("ONNX files (*.onnx)")
         )
+        if name:
+            self.network.setText(name)
 
     def _start_or_stop(self) -> None:
         if self._traces.waiting:
@@ -271,6 +294,8 @@ class TracesPanel(SeenPanel):
             return
         words: list[Word | tuple[str, Word]] = ["trace", *place, "--propose"]
         words.append(("--cost", limits.cost))
+        if limits.network is not None:
+            words.append(("--onnx-model", limits.network))
         if limits.least_length_m is not None:
             words.append(("--least-length", limits.least_length_m))
         words.append(("--most", str(limits.most)))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.document.edits import new_id
 from vomstudio.document.kinds import kind_of
-from vomstudio.document.kinds.known_line import KnownLine, ReadKind
+from vomstudio.document.kinds.known_line import KnownLine, ReadKind, as_read
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, OnAModel, Record, get_feature
 from vomstudio.errors import InputError, UsageError
@@ -151,6 +151,22 @@ def typed_reading(text: str, kind: ReadKind, notation: str) -> Typed:
             tr("“{text}” points up. Give the end of the line that plunges down.", text=said)
         )
     return Typed(line.trend_deg, line.plunge_deg, sigma)
+
+
+def field_text(measured: Measurement, kind: ReadKind, turned_deg: float, notation: str) -> str:
+    """A reading of the field book, which is counted from grid north, as it would have been read
+    where `turned_deg` is added; "" where it is not of this kind."""
+    plane, line = measured.plane, measured.line
+    if kind == "plane" and plane is not None:
+        azimuth, inclination = plane.dip_direction_deg, plane.dip_deg
+    elif kind == "lineation" and line is not None:
+        azimuth, inclination = line.trend_deg, line.plunge_deg
+    else:
+        return ""
+    azimuth = round((azimuth - turned_deg) % 360.0, 2) % 360.0
+    return as_read(
+        KnownLine("", "", kind, "", "", (), azimuth, inclination_deg=inclination), notation
+    )
 
 
 def typed_sigma(text: str) -> float:

@@ -24,19 +24,12 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.tables.grid_layer import file_grid
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
 
 Array = npt.NDArray[np.float64]
 Records = Mapping[str, Record]
-
-
-def file_grid(grid: FaceGrid) -> CellGrid:
-    """In the model's file frame."""
-    return CellGrid(
-        np.array(grid.origin), np.array(grid.right), np.array(grid.up), grid.cell, grid.columns,
-        grid.rows,
-    )  # fmt: skip
 
 
 def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:

@@ -7,7 +7,7 @@ from typing import Any
 
 from vomstudio.document.records import get_feature
 from vomstudio.errors import InputError, VomError
-from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.notation import format_azimuth, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.statistics import axial_mean
 from vomstudio.workspace.derived_quantities import DerivedQuantities
@@ -48,5 +48,5 @@ def plane_meant(records: Mapping[str, Any], derived: DerivedQuantities, of: str)
 def map_names(plane: Plane, length: float, *, metric: bool) -> dict[str, str]:
     """Of the two fields among those of a model."""
     unit = "m" if metric else "units"
-    told = f"{plane.dip_direction_deg:03.0f}/{plane.dip_deg:02.0f}, L {length:g} {unit}"
+    told = f"{format_azimuth(plane.dip_direction_deg)}/{plane.dip_deg:02.0f}, L {length:g} {unit}"
     return {MEASURABLE: f"measurable, {told}", EXPECTED: f"95 % error, {told} [°]"}

@@ -17,6 +17,7 @@ from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS, field_name
 from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
+from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.field_style import FieldStyle
@@ -255,7 +256,7 @@ class SurfaceFields:
         self._submit(
             MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), length, registration, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
-               plane=f"{plane.dip_direction_deg:03.0f}/{plane.dip_deg:02.0f}"),
+               plane=format_plane(plane)),
             lambda _: self._aside(turn, model_id, shown, read),
         )  # fmt: skip
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,31 +24,34 @@ from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesOrder
 from vomstudio.signals import Signal
+from vomstudio.tools.tool_context import Tool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.models import standing_model
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
-from vomstudio.workspace.tool_host import ToolHost
 
 Array = npt.NDArray[np.float64]
+T = TypeVar("T")
 
 _BESIDE = 3.0
 """Resolutions: within them two lines show the same."""
 _OFF = 2.0
-_MOST_WAY_POINTS = 12
-"""A person sees what a line does with so many, and drags one of them."""
+_MOST_WAY_POINTS, _MOST_VERTICES = 12, 60
+"""A person sees what a line does with so many, and drags one of them; more where it cannot be
+followed between them."""
 
 
 @dataclass(frozen=True)
 class TraceLimits:
     """As `extraction.proposals.traces.propose_traces` has them; least_length_m : None where the
-    program chooses"""
+    program chooses; network : an ONNX file for the cost "onnx" """
 
     cost: str = "gradient"
     least_length_m: float | None = None
     most: int = 50
+    network: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +89,21 @@ class ProposedLines:
         )
 
 
+class Tools(Protocol):
+    """What is asked of the tools of a workspace."""
+
+    changed: Signal[()]
+
+    @property
+    def active(self) -> Tool | None: ...
+
+    def of(self, kind: type[T]) -> T: ...
+
+    def activate(self, name: str) -> None: ...
+
+    def hint(self, message: str) -> None: ...
+
+
 class TraceProposals:
     """running : the job; found : what is shown; said : why there is nothing. `changed` says when
     one of them, or what is open of what was found, is new."""
@@ -93,7 +112,7 @@ class TraceProposals:
         self,
         projects: Projects,
         editing: Editing,
-        tools: ToolHost,
+        tools: Tools,
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
         hand_over: Callable[[Callable[[], object]], object],
@@ -146,6 +165,7 @@ class TraceProposals:
         order = TracesOrder(
             # What is known already is none of the number that is asked for.
             standing, limits.cost, limits.least_length_m, limits.most + len(known),
+            limits.network,
             standing.cache / "proposed_traces" / f"{model_id}.npz",
         )  # fmt: skip
 
@@ -252,7 +272,12 @@ class TraceProposals:
             return False
         line = found.lines[row]
         note = tr("{found}, and that was edited.", found=found.provenance)
-        opened = tool.begin_along(model, _clicks(line.trace), found.limits.cost, note)
+        # The trace tool has no network to follow by.
+        cost: str | None = found.limits.cost
+        most = _MOST_WAY_POINTS
+        if found.limits.network is not None:
+            cost, most = None, _MOST_VERTICES
+        opened = tool.begin_along(model, _clicks(line.trace, most), cost, note)
         if opened is not None:
             self._made[row] = opened
         self._changed()
@@ -310,14 +335,14 @@ class TraceProposals:
         self.changed.emit()
 
 
-def _clicks(trace: Trace) -> tuple[Point, ...]:
-    """The way-points by which the trace tool follows a proposed line."""
+def _clicks(trace: Trace, most: int) -> tuple[Point, ...]:
+    """The way-points by which the trace tool follows a proposed line, at most so many."""
     from vomstudio.extraction.proposals.known_lines import way_points
 
     line = np.asarray(trace.vertices, np.float64)
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     off = _OFF * (trace.resolution or 0.01 * length)
-    return tuple(trace.vertices[row] for row in way_points(line, off, _MOST_WAY_POINTS).tolist())
+    return tuple(trace.vertices[row] for row in way_points(line, off, most).tolist())
 
 
 def _proposed(
@@ -339,7 +364,8 @@ def _proposed(
     usual = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
     beside = run_along(lines, known, _BESIDE * usual)
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
-    traces, rows = [], []
+    traces = list[Trace]()
+    rows = list[int]()
     for row in range(told.count):
         if beside[row] or len(rows) == limits.most:
             continue

@@ -8,13 +8,16 @@ from PySide6.QtWidgets import QFormLayout, QHBoxLayout, QLineEdit, QPushButton, 
 
 from vomstudio.document import edits
 from vomstudio.document.compass_edits import compass_of, set_compass
+from vomstudio.document.kinds import kind_of
 from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.records import Compass, Model, ReadNorth
+from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import Compass, Model, ReadNorth, Record, get_feature
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.registration.north import North
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.command_targets import chosen_features
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog, north_text
@@ -34,6 +37,7 @@ class CompassBox(QWidget):
         super().__init__()
         self._studio, self._names, self._known = studio, names, known
         self._model: Model | None = None
+        self._used: ReadNorth | None = None
         self.of = ElidedLabel()
         self.reading = QLineEdit()
         self.reading.setObjectName("compass_reading")
@@ -68,7 +72,7 @@ class CompassBox(QWidget):
     ) -> None:
         """reading : planes and lines are chosen to be read; used : how azimuths are counted, None
         where that cannot be said"""
-        self._model = model
+        self._model, self._used = model, used
         counted = any(line.by_compass or line.kind == "azimuth" for line in lines)
         self._form.setRowVisible(self.of, reading)
         self._form.setRowVisible(self._row, reading)
@@ -83,9 +87,12 @@ class CompassBox(QWidget):
         self._show_selected()
 
     def _selected(self, _: object = None) -> None:
+        if not self.isVisible():
+            # Nobody sees it; it is brought up to date when it is shown.
+            return
         self._show_selected()
-        at_outcrop = not self.window().isAncestorOf(self) or self._outcrop_has_focus()
-        if self.reading.isVisible() and self.reading.isEnabled() and at_outcrop:
+        self._take_field_reading()
+        if self.reading.isVisible() and self.reading.isEnabled() and self._outcrop_has_focus():
             # What was clicked on the outcrop is typed at once; a list is gone through by its keys.
             self.reading.setFocus()
             self.reading.selectAll()
@@ -97,19 +104,47 @@ class CompassBox(QWidget):
 
         return isinstance(QApplication.focusWidget(), Viewport)
 
+    def _feature(self, model: Model) -> tuple[Record | None, Measurement | None, str | None]:
+        """What is selected beside readings of the field book, its measurement, and why it cannot
+        have been read."""
+        from vomstudio.workspace.placing.known_planes import why_not_read
+
+        studio = self._studio
+        features = chosen_features(studio)
+        current = next((i for i in reversed(features) if not _is_field_reading(studio, i)), None)
+        current = current or studio.selection.current
+        record = None if current is None else studio.records.get(current)
+        measured = None if current is None else studio.measured([current]).get(current)
+        return record, measured, why_not_read(record, model, measured)
+
+    def _take_field_reading(self) -> None:
+        """Of a plane or line that is selected together with a reading of the field book, that is
+        what was read."""
+        from vomstudio.workspace.placing.known_planes import field_text, kind_read
+
+        studio = self._studio
+        if self._model is None or self._used is None or not self.reading.isEnabled():
+            return
+        read = [i for i in chosen_features(studio) if _is_field_reading(studio, i)]
+        _, measured, _ = self._feature(self._model)
+        if len(read) != 1 or measured is None:
+            return
+        said = field_text(
+            studio.measured(read)[read[0]], kind_read(measured), self._used.turned_deg,
+            studio.settings.notation,
+        )  # fmt: skip
+        if said:
+            self.reading.setText(said)
+
     def _show_selected(self) -> None:
         """Name the plane or line that is selected, or say why none can be read."""
         if self._model is None:
             return
         from vomstudio.ui.common.number_formatting import orientation_text
-        from vomstudio.workspace.placing.known_planes import kind_read, why_not_read
+        from vomstudio.workspace.placing.known_planes import kind_read
 
-        studio = self._studio
-        current = studio.selection.current
-        record = None if current is None else studio.records.get(current)
-        measured = None if current is None else studio.measured([current]).get(current)
-        why = why_not_read(record, self._model, measured)
-        notation = studio.settings.notation
+        record, measured, why = self._feature(self._model)
+        notation = self._studio.settings.notation
         example = format_plane(Plane(213.0, 45.0), notation)
         if why is None and record is not None and measured is not None:
             if kind_read(measured) == "lineation":
@@ -132,14 +167,13 @@ class CompassBox(QWidget):
             kind_read,
             reading_of,
             typed_reading,
-            why_not_read,
         )
 
-        studio, current = self._studio, self._studio.selection.current
-        if self._model is None or current is None:
+        studio = self._studio
+        if self._model is None:
             return
-        record, measured = studio.records.get(current), studio.measured([current]).get(current)
-        if why_not_read(record, self._model, measured) is not None or measured is None:
+        record, measured, why = self._feature(self._model)
+        if why is not None or measured is None:
             return
         try:
             said = typed_reading(self.reading.text(), kind_read(measured), studio.settings.notation)
@@ -159,3 +193,8 @@ class CompassBox(QWidget):
         dialog = CompassDialog(self, model, before, self._known)
         if dialog.exec() and dialog.compass not in (None, before):
             self._studio.attempt(set_compass, dialog.compass)
+
+
+def _is_field_reading(studio: Studio, id_: str) -> bool:
+    feature = get_feature(studio.records, id_)
+    return feature is not None and kind_of(feature).evidence == "read"

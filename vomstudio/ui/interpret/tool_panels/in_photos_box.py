@@ -8,6 +8,7 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QLabel, QVBoxLayout, QWidget
 
 from vomstudio.extraction.path_costs import OF_COLOURS
+from vomstudio.tools.followed_line import AUTO
 from vomstudio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
@@ -39,7 +40,7 @@ class InPhotosBox(QWidget):
             return tr("Not now: a continued feature is picked point by point.")
         if cost is None:
             return tr("Choose what is followed first.")
-        if cost not in OF_COLOURS:
+        if cost not in (*OF_COLOURS, AUTO):
             return tr(
                 "Photos show colours and lightness. Choose one of these under Follow to follow it "
                 "in photos."

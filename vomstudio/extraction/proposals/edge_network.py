@@ -1,0 +1,202 @@
+"""Edges as a network of the user's finds them in a picture: a local ONNX file, by OpenCV's dnn.
+
+The file takes one picture, (1, 3, height, width) red, green and blue from 0 to 1 (or one channel of
+grey), and gives the probability of an edge at each pixel, (1, 1, height, width). Of another size
+than its own pictures are cut into tiles that overlap, of which the middles are kept.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import InputError
+from vomstudio.extraction.proposals.onnx_head import Head, head_of
+from vomstudio.files.memory_limit import limited_by
+from vomstudio.progress import Progress
+from vomstudio.words import tr
+
+Bytes = npt.NDArray[np.uint8]
+Floats = npt.NDArray[np.float32]
+
+_MOST_BYTES = 1 << 29
+_TILE = 512
+# Of a tile, so much on each side is another one's; less where a network has small tiles of its own.
+_MARGIN = 64
+_LEAST_SIDE, _MOST_SIDE = 16, 4096
+_SLACK = 1e-3
+_GREY = np.array([0.299, 0.587, 0.114], np.float32)
+
+
+class EdgeNetwork:
+    """path : of the file. Raises InputError for what is no such network."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        try:
+            if self.path.stat().st_size > _MOST_BYTES:
+                raise self._refused(tr("The network is larger than 512 MB. Give a smaller one."))
+            raw = self.path.read_bytes()
+        except OSError as error:
+            raise self._refused(tr("The network cannot be read. Check its name.")) from error
+        try:
+            head = head_of(raw)
+        except ValueError as error:
+            raise self._refused(
+                tr("This is no ONNX file, or it is damaged. Export the network as ONNX.")
+            ) from error
+        self.channels, self._sides = self._taken(head)
+        self._net = self._loaded(raw)
+
+    def probability(self, picture: Bytes, progress: Progress) -> Floats:
+        """(h, w) of each pixel of a picture (h, w, 3). Raises InputError where the network answers
+        something else, Cancelled."""
+        height, width = picture.shape[:2]
+        tall, wide = self._tile(0, height), self._tile(1, width)
+        up, left = _margin(tall, height), _margin(wide, width)
+        found = np.empty((height, width), np.float32)
+        rows, columns = _starts(height, tall, up), _starts(width, wide, left)
+        done = 0
+        progress.stage(tr("Looking for edges"), len(rows) * len(columns))
+        for row in rows:
+            for column in columns:
+                progress.step(done)
+                done += 1
+                part = picture[row : row + tall, column : column + wide]
+                answer = self._answer(part, tall, wide)
+                # Nearer to the border of a tile than its margin another tile knows better.
+                first = 0 if row == 0 else up
+                begin = 0 if column == 0 else left
+                high, broad = part.shape[:2]
+                found[row + first : row + high, column + begin : column + broad] = answer[
+                    first:high, begin:broad
+                ]
+        return found
+
+    # --- the file ----------------------------------------------------------------------------
+    def _taken(self, head: Head) -> tuple[int, tuple[int | None, int | None]]:
+        """Channels, and height and width where they are its own."""
+        if len(head.inputs) != 1 or len(head.outputs) != 1:
+            raise self._refused(
+                tr(
+                    "The network takes {inputs} inputs and gives {outputs} outputs; one picture "
+                    "and one map of edges are needed.",
+                    inputs=len(head.inputs),
+                    outputs=len(head.outputs),
+                )
+            )
+        (shape,) = head.inputs
+        if len(shape) != 4 or shape[0] not in (1, None) or shape[1] not in (1, 3, None):
+            raise self._refused(
+                tr(
+                    "The network takes {shape}, not a picture of 1 x 3 x height x width.",
+                    shape=" x ".join("?" if side is None else str(side) for side in shape) or "?",
+                )
+            )
+        for side in shape[2:]:
+            if side is not None and not _LEAST_SIDE <= side <= _MOST_SIDE:
+                raise self._refused(
+                    tr(
+                        "The network takes pictures of {side} pixels a side; {least} to {most} can "
+                        "be given.",
+                        side=side,
+                        least=_LEAST_SIDE,
+                        most=_MOST_SIDE,
+                    )
+                )
+        return shape[1] or 3, (shape[2], shape[3])
+
+    def _loaded(self, raw: bytes) -> object:
+        import cv2
+
+        try:
+            with limited_by(self.path):
+                net = cv2.dnn.readNetFromONNX(np.frombuffer(raw, np.uint8))
+        except (cv2.error, MemoryError) as error:
+            raise self._refused(
+                tr(
+                    "OpenCV cannot load this network ({reason}). Export it again, with its weights "
+                    "inside and for an older opset.",
+                    reason=_reason(error),
+                )
+            ) from error
+        return net
+
+    def _answer(self, part: Bytes, tall: int, wide: int) -> Floats:
+        """(tall, wide) for a part of a picture, which may be smaller."""
+        import cv2
+
+        high, broad = part.shape[:2]
+        full = cv2.copyMakeBorder(
+            np.ascontiguousarray(part), 0, tall - high, 0, wide - broad, cv2.BORDER_REPLICATE
+        )
+        values = full.astype(np.float32) / 255.0
+        blob = (values @ _GREY)[None] if self.channels == 1 else values.transpose(2, 0, 1)
+        try:
+            with limited_by(self.path):
+                self._net.setInput(np.ascontiguousarray(blob[None]))  # type: ignore[attr-defined]
+                given = np.asarray(self._net.forward())  # type: ignore[attr-defined]
+        except (cv2.error, MemoryError) as error:
+            raise self._refused(
+                tr(
+                    "The network fails on a picture of {width} x {height} pixels ({reason}).",
+                    width=wide,
+                    height=tall,
+                    reason=_reason(error),
+                )
+            ) from error
+        if given.size != tall * wide or given.shape[-2:] != (tall, wide):
+            raise self._refused(
+                tr(
+                    "The network answers {shape} for a picture of {width} x {height} pixels; one "
+                    "probability for each pixel is needed.",
+                    shape=" x ".join(map(str, given.shape)),
+                    width=wide,
+                    height=tall,
+                )
+            )
+        answer = given.reshape(tall, wide).astype(np.float32)
+        if not np.isfinite(answer).all():
+            raise self._refused(
+                tr("The network answers with values that are no numbers. Check its weights.")
+            )
+        low, top = float(answer.min()), float(answer.max())
+        if low < -_SLACK or top > 1.0 + _SLACK:
+            raise self._refused(
+                tr(
+                    "The network answers with values from {low:.3g} to {high:.3g}; a probability "
+                    "lies between 0 and 1. End the network with a sigmoid.",
+                    low=low,
+                    high=top,
+                )
+            )
+        return np.clip(answer, 0.0, 1.0)
+
+    def _tile(self, axis: int, size: int) -> int:
+        """A side of the tiles: the network's own, or one that a small picture fits into, a multiple
+        of 32 as networks that halve the picture want it."""
+        own = self._sides[axis]
+        return own if own is not None else min(_TILE, 32 * -(-size // 32))
+
+    def _refused(self, sentence: str) -> InputError:
+        return InputError(sentence, file=self.path)
+
+
+def _margin(tile: int, size: int) -> int:
+    return 0 if tile >= size else min(_MARGIN, tile // 4)
+
+
+def _starts(size: int, tile: int, margin: int) -> list[int]:
+    """Where tiles begin, each overlapping the last one by two margins."""
+    if tile >= size:
+        return [0]
+    starts = list(range(0, size - tile, tile - 2 * margin))
+    return [*starts, size - tile]
+
+
+def _reason(error: BaseException) -> str:
+    """The last words of OpenCV's message."""
+    said = " ".join(str(error).split()) or tr("not enough memory")
+    return said.rpartition("error: ")[2][:160]

@@ -1,0 +1,69 @@
+"""In what fractures are counted: window, circle, scanline, or what was looked at of a grid."""
+
+from __future__ import annotations
+
+from vomstudio.document.records import FaceGrid, get
+from vomstudio.geology.looked_at.shares import DONE, EMPTY
+from vomstudio.tables.grid_layer import Array, cells_in_world
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.sections.fracture_answer import (
+    CIRCLE,
+    EVERYTHING,
+    GRID,
+    SCANLINE,
+    WINDOW,
+    GridCells,
+)
+from vomstudio.words import tr
+
+_GRID_IS = f"{GRID}:"
+
+
+class CountedInBox(ComboBox):
+    def __init__(self, studio: Studio) -> None:
+        super().__init__()
+        self._studio = studio
+        self.setObjectName("fracture_counted_in")
+        for name, title in (
+            (EVERYTHING, tr("No window")), (WINDOW, tr("Window")), (CIRCLE, tr("Circle")),
+            (SCANLINE, tr("Scanline")),
+        ):  # fmt: skip
+            self.addItem(title, name)
+        self._fixed = self.count()
+        self.setCurrentIndex(1)
+
+    def kind(self) -> str:
+        """One of the words of `fracture_answer`."""
+        chosen = str(self.currentData())
+        return GRID if chosen.startswith(_GRID_IS) else chosen
+
+    def list_grids(self) -> None:
+        """Those of the project; the chosen one stays, or the window takes its place."""
+        grids = {f"{_GRID_IS}{g.id}": g.name for g in self._studio.session.of(FaceGrid)}
+        listed = {str(self.itemData(i)): self.itemText(i) for i in range(self._fixed, self.count())}
+        titles = {key: tr("Looked at: {grid}", grid=name) for key, name in grids.items()}
+        if listed == titles:
+            return
+        chosen = self.currentData()
+        blocked = self.blockSignals(True)
+        while self.count() > self._fixed:
+            self.removeItem(self.count() - 1)
+        for key, title in titles.items():
+            self.addItem(title, key)
+        at = self.findData(chosen)
+        self.setCurrentIndex(at if at >= 0 else 1)
+        self.blockSignals(blocked)
+        if at < 0:
+            self.currentIndexChanged.emit(self.currentIndex())
+
+    def cells(self) -> GridCells | None:
+        """Those of the chosen grid that were looked at and could be measured; None without one."""
+        chosen = str(self.currentData())
+        grid = get(self._studio.records, chosen.removeprefix(_GRID_IS), FaceGrid)
+        if self.kind() != GRID or grid is None:
+            return None
+        corners: Array
+        _, corners = cells_in_world(grid, self._studio.records, DONE + EMPTY)
+        _, whole = cells_in_world(grid, self._studio.records)
+        return GridCells(grid.name, corners, whole[0])
