@@ -58,9 +58,9 @@ class PlanDrawing(QWidget):
         plan = self._plan
         if plan is None:
             painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
-            text = tr("The plan is drawn here once a camera and its target are known.")
+            said = tr("The plan is drawn here once a camera and its target are known.")
             flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
-            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, text)
+            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, said)
             return
         left, right, low, high, away = self._spans(plan)
         wide = max(right - left, 1e-6)
