@@ -197,3 +197,16 @@ def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeyp
     assert there.read_text() == "mine"
     planner._save()
     driver.wait(lambda: there.read_text() != "mine", "the sheet")
+
+
+def test_an_empty_plan_says_what_draws_it(planner) -> None:
+    retype(planner.camera.lineEdit(), "")
+    settled(planner)
+    assert planner.plan is None
+    picture = planner.drawing.grab().toImage()
+    colors = {
+        picture.pixel(x, y) for y in range(picture.height()) for x in range(0, picture.width(), 2)
+    }
+    assert len(colors) > 2
+    for button in (planner.save, planner.print_):
+        assert "Not now" in button.toolTip()

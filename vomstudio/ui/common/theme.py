@@ -66,7 +66,8 @@ def _outline_boxes() -> None:
         palette = QPalette(QApplication.palette())
         palette.setColor(role, color)
         for kind in kinds:
-            QApplication.setPalette(palette, kind)
+            # It takes a name, whatever its stub says.
+            QApplication.setPalette(palette, kind)  # type: ignore[arg-type]
 
 
 def is_dark() -> bool:

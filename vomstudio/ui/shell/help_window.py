@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.widgets import side_by_side
+from vomstudio.ui.common.widgets import allow, side_by_side
 from vomstudio.ui.shell.help_pages import Page, anchor, pages_in
 from vomstudio.words import tr
 
@@ -167,10 +167,14 @@ class HelpWindow(QDialog):
         ):
             button.setIcon(theme.icon(icon))
             button.setAutoDefault(False)
-            button.setEnabled(False)
             button.clicked.connect(lambda _=False, step=step: step())
-        self.view.moved.connect(lambda past, _: back.setEnabled(past))
-        self.view.moved.connect(lambda _, future: forward.setEnabled(future))
+
+        def moved(past: bool, future: bool) -> None:
+            allow(back, None if past else tr("There is no page before this one."))
+            allow(forward, None if future else tr("There is no page after this one."))
+
+        self.view.moved.connect(moved)
+        moved(False, False)
         self.words = QLineEdit()
         self.words.setObjectName("help_words")
         self.words.setClearButtonEnabled(True)

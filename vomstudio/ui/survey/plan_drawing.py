@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.geometry.units import bar_text, round_length
@@ -57,6 +57,10 @@ class PlanDrawing(QWidget):
         painter.fillRect(self.rect(), self.palette().base())
         plan = self._plan
         if plan is None:
+            painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+            said = tr("The plan is drawn here once a camera and its target are known.")
+            flags = int(Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap)
+            painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, said)
             return
         left, right, low, high, away = self._spans(plan)
         wide = max(right - left, 1e-6)
