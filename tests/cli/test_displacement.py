@@ -44,6 +44,27 @@ def test_cutoffs_with_and_without_a_slip_direction(run, write) -> None:
     assert "no slip" in run("displacement", path, *words[:-1]).out
 
 
+def test_an_oblique_slip_goes_the_way_of_its_lineation(run, write) -> None:
+    """On a fault that dips east by 45 degrees, striae of rake 30 plunge to the north-north-east:
+    north by cos 30, east and down by sin 30 cos 45."""
+    way = [math.sin(math.radians(30)) * math.cos(math.radians(45)), math.cos(math.radians(30))]
+    slip = [12 * way[0], 12 * way[1], -12 * way[0]]
+    # A level bed: the points of its cut-offs may lie anywhere along it.
+    row = f"A,{slip[0] + 40},{slip[1] - 25},{slip[2]},0,0,0\n"
+    words = ["displacement", write(HEAD + row), "--fault", "90/45", "--bed", "0/0", "--json"]
+    trend, plunge = math.degrees(math.atan2(*way)), math.degrees(math.asin(way[0]))
+    for told in (["--rake", "30"], ["--slip", f"{trend}/{plunge}"]):
+        found = run(*words, *told).json["pairs"][0]["displacement"]
+        assert found["net_m"]["value"] == pytest.approx(12)
+        assert (found["trend_deg"], found["plunge_deg"]) == pytest.approx((trend, plunge))
+        assert found["throw_m"]["value"] == pytest.approx(12 * way[0])
+        assert found["heave_m"]["value"] == pytest.approx(12 * way[0])
+        # Toward north along a strike of north, and down: sinistral and normal.
+        assert found["strike_slip_m"]["value"] == pytest.approx(12 * way[1])
+        assert found["dip_slip_m"]["value"] == pytest.approx(-6)
+        assert found["slip_rake_deg"] == pytest.approx(-30)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -51,6 +72,7 @@ def test_cutoffs_with_and_without_a_slip_direction(run, write) -> None:
         (["--fault", "90/100"], "--fault"),
         (["--fault", "90/60", "--rake", "90"], "--bed"),
         (["--fault", "90/60", "--bed", "90/60"], "no cut-off"),
+        (["--fault", "90/60", "--bed", "0/0", "--rake", "-30"], "0 to 180"),
         (["--fault", "90/60", "--sigma", "-1"], "negative"),
         ([], "--fault"),
     ],

@@ -15,7 +15,14 @@ from vomstudio.geology.faults.displacement import (
     plane_of_three_points,
     separations,
 )
-from vomstudio.geology.orientation import Plane, normals_to_planes, slip_from_rake
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    line_from_rake,
+    normals_to_planes,
+    rake_of,
+    slip_from_rake,
+)
 
 FAULT = Plane(90.0, 60.0)
 LEVEL = Plane(0.0, 0.0)
@@ -39,7 +46,9 @@ def test_a_normal_fault_of_sixty_degrees() -> None:
 
 
 @pytest.mark.parametrize("rake", [-170.0, -90.0, -35.0, 0.0, 20.0, 90.0, 140.0])
-@pytest.mark.parametrize("fault", [FAULT, Plane(200.0, 35.0), Plane(130.0, 90.0)])
+@pytest.mark.parametrize(
+    "fault", [FAULT, Plane(200.0, 35.0), Plane(130.0, 90.0), Plane(300.0, 90.0)]
+)
 def test_a_slip_of_any_rake_comes_back(fault: Plane, rake: float) -> None:
     """Both ways, from the point itself and from a bed that is nowhere near the slip."""
     slip = 7.0 * slip_from_rake(fault, rake).vector()
@@ -51,7 +60,8 @@ def test_a_slip_of_any_rake_comes_back(fault: Plane, rake: float) -> None:
         if abs(slip @ normal(b)) > 7 * math.sin(math.radians(15))
     )  # fmt: skip
     along_bed = np.cross(normal(bed), [0.3, 0.2, 0.9])
-    by_bed = net_slip_of_cutoffs(AT + slip + 2 * along_bed, AT, fault, bed, rake % 180)
+    lineation = rake_of(Line.from_vector(slip), fault)
+    by_bed = net_slip_of_cutoffs(AT + slip + 2 * along_bed, AT, fault, bed, lineation)
     assert by_bed.net_m.value == pytest.approx(7)
     assert (by_bed.slip_rake_deg - rake + 180) % 360 - 180 == pytest.approx(0, abs=1e-6)
 
@@ -107,8 +117,8 @@ def test_the_world_turns_with_it() -> None:
 def test_stated_errors_are_those_of_simulation() -> None:
     chance = np.random.default_rng(2)
     errors = Errors(sigma_m=0.05, fault95_deg=4.0, bed95_deg=3.0, rake95_deg=10.0)
-    fault, bed, rake = Plane(70.0, 55.0), Plane(20.0, 20.0), 100.0
-    slip = -6 * slip_from_rake(fault, rake).vector()
+    fault, bed, rake = Plane(70.0, 55.0), Plane(20.0, 20.0), 80.0
+    slip = 6 * line_from_rake(fault, rake).vector()
     stated = net_slip_of_cutoffs(AT + slip, AT, fault, bed, rake, errors)
     cone = math.radians(1) / math.sqrt(-2 * math.log(0.05))
 

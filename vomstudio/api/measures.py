@@ -95,7 +95,7 @@ def displacement(
     )
     return displacements(
         names, points[:, :3], points[:, 3:], plane,
-        bed=None if bed is None else attitude_of(bed, "bed"), slip_rake_deg=rake, errors=errors,
+        bed=None if bed is None else attitude_of(bed, "bed"), rake_deg=rake, errors=errors,
     )  # fmt: skip
 
 

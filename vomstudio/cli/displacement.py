@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     names, points = pairs_of(read_table(args.pairs))
     with numbers_of(args.pairs):
         found = displacements(
-            names, points[:, :3], points[:, 3:], fault, bed=bed, slip_rake_deg=rake,
+            names, points[:, :3], points[:, 3:], fault, bed=bed, rake_deg=rake,
             errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
         )  # fmt: skip
     result = found.as_dict()

@@ -18,7 +18,13 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95, Measured
-from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
+from vomstudio.geology.orientation import (
+    Line,
+    Plane,
+    line_from_rake,
+    normals_to_planes,
+    planes_to_normals,
+)
 from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
@@ -97,7 +103,9 @@ def net_slip_of_piercing_points(
         return p[:3] - p[3:6], _tilted(fault, p[6:8])
 
     spread = _spread(errors, fault95=errors.fault95_deg)
-    return _displacement("net slip", vector, np.concatenate([points, np.zeros(2)]), spread, errors)
+    return _displacement(
+        "net slip", fault, vector, np.concatenate([points, np.zeros(2)]), spread, errors
+    )
 
 
 def net_slip_of_cutoffs(
@@ -105,20 +113,23 @@ def net_slip_of_cutoffs(
     footwall: npt.ArrayLike,
     fault: Plane,
     bed: Plane,
-    slip_rake_deg: float,
+    rake_deg: float,
     errors: Errors = NO_ERRORS,
     *,
     what: str = "net slip",
 ) -> Displacement:
-    """From one point (3,) of the same bed on each side and the rake of the slip, an axis: which way
-    it went follows. bed : its attitude, the same on both sides.
+    """From one point (3,) of the same bed on each side and the slip lineation: which way the slip
+    went follows. bed : its attitude, the same on both sides; rake_deg : of the lineation, as
+    `orientation.rake_of` counts it (90 is down dip).
 
     The hanging wall is moved back along the slip until its point lies in the footwall's bed. Raises
     GeometryError where the slip is within 5 degrees of the bed, which then says nothing of it.
     """
     points = _points(hanging_wall, footwall)
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
-    if abs(_along(fault, slip_rake_deg) @ bed_normal) < math.sin(math.radians(_PARALLEL_DEG)):
+    if abs(line_from_rake(fault, rake_deg).vector() @ bed_normal) < math.sin(
+        math.radians(_PARALLEL_DEG)
+    ):
         raise GeometryError(
             tr(
                 "The slip is within {limit:g} degrees of the bed, whose cut-offs say nothing of "
@@ -129,13 +140,15 @@ def net_slip_of_cutoffs(
 
     def vector(p: Floats) -> tuple[Floats, Floats]:
         normal, across = _tilted(fault, p[6:8]), _tilted(bed, p[8:10])
-        along = _in_plane(normal, math.radians(slip_rake_deg) + p[10])
+        strike, up_dip = _in_plane(normal, fault)
+        rake_rad = math.radians(rake_deg) + p[10]
+        along = math.cos(rake_rad) * strike - math.sin(rake_rad) * up_dip
         return (p[:3] - p[3:6]) @ across / (along @ across) * along, normal
 
     spread = _spread(
         errors, fault95=errors.fault95_deg, bed95=errors.bed95_deg, rake95=errors.rake95_deg
     )
-    return _displacement(what, vector, np.concatenate([points, np.zeros(5)]), spread, errors)
+    return _displacement(what, fault, vector, np.concatenate([points, np.zeros(5)]), spread, errors)
 
 
 def separations(
@@ -294,19 +307,15 @@ def _tilted(plane: Plane, tilt_rad: Floats) -> Floats:
     return np.asarray(n / np.linalg.norm(n))
 
 
-def _in_plane(normal: Floats, rake_rad: float) -> Floats:
-    """Unit vector of a slip's rake in the plane of a normal: 0 along the strike, 90 up the dip."""
-    level = np.array([normal[0], normal[1], 0.0])
-    size = np.linalg.norm(level)
-    level = level / size if size > 1e-12 else np.array([0.0, 1.0, 0.0])
-    strike = np.array([-level[1], level[0], 0.0])
+def _in_plane(normal: Floats, fault: Plane) -> tuple[Floats, Floats]:
+    """Unit vectors along the strike and up the dip of a fault that was tilted to this normal; its
+    strike is the one that rakes are counted from."""
+    known = fault.strike_vector()
+    size = math.hypot(normal[0], normal[1])
+    strike = np.array([-normal[1], normal[0], 0.0]) / size if size > 1e-12 else known
+    strike = strike if strike @ known >= 0 else -strike
     up_dip = np.cross(normal, strike)
-    up_dip = up_dip if up_dip[2] >= 0 else -up_dip
-    return np.asarray(math.cos(rake_rad) * strike + math.sin(rake_rad) * up_dip)
-
-
-def _along(fault: Plane, rake_deg: float) -> Floats:
-    return _in_plane(_axes(fault)[0], math.radians(rake_deg))
+    return strike, up_dip if up_dip[2] >= 0 else -up_dip
 
 
 # --- errors ---------------------------------------------------------------------------------------
@@ -336,6 +345,7 @@ def _measured(value: float, sigma: float, errors: Errors) -> Measured:
 
 def _displacement(
     what: str,
+    fault: Plane,
     vector: Callable[[Floats], tuple[Floats, Floats]],
     at: Floats,
     spread: Floats,
@@ -343,10 +353,9 @@ def _displacement(
 ) -> Displacement:
     def figures(p: Floats) -> Floats:
         d, normal = vector(p)
-        strike, up_dip = _in_plane(normal, 0.0), _in_plane(normal, math.pi / 2)
-        level = -up_dip * [1, 1, 0]
-        size = np.linalg.norm(level)
-        outward = level / size if size > 1e-9 else np.cross(strike, [0.0, 0.0, 1.0])
+        strike, up_dip = _in_plane(normal, fault)
+        size = math.hypot(normal[0], normal[1])
+        outward = normal * [1, 1, 0] / size if size > 1e-9 else -up_dip
         return np.array([np.linalg.norm(d), -d[2], d @ outward, d @ strike, d @ up_dip])
 
     values, sigmas = _propagated(figures, at, spread)

@@ -65,18 +65,25 @@ def displacements(
     fault: Plane,
     *,
     bed: Plane | None = None,
-    slip_rake_deg: float | None = None,
+    rake_deg: float | None = None,
     errors: Errors = NO_ERRORS,
 ) -> Displacements:
     """hanging_wall, footwall : (n, 3) World, metres. Without a bed the points of a pair were one.
+    rake_deg : of the slip lineation, 0 to 180, as `orientation.rake_of` counts it.
     Raises GeometryError where no pair has a result, UsageError for a slip without a bed
     and errors that are none."""
-    if bed is None and slip_rake_deg is not None:
+    if bed is None and rake_deg is not None:
         raise UsageError(
             tr("A slip direction needs the bed whose cut-offs were measured."), field="--bed"
         )
-    if slip_rake_deg is not None and not abs(slip_rake_deg) <= 180.0:
-        raise UsageError(tr("A rake is an angle from -180 to 180 degrees."), field="--rake")
+    if rake_deg is not None and not 0.0 <= rake_deg <= 180.0:
+        raise UsageError(
+            tr(
+                "The rake of a lineation is 0 to 180 degrees, from the right-hand-rule strike "
+                "down the dip."
+            ),
+            field="--rake",
+        )
     check_errors(
         {"--sigma": errors.sigma_m},
         {
@@ -88,7 +95,7 @@ def displacements(
     found, skipped = [], []
     for name, h, f in zip(names, hanging_wall, footwall, strict=True):
         try:
-            found.append(_pair(name, h, f, fault, bed, slip_rake_deg, errors))
+            found.append(_pair(name, h, f, fault, bed, rake_deg, errors))
         except GeometryError as error:
             skipped.append({"id": name, "reason": error.message})
     told = [d for d in map(_vector, found) if d is not None]

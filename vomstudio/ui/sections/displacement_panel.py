@@ -240,7 +240,7 @@ class DisplacementPanel(SeenPanel):
             np.array([cut.footwall for cut in cuts]),
             fault,
             bed=bed,
-            slip_rake_deg=rake,
+            rake_deg=rake,
             errors=errors,
         )
         return Answered(names, cuts, fault, bed, rake, errors, found)
