@@ -148,6 +148,14 @@ def test_beds_and_fault_off_one_plane_have_two_axes(run, write) -> None:
     assert "two axes" in run("fold", path, "--sets", "hw,fw,f").out
 
 
+def test_planes_that_stray_from_the_fold_are_named_by_their_ids(run, write) -> None:
+    beds = [(f"B{k}", 90 if k < 10 else 270, 15 + 5 * (k % 10)) for k in range(20)]
+    path = write(table("id", "dipdir", "dip", rows=[*beds, ("J1", 0, 85), ("J2", 181, 88)]))
+    found = run("fold", path, "--json").json
+    assert [stray["id"] for stray in found["strays"]] == ["J1", "J2"]
+    assert (found["verdict"], found["valid"]) == ("cylindrical", "conditional")
+
+
 def test_domains_have_their_own_axes(run, write) -> None:
     path = write(table("set", "dipdir", "dip", rows=SETS))
     found = run("fold", path, "--domain", "set", "--json").json

@@ -17,6 +17,11 @@ from vomstudio.geology.orientation import Line, angle_between_lines
 
 UNDETERMINED = ("undetermined", "conditional")
 
+
+def _with_strays(rng: Rng) -> np.ndarray:
+    return np.vstack([folded.bent(rng, 54, 120, 3), folded.scatter(rng, 6)])
+
+
 CASES: dict[str, tuple[Callable[[Rng], FoldAxis], tuple[str, str | None]]] = {
     "a: fault and parallel beds": (
         lambda rng: common_axis(folded.fault_and_beds(rng, 0, 2, 0)), ("common axis", "yes")
@@ -41,6 +46,15 @@ CASES: dict[str, tuple[Callable[[Rng], FoldAxis], tuple[str, str | None]]] = {
     ),
     "cone of 60 degrees, wavy by 5": (
         lambda rng: fold_axis(*planes(folded.bent(rng, 40, 130, 5, 60))), ("conical", "no")
+    ),
+    "narrow cone of 30 degrees": (
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3, 30))), ("conical", "no")
+    ),
+    "cone of 50 degrees, all around": (
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 360, 3, 50))), ("conical", "no")
+    ),
+    "cylinder, 6 of 60 planes strayed anywhere": (
+        lambda rng: fold_axis(*planes(_with_strays(rng))), ("cylindrical", None)
     ),
     "one dip": (
         lambda rng: fold_axis(*planes(folded.one_dip(rng, 30, 3))), ("homoclinal", "conditional")
@@ -120,6 +134,32 @@ def test_the_cone_that_was_made_is_found() -> None:
     assert rough is not None
     assert rough.half_width95_deg is not None
     assert abs(rough.half_angle_deg - 65) < 2 * rough.half_width95_deg
+
+
+def test_strays_are_named_and_the_verdict_is_that_of_the_others() -> None:
+    """Three cross joints among beds: without them the fold is cylindrical, and they are told."""
+    rng = np.random.default_rng(26)
+    beds = folded.bent(rng, 40, 120, 1)
+    alone = fold_axis(*planes(beds))
+    joints = folded.strayed(rng, np.tile(alone.beta.vector(), (3, 1)), 1.0)
+    found = fold_axis(*planes(np.vstack([beds[:20], joints, beds[20:]])))
+    assert (alone.verdict, alone.valid, alone.strays) == ("cylindrical", "yes", ())
+    assert (found.verdict, found.valid) == ("cylindrical", "conditional")
+    assert [stray.index for stray in found.strays] == [20, 21, 22]
+    assert "21, 22, 23" in found.reasons[0]
+    # Beta is that of all, as the tensor gives it; what the others have is in the words.
+    assert f"{alone.beta.plunge_deg:04.1f}" in found.reasons[0]
+    assert angle_between_lines(found.beta, alone.beta) > 0.1
+
+
+def test_a_second_set_of_planes_is_no_stray() -> None:
+    """A quarter of joints is more than a few: nothing is left out."""
+    rng = np.random.default_rng(27)
+    beds = folded.bent(rng, 30, 120, 1)
+    beta = fold_axis(*planes(beds)).beta.vector()
+    found = fold_axis(*planes(np.vstack([beds, np.tile(beta, (10, 1))])))
+    assert found.strays == ()
+    assert found.valid == "no"
 
 
 def test_the_plane_that_turns_beta_most_is_the_one_put_wrong() -> None:

@@ -32,18 +32,21 @@ from vomstudio.geology.common_turns import (
     principal_axis,
     region,
 )
-from vomstudio.geology.folding.shapes import Shape, arc_deg, rms, shape_of
+from vomstudio.geology.folding.shapes import Shape, arc_deg, rms, shape_of, strays_of
 from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import (
     Array,
+    Flags,
     Line,
     Plane,
+    angle_between_lines,
     planes_to_poles,
     rake_of,
 )
 from vomstudio.geology.populations.distributions import LineFigures, f95, uniformity
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 MIN_ARC = 1e-10
 """S2 below this: the planes are parallel (to 1e-5 rad); any line in them would do."""
@@ -99,6 +102,15 @@ class LeaveOneOut:
 
 
 @dataclass(frozen=True)
+class Stray:
+    """A plane that the verdict is not about: its place among those used (from 0), and its id where
+    it has one."""
+
+    index: int
+    id: str | None = None
+
+
+@dataclass(frozen=True)
 class ConeFigures:
     """The best cone: its axis, the angle between axis and poles (90 is a cylinder) with its 95 %
     half-width (None where the poles do not tell), RMS, and the chance of so much better a fit than
@@ -139,6 +151,7 @@ class AxisFigures:
     cone: ConeFigures | None
     limbs: LimbFigures | None
     leave_one_out: LeaveOneOut | None
+    strays: tuple[Stray, ...]
     pairs: tuple[PairFigures, ...]
     valid: str
     verdict: str
@@ -162,6 +175,7 @@ class FoldAxis:
     registration_error_deg: larger half-angle of the 95 % region by which the registrations of the
     planes' models can turn beta, None where none is known. total: the joint 95 % region with it,
     None where that of the planes is not known.
+    strays: the planes that the verdict is not about; beta is that of all.
     """
 
     n: int
@@ -183,6 +197,7 @@ class FoldAxis:
     limbs: LimbFigures | None = None
     leave_one_out: LeaveOneOut | None = None
     pairs: tuple[PairFigures, ...] = ()
+    strays: tuple[Stray, ...] = ()
 
     @property
     def error95_deg(self) -> float | None:
@@ -214,6 +229,7 @@ class FoldAxis:
             None if self.shape is None else _cone_figures(self.shape),
             self.limbs,
             self.leave_one_out,
+            self.strays,
             self.pairs,
             self.valid,
             self.verdict,
@@ -276,7 +292,22 @@ def fold_axis(
 
     made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, _counted(shape))
     left_out = None if n < 4 else _leave_one_out(poles, axes[2])
-    return replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
+    found = replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
+    stray = strays_of(poles, axes)
+    if not stray.any():
+        return found
+    azimuths, dips = np.atleast_1d(dip_direction_deg), np.atleast_1d(dip_deg)
+    rest = None if turns is None else turns.of(~stray)
+    others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg)
+    if others.valid == "no" or others.strays:
+        return found
+    return replace(
+        found,
+        strays=tuple(Stray(int(row)) for row in np.flatnonzero(stray)),
+        valid="conditional",
+        verdict=others.verdict,
+        reasons=(_said_strays(stray, found, others), *others.reasons),
+    )
 
 
 def axis_of(
@@ -379,6 +410,26 @@ def _bowed(bowed_deg: float | None, arc_deg: float) -> list[str]:
             arc=arc_deg,
         )
     ]
+
+
+def _said_strays(stray: Flags, found: FoldAxis, others: FoldAxis) -> str:
+    """Which planes the verdict is not about, by their places among all, from 1."""
+    rows = np.flatnonzero(stray) + 1
+    listed = ", ".join(str(row) for row in rows[:6]) + (", ..." if len(rows) > 6 else "")
+    turn = angle_between_lines(found.beta, others.beta)
+    return tr_n(
+        "of {n} planes one (the one at place {rows}) strays from the fold that the others show: "
+        "look whether it belongs; the verdict is that of the others, whose beta is {beta}, "
+        "{turn:.1f} degrees from that of all",
+        "of {n} planes {count} (those at the places {rows}) stray from the fold that the others "
+        "show: look whether they belong; the verdict is that of the others, whose beta is {beta}, "
+        "{turn:.1f} degrees from that of all",
+        len(rows),
+        n=found.n,
+        rows=listed,
+        beta=f"{format_azimuth(others.beta.trend_deg)}/{others.beta.plunge_deg:04.1f}",
+        turn=turn,
+    )
 
 
 def _registered(registration: float, total: Region | None) -> str:

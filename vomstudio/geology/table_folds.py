@@ -93,6 +93,9 @@ def table_fold(
     worst = axis.leave_one_out
     if worst is not None:
         figures["leave_one_out"] = replace(worst, id=str(table.ids[rows[worst.index]]))
+    figures["strays"] = tuple(
+        replace(stray, id=str(table.ids[rows[stray.index]])) for stray in axis.strays
+    )
     found, one_axis = None, None
     if domain is not None:
         found, one_axis = _domains(table, choice, axis, domain, waviness_deg)

@@ -15,12 +15,18 @@ from functools import cached_property
 
 import numpy as np
 
-from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.orientation import Array, Flags, Line
 from vomstudio.geology.populations.chances import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
 NO_SCATTER_DEG = 1e-3
 """Poles that lie on the curve to this are taken as exact: there is nothing to test."""
+
+END_IN_DOUBT_DEG = 10.0
+"""A pole so near to the plane across the axis of a cone may be there by either end."""
+
+STRAY, STRAY_LEAST_DEG, STRAYS_ONE_IN = 4.0, 15.0, 7
+"""Of planes that do not belong to a fold which the others show."""
 
 FLAT_LIMBS = 2.5
 
@@ -159,6 +165,30 @@ def _one_sided(poles: Array, axes: Array) -> Array:
     return flip_to(poles, math.cos(turn) * axes[0] + math.sin(turn) * axes[1])
 
 
+def strays_of(poles: Array, axes: Array) -> Flags:
+    """(n,) which few poles lie far from the great circle on which the others lie: over `STRAY`
+    times the others' scatter (by the median), and `STRAY_LEAST_DEG`. None where they are more than
+    one in `STRAYS_ONE_IN`, or leave fewer than eight."""
+    n, few = len(poles), poles
+    rng = np.random.default_rng(2)
+    if n > 500:
+        few = poles[rng.choice(n, 500, replace=False)]
+    pairs = rng.integers(0, len(few), (500, 2))
+    normals = np.vstack([np.cross(few[pairs[:, 0]], few[pairs[:, 1]]), axes[2]])
+    length = np.linalg.norm(normals, axis=1)
+    normals = normals[length > 0.1] / length[length > 0.1, None]
+    # Least absolute distances do not follow the strays; the tensor of the rest is exact.
+    best = normals[int(np.argmin(np.abs(np.arcsin(np.clip(few @ normals.T, -1, 1))).sum(axis=0)))]
+    stray = np.zeros(n, dtype=bool)
+    for _ in range(3):
+        off = np.degrees(np.abs(np.arcsin(np.clip(poles @ best, -1.0, 1.0))))
+        stray = off > max(STRAY * 1.4826 * float(np.median(off)), STRAY_LEAST_DEG)
+        if n - int(stray.sum()) < 8 or int(stray.sum()) * STRAYS_ONE_IN > n:
+            return np.zeros(n, dtype=bool)
+        best = orientation_tensor(poles[~stray])[1][2]
+    return stray
+
+
 # A small circle ---------------------------------------------------------------------------------
 
 
@@ -166,14 +196,13 @@ def small_circle(poles: Array, axes: Array) -> Cone | None:
     """The best small circle; None of fewer than four poles.
 
     Which end of a pole lies on it is not free for each pole, or any scatter would fit two small
-    circles about a great one: all by their ends in the arc that holds them, or all upward (a dome,
-    whose poles go all around).
+    circles about a great one: all by their ends in the arc that holds them, or all by those that
+    lie about the axis of a cone, where no pole is so far from it that its end is in doubt.
     """
     n = len(poles)
     if n < 4:
         return None
-    upward = np.where(poles[:, 2:] < 0, -poles, poles)
-    found = [_fitted_circle(given) for given in (_one_sided(poles, axes), upward)]
+    found = [_fitted_circle(_one_sided(poles, axes)), *_closed_circle(poles)]
     axis, half_angle, residuals = min(found, key=lambda each: float(np.sum(each[2] ** 2)))
     p, width = _cone_test(poles, axes, residuals)
     half = math.degrees(half_angle)
@@ -198,6 +227,24 @@ def _fitted_circle(x: Array) -> tuple[Array, float, Array]:
         if longest < 1e-9:
             break
     return axis, half_angle, np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
+
+
+def _closed_circle(poles: Array) -> list[tuple[Array, float, Array]]:
+    """As `_fitted_circle`, of poles that may go all around the axis, as those of a dome do; nothing
+    where there is no such cone. The axis a is sought among all cones of second order, x^T M x = 0
+    with M = a a^T - cos^2 I, whatever the ends of the poles."""
+    if len(poles) < 6:
+        return []
+    x, y, z = poles.T
+    terms = np.column_stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z])
+    a, b, c, d, e, f = np.linalg.svd(terms, full_matrices=False)[2][5]
+    values, axes = np.linalg.eigh(np.array([[a, d, e], [d, b, f], [e, f, c]]))
+    sought = axes[:, 0 if values[1] - values[0] > values[2] - values[1] else 2]
+    for _ in range(2):
+        fitted = _fitted_circle(flip_to(poles, sought))
+        sought = fitted[0]
+    clear = float(np.abs(poles @ sought).min()) > math.sin(math.radians(END_IN_DOUBT_DEG))
+    return [fitted] if clear else []
 
 
 def _design(x: Array, axis: Array) -> tuple[Array, Array]:

@@ -34,9 +34,13 @@ FEW_PLANES = 5
 ONE_DIP_DEG = 20.0
 """Poles of one dip stray by no more than this (RMS) from their mean."""
 
-CONE_P, CONE_OFF_DEG, CONE_LEAST_DEG = 0.01, 5.0, 30.0
+CONE_P, CONE_OFF_DEG, CONE_LEAST_DEG = 0.01, 5.0, 15.0
 """A cone is believed below this chance, from so many degrees off a great circle on, and from so
-large a half-angle on: a smaller one is a ring about a cluster."""
+large a half-angle on."""
+
+CONE_RING, CONE_EVEN_RING = 0.25, 0.2
+"""Poles stray from it by no more than this share of its half-angle (the poles of a cluster by half
+of it). By the second it is no accident of a uniform scatter, nor of one dip."""
 
 CONE_OPEN_DEG, CONE_UNTOLD_DEG = 25.0, 60.0
 """A cone that differs by so much from the cylinder would fit as well: over the first the verdict
@@ -65,6 +69,9 @@ def verdict_of(
     scatter that is as uneven, and the natural waviness (standard deviation of a pole about the
     curve) where it is known."""
     near, far = _limits(waviness_deg)
+    cone = shape.cone
+    if cone is not None and _conical(cone, far) and _ring(shape, cone):
+        return Verdict("conical", "no", (_said_cone(cone, shape.rms_deg),))
     if _one_dip(shape, error95_deg):
         return Verdict("homoclinal", "conditional", (_said_one_dip(shape),))
     even = uniform_p is not None and shape.n >= 10 and uniform_p > UNIFORM_P
@@ -79,8 +86,7 @@ def verdict_of(
     if _two(shape):
         assert shape.two_circles is not None
         return Verdict("two axes", "no", (_said_two(shape.two_circles, shape.rms_deg),))
-    cone = shape.cone
-    if cone is not None and _conical(cone):
+    if cone is not None and _conical(cone, far):
         return Verdict("conical", "no", (_said_cone(cone, shape.rms_deg),))
     if shape.within90_deg > far:
         said = tr(
@@ -177,13 +183,24 @@ def _one_dip(shape: Shape, error95_deg: float | None) -> bool:
     return shape.limbs is None and (error95_deg is None or error95_deg > KNOWN_AXIS_DEG)
 
 
-def _conical(cone: Cone) -> bool:
+def _conical(cone: Cone, far: float) -> bool:
     return (
         cone.p < CONE_P
         and cone.off_deg >= CONE_OFF_DEG
         and cone.half_angle_deg >= CONE_LEAST_DEG
         and cone.off_deg > cone.half_width_deg
+        and cone.rms_deg <= CONE_RING * cone.half_angle_deg
+        and 1.645 * cone.rms_deg <= far
     )
+
+
+def _ring(shape: Shape, cone: Cone) -> bool:
+    """Whether a narrow cone shows at a glance: many poles, close to it. Two limbs of one dip each
+    lie on many cones."""
+    if shape.limbs is not None and shape.limbs.flat:
+        return False
+    close = cone.rms_deg <= CONE_EVEN_RING * min(cone.half_angle_deg, 50.0)
+    return shape.n >= 10 and cone.half_angle_deg <= 60.0 and close
 
 
 def _two(shape: Shape) -> bool:
