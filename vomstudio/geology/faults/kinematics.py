@@ -132,7 +132,12 @@ def right_dihedra(normals: Array, slips: Array) -> RightDihedra:
 def compressed_share(directions: Array, normals: Array, slips: Array) -> Array:
     """(m,) share of the faults in whose dihedra of compression each direction (m, 3) lies."""
     count = np.zeros(len(directions))
+    # Products of a few million signs at a time.
+    step = max(2_000_000 // min(len(normals), _AT_A_TIME), 1)
     for start in range(0, len(normals), _AT_A_TIME):
         part = slice(start, start + _AT_A_TIME)
-        count += ((normals[part] @ directions.T) * (slips[part] @ directions.T) < 0.0).sum(axis=0)
+        for first in range(0, len(directions), step):
+            some = slice(first, first + step)
+            to = directions[some].T
+            count[some] += ((normals[part] @ to) * (slips[part] @ to) < 0.0).sum(axis=0)
     return count / len(normals)

@@ -29,7 +29,8 @@ SIZE_MM = (170.0, 112.0)
 MOST_FAULTS = 300
 """Great circles and arrows of more are thinned evenly."""
 _FAULT, _ARROW, _P, _T = "#8a8f98", "#c1440e", "#0072B2", "#D55E00"
-_GRID = 241
+_GRID, _FINE_GRID, _FEW_FAULTS = 241, 721, 60
+"""Sides of the grid under the dihedra. The edges of few faults' dihedra are seen one by one."""
 _LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 _SHADES = ("#ffffff", "#eef2f6", "#d7e2ec", "#b9cfe0", "#94b7d1")
 
@@ -85,7 +86,7 @@ def _faults(ax: Axes, table: SlipRows, normals: Array, slips: Array) -> None:
 
 def _axes(ax: Axes, normals: Array, slips: Array, found: TableSlip) -> None:
     rim = draw_frame(ax)
-    side = np.linspace(-1.0, 1.0, _GRID)
+    side = np.linspace(-1.0, 1.0, _FINE_GRID if len(normals) <= _FEW_FAULTS else _GRID)
     x, y = np.meshgrid(side, side)
     radius = np.maximum(np.hypot(x, y), 1.0)
     points = np.stack([x / radius, y / radius], axis=-1).reshape(-1, 2) * (1.0 - 1e-9)
