@@ -9,7 +9,7 @@ from scipy.integrate import dblquad
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.outlines.surface_area import area_inside
+from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
 
 SQUARE = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
 
@@ -111,6 +111,29 @@ def test_a_wall_behind_does_not_count_and_a_hole_is_a_hole():
     assert gone == pytest.approx(np.pi * 0.25, rel=0.1)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_part_inside_has_that_area_and_stays_on_the_surface_within_the_outline(seed):
+    rng = np.random.default_rng(seed)
+    turn, shift = rotation(seed), rng.normal(size=3) * 1000.0
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    ring = np.column_stack([(1.5 + 0.5 * np.sin(3 * angle)) * f(angle) for f in (np.cos, np.sin)])
+    ring = np.column_stack([ring, 0.3 * ring[:, 0]])
+    mesh = grid(lambda x, y: 0.3 * x, n=int(rng.integers(2, 40)))
+    part = part_inside(corners(turned(mesh, turn, shift)), ring @ turn.T + shift)
+    assert part is not None
+    edges = part[:, 1:] - part[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum()
+    x, y = ring[:, 0], ring[:, 1]
+    flat = 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    assert area == pytest.approx(flat * np.hypot(1.0, 0.3), rel=1e-9)
+    local = (part.reshape(-1, 3) - shift) @ turn
+    assert np.abs(local[:, 2] - 0.3 * local[:, 0]).max() < 1e-9
+    import shapely
+
+    outline = shapely.Polygon(ring[:, :2]).buffer(1e-9)
+    assert outline.contains(shapely.MultiPoint(local[:, :2]))
+
+
 @pytest.mark.parametrize(
     "ring",
     [
@@ -124,6 +147,7 @@ def test_a_wall_behind_does_not_count_and_a_hole_is_a_hole():
 )
 def test_what_encloses_nothing_has_no_area(ring):
     assert area_inside(corners(grid(lambda x, y: 0.0)), ring) is None
+    assert part_inside(corners(grid(lambda x, y: 0.0)), ring) is None
 
 
 def test_a_model_finds_the_faces_itself_before_and_after_it_is_built():

@@ -42,6 +42,11 @@ def world(window, spot: QPoint) -> np.ndarray:
     return np.asarray(window.viewport.world_of(window.viewport.pick(spot.x(), spot.y())))
 
 
+def painted_m2(drawing) -> float:
+    edges = drawing.area.corners[:, 1:] - drawing.area.corners[:, :1]
+    return 0.5 * float(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum())
+
+
 def type_in(field, text: str) -> None:
     field.setFocus()
     field.setText(text)
@@ -180,12 +185,23 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
     figures = studio.measured([made.id])[made.id].dimension
     # A face is rough: its surface is larger than its outline laid flat, and not by much.
     assert 1.0 <= figures["area_m2"] / figures["outline_m2"] < 2.0
+    # What it encloses is painted in the rock's colour, beside the window, and is as large as said.
+    shown = window.viewport.features.drawings
+    wait(lambda: shown[made.id].area is not None, "the rock is painted")
+    assert painted_m2(shown[made.id]) == pytest.approx(figures["area_m2"], rel=1e-4)
+    assert len(shown[made.id].line) == 5
     studio.selection.set([made.id])
     driver.keep_picture(window, "no-planes-4-selected")
+    before = shown[made.id]
     field = window.properties.fields["lithology"]
     field.setCurrentIndex(field.findData("shale"))
     field.activated.emit(field.currentIndex())
     assert studio.records[made.id].lithology == "shale"
+    assert shown[made.id].color != before.color
+    assert shown[made.id].area is before.area
+    key(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    key(window, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert made.id not in shown
 
 
 def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):

@@ -144,6 +144,7 @@ class Kind:
         feature in place of the kind's colour, "" for that
     prefix : the word with whose first letter an untyped feature is named
     places : (n, 3) World, by which its distance from another place is told
+    filled : its outline encloses a part of the surface, which is painted too
     listed : it stands in the window's table although it has no orientation; written : what is
         then written beside it on a drawing
     """
@@ -178,6 +179,7 @@ class Kind:
     prefix: Callable[[Any], str] = lambda feature: ""
     places: Callable[[Subject], Floats] = _own_points
     listed: bool = False
+    filled: bool = False
     written: Callable[[Any], str] = lambda feature: str(feature.name)
 
     @property

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import place_keys, welded
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.outlines.surface_area import area_inside
+from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
 from vomstudio.geometry.patches import face_areas, face_points
 from vomstudio.geometry.surface import Surface, VertexSurface
 
@@ -65,6 +65,9 @@ class PaintSurface(Surface, Protocol):
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
         """Area of the surface that a ring (n, 3) on it encloses, as in
         `outlines.surface_area.area_inside`; None for points."""
+
+    def part_inside(self, ring: npt.ArrayLike) -> Array | None:
+        """(k, 3, 3) triangles of that part; None for points, and where there is none."""
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> Array | None:
         """Unit normal (3,) of the surface inside the ball, of either sense; None where nothing is
@@ -161,6 +164,15 @@ class MeshSurface(VertexSurface):
         return own / size if size > 0.0 else None
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
+        around = self._around(ring)
+        return None if around is None else area_inside(around, ring)
+
+    def part_inside(self, ring: npt.ArrayLike) -> Array | None:
+        around = self._around(ring)
+        return None if around is None else part_inside(around, ring)
+
+    def _around(self, ring: npt.ArrayLike) -> Array | None:
+        """Corners of all the faces that an outline may enclose."""
         xyz = np.asarray(ring, np.float64).reshape(-1, 3)
         if len(xyz) < 3 or not self.count:
             return None
@@ -169,7 +181,7 @@ class MeshSurface(VertexSurface):
         usual, long = self._long_faces()
         # A face that reaches into the ball has a corner within its own length of it.
         near = self._faces_at(self._in_ball(middle, radius + usual))
-        return area_inside(self.corners(_join(near, long)), xyz)
+        return self.corners(_join(near, long))
 
     def _long_faces(self) -> tuple[float, Ints]:
         """Length that most faces' edges do not surpass, and the sorted ids of those that do."""
@@ -267,6 +279,9 @@ class CloudSurface(VertexSurface):
         return np.zeros((0, 2, 3))
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
+        return None
+
+    def part_inside(self, ring: npt.ArrayLike) -> Array | None:
         return None
 
     def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> Array | None:

@@ -58,6 +58,19 @@ def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
     )
 
 
+def enclosed_area(
+    ring: npt.NDArray[np.float64], model: Model, surface: PaintSurface
+) -> Area | None:
+    """What an outline (n, 3) in the model's file frame encloses, without a border; None where that
+    is not known, as of points."""
+    corners = surface.part_inside(ring)
+    if corners is None or not len(corners):
+        return None
+    origin = transform.apply(model.to_world, [ring.mean(axis=0)])[0]
+    none = np.zeros((0, 2, 3), np.float32)
+    return Area(origin, local_corners(corners, model, origin), none)
+
+
 def chosen_area(ids: npt.NDArray[np.int64], model: Model, surface: PaintSurface) -> Area:
     """Faces or points as they are drawn while they are being chosen: at once, however many. Of
     many faces there are dots, of all but few no border."""

@@ -169,5 +169,6 @@ KIND = Kind(
     tint=lambda lithology: color_of_rock(lithology.lithology),
     prefix=lambda lithology: "lithology",
     listed=True,
+    filled=True,
     written=lambda lithology: lithology.lithology or lithology.name,
 )  # fmt: skip

@@ -1,7 +1,8 @@
-"""How much of a surface lies inside an outline that was drawn on it."""
+"""Which part of a surface lies inside an outline that was drawn on it, and how large it is."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,17 @@ _SEEDS = 64
 """Places on the outline where its surface is looked for."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Enclosed:
+    """Triangles (k, 3, 3), also as seen along the outline's normal (k, 3, 2), the share of each
+    that is inside (k,), and the outline as it is seen."""
+
+    faces: Array
+    seen: Array
+    share: Array
+    polygon: shapely.Polygon
+
+
 def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
     """Area of the part of a surface of triangles that an outline encloses, in their unit squared.
 
@@ -31,6 +43,49 @@ def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
     outline counts: not a wall behind it. None where the outline has no area, crosses itself as seen
     along its normal, or has no surface under it.
     """
+    found = _enclosed(corners, ring)
+    if found is None:
+        return None
+    edges = found.faces[:, 1:] - found.faces[:, :1]
+    areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return float((areas * found.share).sum())
+
+
+def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> Array | None:
+    """(k, 3, 3) triangles of the part of a surface that an outline encloses, as in `area_inside`;
+    those that the outline cuts are cut there."""
+    found = _enclosed(corners, ring)
+    if found is None:
+        return None
+    whole = found.share >= 1.0 - 1e-9
+    return np.concatenate(
+        [found.faces[whole], _pieces(found.faces[~whole], found.seen[~whole], found.polygon)]
+    )
+
+
+def _pieces(faces: Array, seen: Array, polygon: shapely.Polygon) -> Array:
+    """(p, 3, 3) triangles of what is inside of triangles (k, 3, 3) that are seen at (k, 3, 2)."""
+    import shapely
+
+    faces, seen = faces[_broad(seen)], seen[_broad(seen)]
+    parts = shapely.intersection(shapely.polygons(seen), polygon)
+    pieces, of = shapely.get_parts(shapely.constrained_delaunay_triangles(parts), return_index=True)
+    if not len(pieces):
+        return np.zeros((0, 3, 3))
+    places = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
+    # A place of a triangle has the same shares of its corners in space as seen.
+    a, u, v = seen[of, 0], seen[of, 1] - seen[of, 0], seen[of, 2] - seen[of, 0]
+    off = places - a[:, None]
+    whole = (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])[:, None]
+    s = (off[..., 0] * v[:, None, 1] - off[..., 1] * v[:, None, 0]) / whole
+    t = (u[:, None, 0] * off[..., 1] - u[:, None, 1] * off[..., 0]) / whole
+    first, second = faces[of, 1] - faces[of, 0], faces[of, 2] - faces[of, 0]
+    return np.asarray(
+        faces[of, :1] + s[..., None] * first[:, None] + t[..., None] * second[:, None]
+    )
+
+
+def _enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | None:
     import shapely
 
     xyz = np.asarray(ring, np.float64).reshape(-1, 3)
@@ -58,9 +113,7 @@ def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
     own = _hanging_together(faces, _under(seen, outline))
     if own is None:
         return None
-    edges = faces[own, 1:] - faces[own, :1]
-    areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    return float((areas * share[own]).sum())
+    return _Enclosed(faces[own], seen[own, :, :2], share[own], polygon)
 
 
 def _reach(flat: Array, low: Array, high: Array) -> Flags:
@@ -132,18 +185,27 @@ def _cut(flat: Array, polygon: shapely.Polygon) -> Array:
     """(k,) shares of triangles that the outline may go through."""
     import shapely
 
-    a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-    area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     middle = flat.mean(axis=1)
     # Seen from their edge they have no area to cut: they are where their middle is.
     share: Array = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
-    longest = (np.ptp(flat, axis=1) ** 2).sum(axis=1)
-    broad = area > 1e-9 * longest
+    broad, area = _broad(flat), _flat_areas(flat)
     triangles = shapely.polygons(flat[broad])
     share[broad] = np.clip(
         shapely.area(shapely.intersection(triangles, polygon)) / area[broad], 0, 1
     )
     return share
+
+
+def _flat_areas(flat: Array) -> Array:
+    """(k,) of triangles (k, 3, 2)."""
+    a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    return np.asarray(0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
+
+
+def _broad(flat: Array) -> Flags:
+    """(k,) whether triangles (k, 3, 2) are not seen from their edge."""
+    longest = (np.ptp(flat, axis=1) ** 2).sum(axis=1)
+    return np.asarray(_flat_areas(flat) > 1e-9 * longest)
 
 
 def _under(seen: Array, outline: Array) -> Ints:

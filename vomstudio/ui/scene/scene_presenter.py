@@ -19,6 +19,7 @@ from vomstudio.document.records import (
     FeatureType,
     Model,
     Painted,
+    Picked,
     get,
     get_feature,
 )
@@ -33,11 +34,11 @@ from vomstudio.rendering.view.first_view import first_view
 from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
-from vomstudio.tools.painted_area import area_of
 from vomstudio.tools.polyline import rgb
 from vomstudio.ui.common.number_formatting import drawn_points, length, orientation_text
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.scene.surface_pieces import SurfacePieces
 from vomstudio.words import tr
 
 _PORTION, _LARGE = 500, 20_000
@@ -55,7 +56,7 @@ class ScenePresenter:
         self._features: set[str] = set()
         self._placed = False
         self._portions = Portions(viewport)
-        self._areas: dict[str, tuple[Painted, Model, Area | None]] = {}
+        self._pieces = SurfacePieces(studio, viewport, lambda id_: self._draw([id_]))
         self._seen_settings = self._settings()
         studio.project_opened.connect(self.rebuild)
         studio.edited.connect(self._edited)
@@ -82,7 +83,7 @@ class ScenePresenter:
         self._shown.clear()
         self._drawn.change(dict.fromkeys(self._features))
         self._features.clear()
-        self._areas.clear()
+        self._pieces.clear()
         self._placed = self._take_camera()
         for what in ("mode", "lit", "point_size", "eye_dome", "clip"):
             self._displayed(what)
@@ -124,7 +125,12 @@ class ScenePresenter:
         self._shown.add(model_id)
         self._show_field(model_id)
         self._frame()
-        painted = [p.id for p in self._studio.session.of(Painted) if p.model_id == model_id]
+        painted = [
+            feature.id
+            for feature in self._studio.session.features()
+            if (isinstance(feature, Painted) or kind_of(feature).filled)
+            and feature.model_id == model_id
+        ]
         if painted:
             self._draw(painted)
 
@@ -323,7 +329,7 @@ class ScenePresenter:
         for id_, drawing in changes.items():
             if drawing is None:
                 self._features.discard(id_)
-                self._areas.pop(id_, None)
+                self._pieces.forget(id_)
             else:
                 self._features.add(id_)
         if changes:
@@ -337,7 +343,7 @@ class ScenePresenter:
         )
         if sketch is None:
             return None
-        area = None if sketch.faces is None else self._area(sketch.faces)
+        piece = None if sketch.faces is None else self._pieces.painted(sketch.faces)
         group = group_of(feature)
         text = sketch.label
         if text is None:
@@ -349,37 +355,24 @@ class ScenePresenter:
             if symbol is not None:
                 # Its number stands beside the symbol.
                 text = "–"
-        elif studio.settings.planes_as == "discs" and area is None:
+        elif studio.settings.planes_as == "discs" and piece is None:
             ring, symbol = disc_of(measured)
         if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
             # A place without a direction is a dot.
             symbol = small_disc(sketch.anchor, 0.0)
+        filled = kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2
         return FeatureDrawing(
             id=feature.id,
-            line=sketch.line if area is None else np.zeros((0, 3)),
+            line=sketch.line if piece is None else np.zeros((0, 3)),
             disc=ring,
             color=rgb(color_of(feature, studio.records) or "#ffffff"),
             label=feature.name if text == "–" else f"{feature.name}  {text}",
-            anchor=sketch.anchor if area is None else _middle(area),
+            anchor=sketch.anchor if piece is None else _middle(piece),
             visible=studio.visible(feature.id) and studio.visible(group),
-            area=area,
+            area=self._pieces.enclosed(feature) if filled else piece,
             symbol=symbol,
             extent=extent,
         )
-
-    def _area(self, patch: Painted) -> Area | None:
-        """The painted piece of an open model, made once."""
-        model, opened = (
-            self._studio.records.get(patch.model_id),
-            self._studio.models.get(patch.model_id),
-        )
-        if opened is None or not isinstance(model, Model):
-            return None
-        kept = self._areas.get(patch.id)
-        if kept is None or kept[0].runs is not patch.runs or kept[1].to_world != model.to_world:
-            kept = (patch, model, area_of(patch, model, opened.surface))
-            self._areas[patch.id] = kept
-        return kept[2]
 
     def _patch_at(self, x: float, y: float) -> str | None:
         """The smallest visible patch that has the face or point under a pixel."""
