@@ -190,6 +190,13 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
     wait(lambda: shown[made.id].area is not None, "the rock is painted")
     assert painted_m2(shown[made.id]) == pytest.approx(figures["area_m2"], rel=1e-4)
     assert len(shown[made.id].line) == 5
+    # A click on the paint selects it, one beside it nothing.
+    key(window, Qt.Key.Key_N)
+    inside, beside = spots(window, (0, 10), (0, 90))
+    click(window.viewport, inside)
+    assert list(studio.selection.ids) == [made.id]
+    click(window.viewport, beside)
+    assert not studio.selection.ids
     studio.selection.set([made.id])
     driver.keep_picture(window, "no-planes-4-selected")
     before = shown[made.id]

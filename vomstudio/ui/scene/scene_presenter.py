@@ -129,7 +129,7 @@ class ScenePresenter:
             feature.id
             for feature in self._studio.session.features()
             if (isinstance(feature, Painted) or kind_of(feature).filled)
-            and feature.model_id == model_id
+            and getattr(feature, "model_id", None) == model_id
         ]
         if painted:
             self._draw(painted)
@@ -360,7 +360,9 @@ class ScenePresenter:
         if len(sketch.line) == 1 and measured.plane is None and measured.line is None:
             # A place without a direction is a dot.
             symbol = small_disc(sketch.anchor, 0.0)
-        filled = kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2
+        area = piece
+        if kind.filled and isinstance(feature, Picked) and len(feature.vertices) > 2:
+            area = self._pieces.enclosed(feature)
         return FeatureDrawing(
             id=feature.id,
             line=sketch.line if piece is None else np.zeros((0, 3)),
@@ -369,13 +371,14 @@ class ScenePresenter:
             label=feature.name if text == "–" else f"{feature.name}  {text}",
             anchor=sketch.anchor if piece is None else _middle(piece),
             visible=studio.visible(feature.id) and studio.visible(group),
-            area=self._pieces.enclosed(feature) if filled else piece,
+            area=area,
             symbol=symbol,
             extent=extent,
         )
 
     def _patch_at(self, x: float, y: float) -> str | None:
-        """The smallest visible patch that has the face or point under a pixel."""
+        """The smallest visible patch that has the face or point under a pixel, or outlined area
+        that encloses it."""
         hit = self._viewport.pick(x, y)
         if hit is None:
             return None
@@ -388,7 +391,16 @@ class ScenePresenter:
             and self._studio.visible(patch.id)
             and self._studio.visible(group_of(patch))
         ]
-        return min(found)[1] if found else None
+        if found:
+            return min(found)[1]
+        areas = [
+            (float(getattr(feature, "area", None) or 0.0), id_)
+            for id_ in self._pieces.enclosing(self._viewport.world_of(hit))
+            if (feature := get_feature(self._studio.records, id_)) is not None
+            and self._studio.visible(id_)
+            and self._studio.visible(group_of(feature))
+        ]
+        return min(areas)[1] if areas else None
 
     def _visibility(self, ids: tuple[str, ...]) -> None:
         self._portions.finish()

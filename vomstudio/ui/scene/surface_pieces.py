@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import QObject
 
 from vomstudio.document.records import Model, Painted, Picked
@@ -19,11 +20,13 @@ from vomstudio.ui.common.studio import Studio
 
 @dataclass(frozen=True, eq=False)
 class _Kept:
-    """area : None where there is none, or where it is not known yet"""
+    """area : None where there is none, or where it is not known yet; outline : it is what an
+    outline encloses"""
 
     of: object
     to_world: object
     area: Area | None
+    outline: bool
 
 
 class SurfacePieces:
@@ -48,7 +51,8 @@ class SurfacePieces:
         model, surface = found
         kept = self._kept_of(patch.id, patch.runs, model)
         if kept is None:
-            kept = self._keep(patch.id, patch.runs, model, area_of(patch, model, surface))
+            area = area_of(patch, model, surface)
+            kept = self._kept[patch.id] = _Kept(patch.runs, model.to_world, area, False)
         return kept.area
 
     def enclosed(self, feature: Picked) -> Area | None:
@@ -60,12 +64,22 @@ class SurfacePieces:
         model, surface = found
         kept = self._kept_of(feature.id, feature.vertices, model)
         if kept is None:
-            kept = self._keep(feature.id, feature.vertices, model, None)
+            kept = _Kept(feature.vertices, model.to_world, None, True)
+            self._kept[feature.id] = kept
             ring = np.array(feature.vertices, np.float64)
             self._background.run(
                 partial(enclosed_area, ring, model, surface), partial(self._came, feature.id, kept)
             )
         return kept.area
+
+    def enclosing(self, point: npt.NDArray[np.float64]) -> list[str]:
+        """Ids of the features whose outline encloses a point of World on the surface, as far as
+        they are known."""
+        return [
+            id_
+            for id_, kept in self._kept.items()
+            if kept.outline and kept.area is not None and _holds(kept.area, point)
+        ]
 
     def _open(self, model_id: str) -> tuple[Model, PaintSurface] | None:
         model, opened = self._studio.records.get(model_id), self._studio.models.get(model_id)
@@ -77,12 +91,23 @@ class SurfacePieces:
         kept = self._kept.get(id_)
         return kept if kept and kept.of is of and kept.to_world == model.to_world else None
 
-    def _keep(self, id_: str, of: object, model: Model, area: Area | None) -> _Kept:
-        self._kept[id_] = kept = _Kept(of, model.to_world, area)
-        return kept
-
     def _came(self, id_: str, asked: _Kept, area: object) -> None:
         if self._kept.get(id_) is not asked or not isinstance(area, Area):
             return
-        self._kept[id_] = _Kept(asked.of, asked.to_world, area)
+        self._kept[id_] = replace(asked, area=area)
         self._redraw(id_)
+
+
+def _holds(area: Area, point: npt.NDArray[np.float64]) -> bool:
+    """Whether a point of World lies on one of the triangles, to a thousandth of their extent."""
+    corners = area.corners.astype(np.float64)
+    a, b, c = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    off = point - area.origin - a
+    normal = np.cross(b, c)
+    size = np.einsum("ij,ij->i", normal, normal)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = np.einsum("ij,ij->i", np.cross(off, c), normal) / size
+        t = np.einsum("ij,ij->i", np.cross(b, off), normal) / size
+        away = np.abs(np.einsum("ij,ij->i", off, normal)) / np.sqrt(size)
+    near = 1e-3 * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    return bool(((s >= -1e-6) & (t >= -1e-6) & (s + t <= 1 + 1e-6) & (away <= near)).any())
