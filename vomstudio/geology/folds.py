@@ -37,7 +37,6 @@ from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_o
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import (
     Array,
-    Flags,
     Line,
     Plane,
     angle_between_lines,
@@ -251,6 +250,7 @@ def fold_axis(
     turns: Turns | None = None,
     bowed_deg: float | None = None,
     waviness_deg: float | None = None,
+    names: Sequence[str] | None = None,
 ) -> FoldAxis:
     """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees).
 
@@ -258,6 +258,7 @@ def fold_axis(
     bowed_deg : by how much dips differ from edge to edge of a model of theirs that is bowed
     waviness_deg : how far a pole strays by nature, with its error (standard deviation); None for
         the usual limits of a cylindrical fold
+    names : of the planes, for what is said of single ones; None for their places, from 1
     Raises GeometryError for fewer than two planes or planes that are all parallel.
     """
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
@@ -301,12 +302,14 @@ def fold_axis(
     others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg)
     if others.valid == "no" or others.strays:
         return found
+    strayed = [int(row) for row in np.flatnonzero(stray)]
+    listed = [names[row] if names else str(row + 1) for row in strayed]
     return replace(
         found,
-        strays=tuple(Stray(int(row)) for row in np.flatnonzero(stray)),
+        strays=tuple(Stray(row, names[row] if names else None) for row in strayed),
         valid="conditional",
         verdict=others.verdict,
-        reasons=(_said_strays(stray, found, others), *others.reasons),
+        reasons=(_said_strays(listed, found, others), *others.reasons),
     )
 
 
@@ -412,21 +415,19 @@ def _bowed(bowed_deg: float | None, arc_deg: float) -> list[str]:
     ]
 
 
-def _said_strays(stray: Flags, found: FoldAxis, others: FoldAxis) -> str:
-    """Which planes the verdict is not about, by their places among all, from 1."""
-    rows = np.flatnonzero(stray) + 1
-    listed = ", ".join(str(row) for row in rows[:6]) + (", ..." if len(rows) > 6 else "")
+def _said_strays(listed: Sequence[str], found: FoldAxis, others: FoldAxis) -> str:
+    """Which planes the verdict is not about."""
     turn = angle_between_lines(found.beta, others.beta)
     return tr_n(
-        "of {n} planes one (the one at place {rows}) strays from the fold that the others show: "
-        "look whether it belongs; the verdict is that of the others, whose beta is {beta}, "
-        "{turn:.1f} degrees from that of all",
-        "of {n} planes {count} (those at the places {rows}) stray from the fold that the others "
-        "show: look whether they belong; the verdict is that of the others, whose beta is {beta}, "
-        "{turn:.1f} degrees from that of all",
-        len(rows),
+        "{count} of {n} planes ({names}) strays from the fold that the others show: look whether "
+        "it belongs; the verdict is that of the others, whose beta is {beta}, {turn:.1f} degrees "
+        "from that of all",
+        "{count} of {n} planes ({names}) stray from the fold that the others show: look whether "
+        "they belong; the verdict is that of the others, whose beta is {beta}, {turn:.1f} degrees "
+        "from that of all",
+        len(listed),
         n=found.n,
-        rows=listed,
+        names=", ".join(listed[:6]) + (", ..." if len(listed) > 6 else ""),
         beta=f"{format_azimuth(others.beta.trend_deg)}/{others.beta.plunge_deg:04.1f}",
         turn=turn,
     )

@@ -93,9 +93,6 @@ def table_fold(
     worst = axis.leave_one_out
     if worst is not None:
         figures["leave_one_out"] = replace(worst, id=str(table.ids[rows[worst.index]]))
-    figures["strays"] = tuple(
-        replace(stray, id=str(table.ids[rows[stray.index]])) for stray in axis.strays
-    )
     found, one_axis = None, None
     if domain is not None:
         found, one_axis = _domains(table, choice, axis, domain, waviness_deg)
@@ -224,6 +221,7 @@ class _Choice:
             turns,
             self.table.bowed_deg,
             waviness_deg,
+            [str(id_) for id_ in np.asarray(self.table.ids)[self.use]],
         )
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:

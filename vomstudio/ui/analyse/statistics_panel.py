@@ -111,7 +111,8 @@ class StatisticsPanel(SeenPanel):
             vectors = np.array([line.vector() for line in lines])
             found = set_statistics(vectors, "lines", turns=turns)
             return [(tr("Lines"), statistics_rows(found, notation))]
-        planes = [plane for f in own if (plane := measured[f.id].plane) is not None]
+        named = [(f.name, plane) for f in own if (plane := measured[f.id].plane) is not None]
+        planes = [plane for _, plane in named]
         vectors = -np.array([plane.normal() for plane in planes])
         rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
         pooled = self._pooled(own)
@@ -119,7 +120,10 @@ class StatisticsPanel(SeenPanel):
         if len(planes) > 2 and not pooled:
             try:
                 axis = fold_axis(
-                    [p.dip_direction_deg for p in planes], [p.dip_deg for p in planes], turns
+                    [p.dip_direction_deg for p in planes],
+                    [p.dip_deg for p in planes],
+                    turns,
+                    names=[name for name, _ in named],
                 )
                 pages.insert(0, (tr("As a fold"), fold_rows(axis, notation)))
                 pages[1:1] = _domains([f.set_name for f in own], planes, axis)

@@ -98,7 +98,8 @@ class BeddingAxis:
         records = self._studio.records
         models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
         normals = np.array([fit.normal for fit in fitted.values()])
-        return partial(_axis_of, normals, models)
+        names = [getattr(get_feature(records, id_), "name", "") or id_ for id_ in fitted]
+        return partial(_axis_of, normals, models, names)
 
     def _too_few(self, count: int) -> str:
         if self._only_selected():
@@ -123,10 +124,12 @@ class BeddingAxis:
         )
 
 
-def _axis_of(normals: npt.NDArray[np.float64], models: list[Model | None]) -> FoldAxis | str:
+def _axis_of(
+    normals: npt.NDArray[np.float64], models: list[Model | None], names: list[str]
+) -> FoldAxis | str:
     azimuths, dips, _ = normals_to_planes(normals)
     try:
-        return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models))
+        return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models), names=names)
     except VomError as error:
         return str(error)
 
