@@ -70,7 +70,7 @@ def verdict_of(
     curve) where it is known."""
     near, far = _limits(waviness_deg)
     cone = shape.cone
-    if cone is not None and _conical(cone, far) and _ring(shape, cone):
+    if cone is not None and _conical(cone, far) and _ring(shape, cone, far):
         return Verdict("conical", "no", (_said_cone(cone, shape.rms_deg),))
     if _one_dip(shape, error95_deg):
         return Verdict("homoclinal", "conditional", (_said_one_dip(shape),))
@@ -194,10 +194,10 @@ def _conical(cone: Cone, far: float) -> bool:
     )
 
 
-def _ring(shape: Shape, cone: Cone) -> bool:
-    """Whether a narrow cone shows at a glance: many poles, close to it. Two limbs of one dip each
-    lie on many cones."""
-    if shape.limbs is not None and shape.limbs.flat:
+def _ring(shape: Shape, cone: Cone, far: float) -> bool:
+    """Whether a cone shows at a glance: many poles, close to it. Two limbs of one dip each, near a
+    great circle, lie on many cones."""
+    if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return False
     close = cone.rms_deg <= CONE_EVEN_RING * min(cone.half_angle_deg, 50.0)
     return shape.n >= 10 and cone.half_angle_deg <= 60.0 and close
