@@ -240,6 +240,8 @@ def _closed_circle(poles: Array) -> list[tuple[Array, float, Array]]:
     a, b, c, d, e, f = np.linalg.svd(terms, full_matrices=False)[2][5]
     values, axes = np.linalg.eigh(np.array([[a, d, e], [d, b, f], [e, f, c]]))
     sought = axes[:, 0 if values[1] - values[0] > values[2] - values[1] else 2]
+    if float(np.abs(poles @ sought).min()) < math.sin(math.radians(END_IN_DOUBT_DEG / 2.0)):
+        return []
     for _ in range(2):
         fitted = _fitted_circle(flip_to(poles, sought))
         sought = fitted[0]
