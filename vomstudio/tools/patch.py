@@ -28,7 +28,7 @@ from vomstudio.tools.open_steps import Discarded
 from vomstudio.tools.patch_reading import patch_reading
 from vomstudio.tools.polyline import rgb
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.tools.tool_entry import NoSteps, ToolEntry
 from vomstudio.words import to_translate, tr
 
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
@@ -51,7 +51,7 @@ _HINT_ERASES = to_translate(
 )
 
 
-class PatchTool:
+class PatchTool(NoSteps):
     """Paints patches; see the module."""
 
     name = "patch"
@@ -86,11 +86,6 @@ class PatchTool:
     def continued(self) -> bool:
         """The current patch existed before this tool continued it."""
         return self._before is not None and self.current is not None
-
-    @property
-    def undo_label(self) -> str | None:
-        # Strokes are edits: the document takes them back.
-        return None
 
     @property
     def radius(self) -> float:

@@ -86,6 +86,12 @@ class SelectTool:
         return None if self._chosen is None else self._chosen.last_step
 
     @property
+    def redo_label(self) -> str | None:
+        if self._shape is not None or self._chosen is None:
+            return None
+        return self._chosen.next_step
+
+    @property
     def measurement(self) -> Measurement | None:
         """Of the plane through what is chosen; None where that is too much to be measured live."""
         return self._preview.measurement(self.chosen)
@@ -280,8 +286,14 @@ class SelectTool:
                 self._shape = None
             self._changed()
             return True
+        return self._chosen is not None and self._stepped(self._chosen.undo())
+
+    def redo(self) -> bool:
+        """Do the step again that was taken back last."""
+        return self._chosen is not None and self._stepped(self._chosen.redo())
+
+    def _stepped(self, done: bool) -> bool:
         self.growth.seed = None
-        done = self._chosen is not None and self._chosen.undo()
         if done:
             self._keep_draft()
             self._changed()
@@ -348,6 +360,7 @@ class SelectTool:
     def _let_go(self, chosen: ChosenElements, label: str, back: Callable[[], None]) -> None:
         self._drop()
         self._keep_draft()
+        chosen.settle()
 
         def bring_back() -> bool:
             back()
@@ -362,7 +375,7 @@ class SelectTool:
                 self.name,
                 label,
                 bring_back,
-                lambda: self._chosen is chosen and chosen.mask is untouched,
+                lambda: self._chosen is chosen and np.array_equal(chosen.mask, untouched),
             )
         )
 

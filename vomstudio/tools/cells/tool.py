@@ -36,10 +36,6 @@ class CellsTool(NothingOpen):
     def open(self) -> bool:
         return False
 
-    @property
-    def undo_label(self) -> str | None:
-        return None
-
     def hint(self) -> str:
         if not self._context.session.of(FaceGrid):
             return tr("Cells: lay a grid over the face first (Analyse > What was looked at).")
