@@ -235,6 +235,11 @@ def test_mistakes_of_marking_cells(ready):
     takes_back(window, lambda: click(window.viewport, at), UNDO)
     driver.move(window.viewport, at)
     takes_back(window, lambda: key(window, Qt.Key.Key_X), UNDO)
+    # A double click is no mark and its contrary.
+    before = grid_edits.marks_of(studio.records[grid.id])
+    QTest.mouseClick(window.viewport, LEFT, NONE, at)
+    QTest.mouseDClick(window.viewport, LEFT, NONE, at)
+    assert grid_edits.marks_of(studio.records[grid.id]) != before
     takes_back(window, lambda: studio.attempt(grid_edits.remove_grid, grid.id), UNDO)
 
 
