@@ -1,10 +1,9 @@
-"""The steps of an unfinished feature, and what of it was discarded and can come back."""
+"""The steps of an unfinished feature."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from collections.abc import Sequence
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,26 +12,9 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Picked, Point
 from vomstudio.errors import VomError
 from vomstudio.tools.interaction_types import Hit
-
-if TYPE_CHECKING:
-    from vomstudio.tools.tool_context import ToolContext
+from vomstudio.tools.tool_context import ToolContext
 
 F = TypeVar("F", bound=Picked)
-
-
-@dataclass(frozen=True, eq=False)
-class Discarded:
-    """What a tool has let go unfinished.
-
-    tool : the name of the tool; label : in words, like the label of an edit
-    bring_back : open it again as it was; False, with the reason shown, where that cannot be
-    untouched : whether it is open now, as it was when it was brought back
-    """
-
-    tool: str
-    label: str
-    bring_back: Callable[[], bool]
-    untouched: Callable[[], bool]
 
 
 def step_label(before: Sequence[Any], after: Sequence[Any]) -> str:

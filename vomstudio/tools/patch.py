@@ -23,8 +23,15 @@ from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.brush_stroke import Stroke
-from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import (
+    BrushRing,
+    Button,
+    Discarded,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+)
 from vomstudio.tools.patch_reading import patch_reading
 from vomstudio.tools.polyline import rgb
 from vomstudio.tools.tool_context import ToolContext

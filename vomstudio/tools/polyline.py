@@ -20,8 +20,8 @@ from vomstudio.document.measurement import Measurement, world_points
 from vomstudio.document.records import FeatureType, Model, Picked, Point, get_feature
 from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.open_steps import Discarded, SteppedFeature
+from vomstudio.tools.interaction_types import Button, Discarded, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.open_steps import SteppedFeature
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr, tr_n
 

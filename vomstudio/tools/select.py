@@ -21,8 +21,7 @@ from vomstudio.geometry import transform
 from vomstudio.tools.chosen_elements import ChosenElements, Combine, Mask, combined
 from vomstudio.tools.drawn_shape import DrawnShape
 from vomstudio.tools.growth import Growth, Seed
-from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Button, Discarded, Pointer, PointerEvent
 from vomstudio.tools.select_changes import SelectChanges
 from vomstudio.tools.select_preview import SelectPreview
 from vomstudio.tools.select_words import HINTS, STEPS, Way, chosen_text

@@ -10,8 +10,7 @@ from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.followed_line import PathFinder
-from vomstudio.tools.interaction_types import PointerEvent, Preview
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Discarded, PointerEvent, Preview
 from vomstudio.tools.outcrop_elements import OutcropElements
 
 T = TypeVar("T")

@@ -3,7 +3,7 @@ that were discarded, and edits of the document. Each says what it took back or b
 
 from __future__ import annotations
 
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Discarded
 from vomstudio.tools.tool_context import Tool
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
