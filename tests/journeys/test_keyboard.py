@@ -17,7 +17,11 @@ from PySide6.QtWidgets import (
 
 from tests import driver
 from tests.driver import click, key, look_at, wait
+from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.tools.line import LineTool
+from vomstudio.tools.trace import TraceTool
+from vomstudio.ui.common.vertex_table import VertexTable
+from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
@@ -298,6 +302,72 @@ def test_every_field_of_every_panel_hands_the_keyboard_back(opened):
                 assert on_outcrop(opened), (name, field.objectName(), code)
                 tried += 1
     assert tried >= 8
+
+
+# --- tables that are filled in by hand ---------------------------------------------------------
+def press_cell(table, row: int, column: int) -> None:
+    """Click a cell."""
+    at = table.visualRect(table.model().index(row, column)).center()
+    QTest.mouseClick(table.viewport(), driver.LEFT, driver.NONE, at)
+    wait(table.hasFocus, "the table's focus", 5.0)
+
+
+def type_keys(text: str) -> None:
+    """Each key for whatever has the focus when it is pressed."""
+    for letter in text:
+        QTest.keyClicks(QApplication.focusWidget(), letter)
+        QApplication.processEvents()
+
+
+def test_what_is_typed_on_a_cell_goes_into_it_and_enter_hands_the_keyboard_back(opened):
+    key(opened, Qt.Key.Key_C)
+    panel = driver.tool_panel(opened, ControlPanel)
+    click(opened.viewport, opened.viewport.rect().center())
+    camera = opened.viewport.moves.camera_state()
+    for column, text in ((1, "PCT1"), (2, "372415.5"), (3, "4709817"), (4, "-12")):
+        opened.docks.bring_forward("tool")
+        press_cell(panel.table, 0, column)
+        type_keys(text)
+        key(opened, Qt.Key.Key_Return)
+        assert on_outcrop(opened)
+        assert opened.studio.tool_name == "control"
+    (point,) = opened.studio.session.of(ControlPoint)
+    assert point.name == "PCT1"
+    assert point.position == pytest.approx((372415.5, 4709817.0, -12.0))
+    assert opened.viewport.moves.camera_state() == camera
+    # A letter is no number: it is the outcrop's.
+    press_cell(panel.table, 0, 2)
+    type_keys("n")
+    assert opened.studio.tool_name == "navigate"
+
+
+def test_a_vertex_is_typed_and_deleted_in_its_row(opened):
+    key(opened, Qt.Key.Key_T)
+    middle = opened.viewport.rect().center()
+    for dx, dy in ((-80, 10), (-30, -35), (20, 30), (75, -10)):
+        click(opened.viewport, middle + QPoint(dx, dy))
+    tool = opened.studio.tool_of(TraceTool)
+    table = driver.tool_panel(opened, TracePanel).findChild(VertexTable)
+    before, camera = tool.vertices, opened.viewport.moves.camera_state()
+    height = float(table.item(1, 2).text()) + 0.125
+    press_cell(table, 1, 2)
+    type_keys(f"{height:.3f}")
+    key(opened, Qt.Key.Key_Return)
+    assert on_outcrop(opened)
+    assert tool.vertices[1][2] - before[1][2] == pytest.approx(0.125, abs=1e-3)
+    assert opened.viewport.moves.camera_state() == camera
+    press_cell(table, 2, 0)
+    QTest.keyClick(table, Qt.Key.Key_Delete)
+    assert tool.vertices == (*before[:1], tool.vertices[1], before[3])
+    assert tool.open
+
+
+def test_letters_on_the_table_of_orientations_open_no_cell(opened):
+    one_plane(opened)
+    press_cell(opened.table.view, 0, 0)
+    type_keys("t")
+    assert opened.studio.tool_name == "trace"
+    assert on_outcrop(opened)
 
 
 # --- mouse and wheel -------------------------------------------------------------------------

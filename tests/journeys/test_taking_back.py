@@ -4,23 +4,34 @@ time, pressed once."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
 
 from tests import driver
-from tests.driver import CTRL, NONE, click, drag, key, look_at, wait
-from vomstudio.document import edits
+from tests.driver import CTRL, LEFT, NONE, click, drag, key, look_at, wait
+from vomstudio.document import edits, grid_edits
+from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.kinds.patch import Patch
+from vomstudio.document.records import FaceGrid
 from vomstudio.tools.patch import PatchTool
+from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 UNDO = (Qt.Key.Key_Z, CTRL)
 BACK = (Qt.Key.Key_Z, SHIFT)
 LAST = (Qt.Key.Key_Backspace, NONE)
-LETTERS = {"trace": Qt.Key.Key_T, "line": Qt.Key.Key_L, "measure": Qt.Key.Key_M}
+LETTERS = {
+    "trace": (Qt.Key.Key_T,),
+    "line": (Qt.Key.Key_L,),
+    "measure": (Qt.Key.Key_M,),
+    "contact": (Qt.Key.Key_E,),
+    "lithology": (Qt.Key.Key_R, SHIFT),
+}
 
 
 @pytest.fixture
@@ -46,9 +57,13 @@ def seen(window) -> dict[str, Any]:
     studio, camera = window.studio, window.viewport.camera
     tool = studio.open_tool
     clip = studio.display.clip_shown
+    chosen = getattr(tool, "chosen", None)
+    hidden = studio.workspace.elements.all_hidden()
     return {
-        "features": {f.id: f for f in studio.session.features()},
+        "records": dict(studio.records),
         "open": None if tool is None else getattr(tool, "vertices", None),
+        "chosen": None if chosen is None else chosen.mask.tobytes(),
+        "hidden": {id_: mask.tobytes() for id_, mask in hidden.items()},
         "view": np.round(
             np.concatenate([camera.position, camera.frame.ravel(), [camera.orthographic]]), 6
         ).tolist(),
@@ -78,11 +93,11 @@ def takes_back(
     assert seen(window) == before
 
 
-@pytest.mark.parametrize("name", ["trace", "line", "measure"])
+@pytest.mark.parametrize("name", LETTERS)
 def test_mistakes_of_tools_that_click_points(ready, name):
     window, studio = ready, ready.studio
     at = spots(window)
-    key(window, LETTERS[name])
+    key(window, *LETTERS[name])
     if name == "measure":
         studio.tool.choose(kind="area")
     for spot in at[:2]:
@@ -116,6 +131,122 @@ def test_mistakes_of_tools_that_click_points(ready, name):
 
 
 RIGHT = Qt.MouseButton.RightButton
+
+
+def test_mistakes_of_stations_and_known_lines(ready):
+    window, studio = ready, ready.studio
+    at = spots(window)
+    key(window, Qt.Key.Key_D)
+    # 1: a click too many; 2: a station moved, where 3: Esc came in place of Enter; 4: deleted;
+    # 5: a wrong number
+    click(window.viewport, at[0])
+    takes_back(window, lambda: click(window.viewport, at[1]), UNDO)
+    (made,) = studio.session.features()
+    takes_back(window, lambda: moved(window, made.id, at[2]), UNDO)
+    studio.selection.set([made.id])
+    window.actions_table.run("continue_trace")
+    takes_back(window, lambda: click(window.viewport, at[2]), UNDO)
+    click(window.viewport, at[2])
+    takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
+    key(window, Qt.Key.Key_Escape)
+    studio.selection.set([made.id])
+    takes_back(window, lambda: key(window, Qt.Key.Key_Delete), UNDO)
+    takes_back(window, lambda: studio.attempt(edits.set_attributes, [made.id], number="7"), UNDO)
+    key(window, Qt.Key.Key_N)
+    key(window, Qt.Key.Key_K)
+    assert studio.tool_name == "known_line"
+    # 6: the first end clicked, by either key; 7: Esc; 8: the whole line; 9: its value
+    takes_back(window, lambda: click(window.viewport, at[0]), LAST)
+    takes_back(window, lambda: click(window.viewport, at[0]), UNDO)
+    click(window.viewport, at[0])
+    takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
+    key(window, Qt.Key.Key_Escape)
+
+    def whole_line() -> None:
+        click(window.viewport, at[0])
+        click(window.viewport, at[3])
+
+    takes_back(window, whole_line, UNDO)
+    whole_line()
+    (line,) = studio.session.of(KnownLine)
+    takes_back(
+        window,
+        lambda: studio.attempt(edits.change_feature, replace(line, kind="length", value=2.0)),
+        UNDO,
+    )
+
+
+def moved(window, id_: str, to: QPoint) -> None:
+    window.studio.selection.set([id_])
+    window.actions_table.run("continue_trace")
+    click(window.viewport, to)
+    key(window, Qt.Key.Key_Return)
+
+
+def test_mistakes_of_choosing_on_the_surface(ready):
+    window, studio = ready, ready.studio
+    at = spots(window)
+    key(window, Qt.Key.Key_S)
+    run = window.actions_table.run
+    # What lies beside what is looked up at the first click of all.
+    click(window.viewport, at[0])
+    wait(lambda: studio.tool.count, "what is grown from a click")
+    key(window, *UNDO)
+    # 1: the first click; 2: another; 3: a ring too many; 4: turned round; 5: everything
+    takes_back(window, lambda: click(window.viewport, at[0]), UNDO)
+    click(window.viewport, at[0])
+    wait(lambda: studio.tool.count, "what is grown from a click")
+    takes_back(window, lambda: click(window.viewport, at[3], SHIFT), UNDO)
+    count = studio.tool.count
+    run("select_wider")
+    wait(lambda: studio.tool.count > count, "its neighbours")
+    for step in ("select_wider", "select_invert", "select_everything"):
+        takes_back(window, lambda step=step: run(step), UNDO)
+    # 6: Esc; 7: hidden; 8: isolated; 9: shown again; 10: a patch of it all
+    takes_back(window, lambda: key(window, Qt.Key.Key_Escape), UNDO)
+    takes_back(window, lambda: key(window, Qt.Key.Key_H), UNDO)
+    rest(window)
+    takes_back(window, lambda: run("isolate_elements"), BACK, view=True)
+    run("isolate_elements")
+    key(window, Qt.Key.Key_Escape)
+    takes_back(window, lambda: run("show_elements"), UNDO)
+    click(window.viewport, at[0])
+    wait(lambda: studio.tool.count, "what is grown from a click")
+    before = dict(studio.records)
+    key(window, Qt.Key.Key_Return)
+    key(window, *UNDO)
+    assert dict(studio.records) == before
+
+
+def test_mistakes_of_marking_cells(ready):
+    window, studio = ready, ready.studio
+    run = window.actions_table.run
+    run("looked_at")
+    panel = window.findChild(LookedAtPanel)
+    driver.pause(200)
+    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the figures")
+    takes_back(window, lambda: lay(window, panel), UNDO)
+    lay(window, panel)
+    (grid,) = studio.session.of(FaceGrid)
+    wait(lambda: studio.workspace.grids.exposed(grid.id), "its cells")
+    assert studio.tool_name == "cells"
+    driver.focus(window)
+    at = window.viewport.rect().center()
+    takes_back(window, lambda: click(window.viewport, at), UNDO)
+    driver.move(window.viewport, at)
+    takes_back(window, lambda: key(window, Qt.Key.Key_X), UNDO)
+    # A double click is no mark and its contrary.
+    before = grid_edits.marks_of(studio.records[grid.id])
+    QTest.mouseClick(window.viewport, LEFT, NONE, at)
+    QTest.mouseDClick(window.viewport, LEFT, NONE, at)
+    assert grid_edits.marks_of(studio.records[grid.id]) != before
+    takes_back(window, lambda: studio.attempt(grid_edits.remove_grid, grid.id), UNDO)
+
+
+def lay(window, panel: LookedAtPanel) -> None:
+    QTest.mouseClick(panel.lay, LEFT, NONE, panel.lay.rect().center())
+    wait(lambda: window.studio.session.of(FaceGrid), "the grid")
+    driver.focus(window)
 
 
 def test_mistakes_of_the_brush(ready):
@@ -177,3 +308,71 @@ def test_mistakes_while_navigating(ready):
         lambda: key(window, Qt.Key.Key_F),
     ):
         takes_back(window, mistake, BACK, view=True)
+
+
+def state_of(window) -> tuple[Any, ...]:
+    tool = window.studio.open_tool
+    chosen = getattr(tool, "chosen", None)
+    return (
+        {f.id: f for f in window.studio.session.features()},
+        None if tool is None else tool.name,
+        getattr(tool, "vertices", None),
+        None if chosen is None else chosen.mask.tobytes(),
+    )
+
+
+def back_and_forth(window, count: int) -> None:
+    """Undo so many steps and redo them: each redo brings what its undo took, and says so."""
+    states, said = [state_of(window)], []
+    for _ in range(count):
+        key(window, *UNDO)
+        states.append(state_of(window))
+        said.append(window.statusBar().currentMessage().removeprefix("Undone: "))
+        assert states[-1] != states[-2], said
+    for step in reversed(range(count)):
+        key(window, Qt.Key.Key_Z, CTRL | SHIFT)
+        assert state_of(window) == states[step], said[step]
+        assert window.statusBar().currentMessage() == f"Redone: {said[step]}"
+
+
+@pytest.mark.parametrize("name", LETTERS)
+def test_an_undo_too_many_is_redone_while_points_are_picked(ready, name):
+    window, studio = ready, ready.studio
+    at = spots(window)
+    key(window, Qt.Key.Key_T)
+    for spot in at:
+        click(window.viewport, spot + QPoint(0, 20))
+    key(window, Qt.Key.Key_Return)
+    key(window, *LETTERS[name])
+    if name == "measure":
+        studio.tool.choose(kind="area")
+    for spot in at[:3]:
+        click(window.viewport, spot)
+    drag(window.viewport, at[0], at[0] + QPoint(0, 16))
+    # All of it, and the trace before it.
+    back_and_forth(window, 5)
+    # Another click is another way: what was undone does not come back.
+    key(window, *UNDO)
+    click(window.viewport, at[3])
+    assert studio.redo_label is None
+    # What undo took from the document waits until nothing is open.
+    key(window, Qt.Key.Key_Escape)
+    back_and_forth(window, 2)
+
+
+def test_an_undo_too_many_is_redone_while_faces_are_chosen(ready):
+    window, studio = ready, ready.studio
+    at = spots(window)
+    key(window, Qt.Key.Key_S)
+    assert studio.tool_name == "select"
+    click(window.viewport, at[0])
+    wait(lambda: studio.tool.count, "what is grown from a click")
+    count = studio.tool.count
+    window.actions_table.run("select_wider")
+    wait(lambda: studio.tool.count > count, "a ring more")
+    back_and_forth(window, 2)
+    # What was undone before Esc is not what redo brings after it.
+    window.actions_table.run("select_invert")
+    key(window, *UNDO)
+    key(window, Qt.Key.Key_Escape)
+    back_and_forth(window, 3)

@@ -445,3 +445,23 @@ def test_long_words_in_the_status_line_do_not_widen_the_window(window) -> None:
     QApplication.processEvents()
     assert window.width() == before
     assert window.minimumSizeHint().width() <= before
+
+
+def test_a_long_message_in_the_status_line_ends_before_what_stands_beside_it(window) -> None:
+    line = window.status_line
+    line._position.setText("E 372 419.990  N 4 709 815.817  Z 613.642 m")
+    words = "The orthophoto was written to /a/folder/with/a/long/name" * 6 + "/view.tif."
+    window.resize(1000, 700)
+    line.showMessage(words)
+    QApplication.processEvents()
+    assert line.currentMessage() == line.toolTip() == words
+    room = line._room()
+    assert room.right() < line._position.x()
+    picture = line.grab().toImage()
+    blank = picture.pixelColor(room.right() + 4, line.height() // 2)
+    scale = picture.devicePixelRatio()
+    for x in range(int((room.right() + 2) * scale), int((line._position.x() - 1) * scale)):
+        for y in range(4, picture.height() - 4):
+            assert picture.pixelColor(x, y) == blank, (x, y)
+    line.clearMessage()
+    assert line.toolTip() == ""

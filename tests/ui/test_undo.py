@@ -97,8 +97,12 @@ def test_nothing_is_said_where_nothing_can_be_undone(window, studio):
 
 
 # --- Esc is a step ---------------------------------------------------------------------------
-@pytest.mark.parametrize("name", ["trace", "line", "measure"])
-def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name):
+@pytest.mark.parametrize(
+    ("name", "noun"),
+    [("trace", "trace"), ("line", "line"), ("measure", "measurement"), ("contact", "contact line"),
+     ("lithology", "rock area")],
+)  # fmt: skip
+def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, noun):
     cliff.activate(name)
     if name == "measure":
         cliff.tool.choose(kind="polyline")
@@ -108,18 +112,18 @@ def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name):
     run(window, "cancel")
     assert not tool.open
     assert cliff.session.draft is None
-    assert texts(window)[0] == f"&Undo Discard the open {name}"
-    assert run(window, "undo") == f"Undone: Discard the open {name}"
+    assert texts(window)[0] == f"&Undo Discard the open {noun}"
+    assert run(window, "undo") == f"Undone: Discard the open {noun}"
     assert tool.open
     assert tool.vertices == ZIGZAG[:5]
     assert cliff.session.draft.state == draft, "a crash now would lose the picks"
     # Forth and back as often as one likes, and each point is still a step of its own.
-    assert run(window, "redo") == f"Redone: Discard the open {name}"
+    assert run(window, "redo") == f"Redone: Discard the open {noun}"
     assert not tool.open
     run(window, "undo")
     run(window, "undo")
     assert tool.vertices == ZIGZAG[:4]
-    assert texts(window)[1] == "&Redo", "what was brought back has been changed since"
+    assert texts(window)[1] == "&Redo Point 5"
     run(window, "finish")
     assert cliff.session.features()[-1].vertices == ZIGZAG[:4]
 
@@ -145,7 +149,10 @@ def test_undoing_the_only_point_does_not_bring_it_back_again(window, cliff):
     cliff.activate("trace")
     click(cliff, ZIGZAG[0])
     assert run(window, "undo") == "Undone: Point 1"
-    assert texts(window)[0] == "&Undo Open model cliff"
+    assert texts(window) == ("&Undo Open model cliff", "&Redo Point 1")
+    assert run(window, "redo") == "Redone: Point 1"
+    assert cliff.tool.vertices == ZIGZAG[:1]
+    assert texts(window) == ("&Undo Point 1", "&Redo")
 
 
 def test_the_only_point_comes_back_after_it_was_deleted(window, cliff):

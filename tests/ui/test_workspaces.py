@@ -310,6 +310,22 @@ def test_a_window_comes_back_from_a_screen_that_is_gone(qtbot):
     assert screen.intersected(window.frameGeometry()).height() > 400
 
 
+def test_a_window_fits_a_screen_that_has_shrunk(window):
+    screen = QGuiApplication.primaryScreen()
+    area = screen.availableVirtualGeometry()
+    window.resize(area.width() + 500, area.height() + 300)
+    driver.pause(50)
+    screen.availableGeometryChanged.emit(area)
+    driver.wait(lambda: area.contains(window.frameGeometry()), "the smaller window", 5.0)
+    # What fits stays as it is.
+    window.resize(1000, 600)
+    driver.pause(50)
+    before = window.geometry()
+    screen.availableGeometryChanged.emit(area)
+    driver.pause(50)
+    assert window.geometry() == before
+
+
 def test_a_floating_dock_comes_back_from_a_screen_that_is_gone(window):
     dock = window.docks["stereonet"]
     dock.setFloating(True)

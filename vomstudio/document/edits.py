@@ -306,7 +306,8 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         after[id_] = replace(feature, **values, **also)
     if not after:
         raise DocumentError(tr("Nothing is selected. Select a feature first."))
-    what = " and ".join(key.removesuffix("_id").removesuffix("_name") for key in values)
+    plain = (key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values)
+    what = " and ".join(plain)
     who = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
     return change(records, f"Change {what} of {who}", after)
 

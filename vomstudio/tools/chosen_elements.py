@@ -47,11 +47,17 @@ class ChosenElements:
         self.mask: Mask = np.zeros(size, np.bool_)
         self.count = 0
         self._steps: list[tuple[str, npt.NDArray[np.uint8]]] = []
+        self._ahead: list[tuple[str, npt.NDArray[np.uint8]]] = []
 
     @property
     def last_step(self) -> str | None:
         """What the last step was; None where there is none to take back."""
         return self._steps[-1][0] if self._steps else None
+
+    @property
+    def next_step(self) -> str | None:
+        """What the step was that was taken back last; None where there is none."""
+        return self._ahead[-1][0] if self._ahead else None
 
     def ids(self) -> Ints:
         """(k,) of the chosen ones, sorted."""
@@ -62,11 +68,13 @@ class ChosenElements:
         if np.array_equal(mask, self.mask):
             return False
         self._steps = [*self._steps[1 - _STEPS :], (step, np.packbits(self.mask))]
+        self._ahead = []
         self._take(mask)
         return True
 
     def change_last(self, mask: Mask) -> None:
         """Have the last step lead to these."""
+        self._ahead = []
         self._take(mask)
 
     def before_last(self) -> Mask:
@@ -77,8 +85,23 @@ class ChosenElements:
         """Take the last step back; False where there is none."""
         if not self._steps:
             return False
-        self._take(self._unpacked(self._steps.pop()[1]))
+        step, before = self._steps.pop()
+        self._ahead.append((step, np.packbits(self.mask)))
+        self._take(self._unpacked(before))
         return True
+
+    def redo(self) -> bool:
+        """Do the step again that was taken back last; False where there is none."""
+        if not self._ahead:
+            return False
+        step, after = self._ahead.pop()
+        self._steps.append((step, np.packbits(self.mask)))
+        self._take(self._unpacked(after))
+        return True
+
+    def settle(self) -> None:
+        """What was taken back is not done again."""
+        self._ahead = []
 
     def _take(self, mask: Mask) -> None:
         self.mask, self.count = mask, int(np.count_nonzero(mask))

@@ -30,6 +30,7 @@ class ContactTool(FollowingTool[Contact]):
     """Picks two points or more. It keeps its own type for the next feature."""
 
     name = "contact"
+    noun = "contact line"
     record = Contact
 
     def __init__(self, context: Any) -> None:

@@ -43,10 +43,6 @@ class ControlTool(NothingOpen):
         return False
 
     @property
-    def undo_label(self) -> str | None:
-        return None
-
-    @property
     def current(self) -> ControlPoint | None:
         """What the next click finds; None for a new point."""
         return get(self._context.session.records, self._current, ControlPoint)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -148,3 +149,18 @@ class Preview:
     path: npt.NDArray[np.float64] | None = None
     ahead: npt.NDArray[np.float64] | None = None
     outline: Outline | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Discarded:
+    """What a tool has let go unfinished.
+
+    tool : the name of the tool; label : in words, like the label of an edit
+    bring_back : open it again as it was; False, with the reason shown, where that cannot be
+    untouched : whether it is open now, as it was when it was brought back
+    """
+
+    tool: str
+    label: str
+    bring_back: Callable[[], bool]
+    untouched: Callable[[], bool]

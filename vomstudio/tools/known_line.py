@@ -34,6 +34,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
     for planes and lines alike that were read by compass."""
 
     name = "known_line"
+    noun = "known line"
     record = KnownLine
 
     def __init__(self, context: Any) -> None:

@@ -31,6 +31,7 @@ class LithologyTool(FollowingTool[Lithology]):
     one outline at a time and the newest next, where the model is large."""
 
     name = "lithology"
+    noun = "rock area"
     record = Lithology
 
     def __init__(self, context: Any) -> None:

@@ -38,6 +38,7 @@ class MeasureTool(PolylineTool[Dimension]):
     """A distance or thickness ends with its second point, the others with Enter."""
 
     name = "measure"
+    noun = "measurement"
     record = Dimension
 
     def __init__(self, context: Any) -> None:

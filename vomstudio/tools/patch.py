@@ -23,12 +23,19 @@ from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.brush_stroke import Stroke
-from vomstudio.tools.interaction_types import BrushRing, Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import (
+    BrushRing,
+    Button,
+    Discarded,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+)
 from vomstudio.tools.patch_reading import patch_reading
 from vomstudio.tools.polyline import rgb
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.tools.tool_entry import ToolEntry
+from vomstudio.tools.tool_entry import NoSteps, ToolEntry
 from vomstudio.words import to_translate, tr
 
 SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
@@ -51,7 +58,7 @@ _HINT_ERASES = to_translate(
 )
 
 
-class PatchTool:
+class PatchTool(NoSteps):
     """Paints patches; see the module."""
 
     name = "patch"
@@ -86,11 +93,6 @@ class PatchTool:
     def continued(self) -> bool:
         """The current patch existed before this tool continued it."""
         return self._before is not None and self.current is not None
-
-    @property
-    def undo_label(self) -> str | None:
-        # Strokes are edits: the document takes them back.
-        return None
 
     @property
     def radius(self) -> float:

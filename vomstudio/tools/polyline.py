@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +20,8 @@ from vomstudio.document.measurement import Measurement, world_points
 from vomstudio.document.records import FeatureType, Model, Picked, Point, get_feature
 from vomstudio.errors import DocumentError, VomError
 from vomstudio.geometry import transform
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.tools.open_steps import Discarded, step_label
+from vomstudio.tools.interaction_types import Button, Discarded, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.open_steps import SteppedFeature
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr, tr_n
 
@@ -31,22 +31,13 @@ Floats = npt.NDArray[np.float64]
 BLANK_COLOR = "#e69f00"
 
 
-class PolylineTool(Generic[F]):
-    """The unfinished feature is an ordinary record that is not in the document yet."""
+class PolylineTool(SteppedFeature[F]):
+    """The unfinished feature is an ordinary record that is not in the document yet. noun : what it
+    picks, in the words of undo, where its name is none"""
 
     name: ClassVar[str]
+    noun: ClassVar[str] = ""
     paints: ClassVar[bool] = False
-    record: ClassVar[type[Any]]
-
-    def __init__(self, context: ToolContext) -> None:
-        self._context = context
-        self._feature: F | None = None
-        self._continued = False
-        self._steps: list[tuple[Point, ...]] = []
-        self._hover: Hit | None = None
-        self._drag_from: tuple[Point, ...] | None = None
-        self.current_vertex: int | None = None
-        self.measurement: Measurement | None = None
 
     # --- what a tool has of its own ----------------------------------------------------------
     def hint(self) -> str:
@@ -109,37 +100,6 @@ class PolylineTool(Generic[F]):
     def why_not_cancel(self) -> str | None:
         return None if self.open else tr("No feature is open.")
 
-    # --- state -------------------------------------------------------------------------------
-    @property
-    def open(self) -> bool:
-        """A feature is being picked."""
-        return self._feature is not None
-
-    @property
-    def feature(self) -> F | None:
-        """The open feature; None where there is none."""
-        return self._feature
-
-    @property
-    def continued(self) -> bool:
-        """The open feature is one of the document that was continued."""
-        return self._continued
-
-    @property
-    def vertices(self) -> tuple[Point, ...]:
-        """Vertices of the open feature, in the model's file frame."""
-        return self._feature.vertices if self._feature else ()
-
-    @property
-    def undo_label(self) -> str | None:
-        if self._steps:
-            return step_label(self._steps[-1], self.vertices)
-        return f"Continue {self._feature.name}" if self._feature and self._unchanged() else None
-
-    def _unchanged(self) -> bool:
-        known = self._context.session.records.get(self._feature.id) if self._feature else None
-        return self._continued and isinstance(known, Picked) and known.vertices == self.vertices
-
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
         """Add, insert, mark or move vertices; a double click finishes."""
@@ -199,6 +159,7 @@ class PolylineTool(Generic[F]):
         if not isinstance(model, Model):
             self._context.say(tr("This model has been removed from the project."))
             return
+        self._ahead = []
         self._keep(self._new(model, (hit.position,)), [()], None)
 
     def _drag(self, hit: Hit | None) -> None:
@@ -221,65 +182,6 @@ class PolylineTool(Generic[F]):
             self._feature = self._feature.but(vertices=before)
             self._set_vertices(after, self.current_vertex)
 
-    def mark(self, index: int | None) -> None:
-        """Mark the vertex that Delete removes; None for none."""
-        if index != self.current_vertex:
-            self.current_vertex = index
-            self._show()
-            self._context.tool_changed()
-
-    # --- steps -------------------------------------------------------------------------------
-    def insert_vertex(self, position: Point) -> None:
-        """Insert a vertex into the segment that is nearest to `position` (model file frame)."""
-        index = _nearest_segment(np.asarray(self.vertices), np.asarray(position)) + 1
-        self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
-
-    def move_vertex(self, index: int, position: Point) -> None:
-        """Move a vertex to `position` (model file frame)."""
-        changed = list(self.vertices)
-        changed[index] = position
-        self._set_vertices(tuple(changed), index)
-
-    def delete_vertex(self, index: int | None = None) -> None:
-        """Delete a vertex; without an index the marked one."""
-        at = self.current_vertex if index is None else index
-        if self._feature is None or at is None or not 0 <= at < len(self.vertices):
-            return
-        left = (*self.vertices[:at], *self.vertices[at + 1 :])
-        if left or self._continued:
-            self._set_vertices(left)
-        else:
-            self.cancel()
-
-    def undo(self) -> bool:
-        """Undo the last step of the open feature; False where there is none."""
-        if self._feature is None or self.undo_label is None:
-            return False
-        before = self._steps[-1] if self._steps else ()
-        if not self._steps or not (before or self._continued):
-            self._close()
-        else:
-            self._keep(self._feature.but(vertices=before), self._steps[:-1], None)
-        return True
-
-    def _set_vertices(self, vertices: tuple[Point, ...], mark: int | None = None) -> None:
-        assert self._feature is not None
-        feature = self._feature.but(vertices=vertices)
-        self._keep(feature, [*self._steps, self.vertices], mark)
-
-    def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
-        """Write the draft, then adopt and show it. What cannot be written is not done."""
-        try:
-            self._context.session.set_draft(self._state(feature))
-        except VomError as error:
-            self._context.say(str(error))
-        else:
-            self._feature, self._steps, self.current_vertex = feature, steps, mark
-        if self._feature is not None:
-            self._look()
-            self._show()
-        self._context.tool_changed()
-
     # --- beginning and end -------------------------------------------------------------------
     def continue_feature(self, feature_id: str) -> None:
         """Continue a feature of the document. Raises DocumentError."""
@@ -292,7 +194,7 @@ class PolylineTool(Generic[F]):
             raise DocumentError(tr("This tool cannot continue a feature of this kind."))
         self._continued = True
         # No line to where the cursor was last over the outcrop.
-        self._hover = None
+        self._hover, self._ahead = None, []
         self._keep(feature, [], None)
         self._continued = self._feature is not None
 
@@ -330,7 +232,7 @@ class PolylineTool(Generic[F]):
         def untouched() -> bool:
             return self.open and (self._steps, self.vertices) == (steps, feature.vertices)
 
-        what = f"Discard the open {self.name}"
+        what = f"Discard the open {self.noun or self.name}"
         self._context.discarded(Discarded(self.name, what, bring_back, untouched))
 
     def _close(self) -> bool:
@@ -344,11 +246,12 @@ class PolylineTool(Generic[F]):
 
     def forget(self) -> None:
         """The project is being closed; the open feature is kept as a draft."""
+        self._ahead = []
         if self._feature is not None:
             self._reset()
 
     def _reset(self) -> None:
-        self._feature, self._continued, self._steps = None, False, []
+        self._feature, self._continued, self._steps, self._ahead = None, False, [], []
         self._drag_from, self.current_vertex, self.measurement = None, None, None
         # The cursor may be anywhere when the next feature is taken up.
         self._hover = None
@@ -437,15 +340,6 @@ def type_of_draft(context: ToolContext, state: Mapping[str, Any], instead: str) 
     """The type of a draft; the one for what is made next where it is gone."""
     type_id = str(state["type_id"])
     return type_id if isinstance(context.session.records.get(type_id), FeatureType) else instead
-
-
-def _nearest_segment(line: npt.NDArray[np.float64], position: npt.NDArray[np.float64]) -> int:
-    """Index of the segment of a line (k, 3) that is nearest to a position (3,)."""
-    start, step = line[:-1], np.diff(line, axis=0)
-    length = np.maximum((step**2).sum(axis=1), 1e-300)
-    along = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
-    gap = np.linalg.norm(start + along[:, None] * step - position, axis=1)
-    return int(gap.argmin())
 
 
 def rgb(color: str) -> tuple[float, float, float]:

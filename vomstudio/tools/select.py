@@ -21,8 +21,7 @@ from vomstudio.geometry import transform
 from vomstudio.tools.chosen_elements import ChosenElements, Combine, Mask, combined
 from vomstudio.tools.drawn_shape import DrawnShape
 from vomstudio.tools.growth import Growth, Seed
-from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Button, Discarded, Pointer, PointerEvent
 from vomstudio.tools.select_changes import SelectChanges
 from vomstudio.tools.select_preview import SelectPreview
 from vomstudio.tools.select_words import HINTS, STEPS, Way, chosen_text
@@ -84,6 +83,12 @@ class SelectTool:
         if self._shape is not None:
             return tr("Corner") if self._shape.corners > 1 else None
         return None if self._chosen is None else self._chosen.last_step
+
+    @property
+    def redo_label(self) -> str | None:
+        if self._shape is not None or self._chosen is None:
+            return None
+        return self._chosen.next_step
 
     @property
     def measurement(self) -> Measurement | None:
@@ -280,8 +285,14 @@ class SelectTool:
                 self._shape = None
             self._changed()
             return True
+        return self._chosen is not None and self._stepped(self._chosen.undo())
+
+    def redo(self) -> bool:
+        """Do the step again that was taken back last."""
+        return self._chosen is not None and self._stepped(self._chosen.redo())
+
+    def _stepped(self, done: bool) -> bool:
         self.growth.seed = None
-        done = self._chosen is not None and self._chosen.undo()
         if done:
             self._keep_draft()
             self._changed()
@@ -348,6 +359,7 @@ class SelectTool:
     def _let_go(self, chosen: ChosenElements, label: str, back: Callable[[], None]) -> None:
         self._drop()
         self._keep_draft()
+        chosen.settle()
 
         def bring_back() -> bool:
             back()
@@ -362,7 +374,7 @@ class SelectTool:
                 self.name,
                 label,
                 bring_back,
-                lambda: self._chosen is chosen and chosen.mask is untouched,
+                lambda: self._chosen is chosen and np.array_equal(chosen.mask, untouched),
             )
         )
 

@@ -12,7 +12,7 @@ from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.patches import ids_of
 from vomstudio.tools.chosen_elements import ChosenElements, Combine, Mask
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Discarded
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr
 

@@ -30,6 +30,7 @@ class StationTool(PolylineTool[Station]):
     """Nothing stays open but a station that is continued, which the next click or a drag moves."""
 
     name = "station"
+    noun = "field station"
     record = Station
 
     def __init__(self, context: Any) -> None:

@@ -10,8 +10,7 @@ from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.followed_line import PathFinder
-from vomstudio.tools.interaction_types import PointerEvent, Preview
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Discarded, PointerEvent, Preview
 from vomstudio.tools.outcrop_elements import OutcropElements
 
 T = TypeVar("T")
@@ -36,6 +35,11 @@ class Tool(Protocol):
         """The step of the unfinished thing that `undo` would take back; None where there is
         none."""
 
+    @property
+    def redo_label(self) -> str | None:
+        """The step that `redo` would bring again; None where there is none. Where undo took back
+        the first step there still is one, though nothing is open any more."""
+
     def hint(self) -> str:
         """What the next click does, as a sentence for the status line."""
 
@@ -49,6 +53,9 @@ class Tool(Protocol):
 
     def undo(self) -> bool:
         """Take the last step of the unfinished thing back; False where there is none."""
+
+    def redo(self) -> bool:
+        """Bring the step again that was taken back last; False where there is none."""
 
     def finish(self) -> str | None:
         """Keep it; the id of the feature, or None with the reason shown."""

@@ -39,11 +39,26 @@ class ToolEntry:
         return tr(self.label).replace("&", "")
 
 
-class NothingOpen:
-    """What tools share that change something at a click: no steps, no end and no draft."""
+class NoSteps:
+    """What tools share whose steps are edits of the document, which takes them back itself."""
+
+    @property
+    def undo_label(self) -> str | None:
+        return None
+
+    @property
+    def redo_label(self) -> str | None:
+        return None
 
     def undo(self) -> bool:
         return False
+
+    def redo(self) -> bool:
+        return False
+
+
+class NothingOpen(NoSteps):
+    """What tools share that change something at a click: no steps, no end and no draft."""
 
     def finish(self) -> str | None:
         return None

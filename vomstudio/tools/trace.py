@@ -96,7 +96,7 @@ class TraceTool(FollowingTool[Trace]):
         where it comes from; its id, None where it cannot be kept. No trace may be open."""
         self._line.cost = cost
         # No line to where the cursor was last over the outcrop.
-        self._hover = None
+        self._hover, self._ahead = None, []
         self._keep(replace(self._new(model, way_points), notes=notes), [()], None)
         return None if self._feature is None else self._feature.id
 

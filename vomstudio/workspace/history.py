@@ -3,7 +3,8 @@ that were discarded, and edits of the document. Each says what it took back or b
 
 from __future__ import annotations
 
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Discarded
+from vomstudio.tools.tool_context import Tool
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.notices import Notices
@@ -15,7 +16,10 @@ _LONGEST = 100
 
 class History:
     """A discarded feature lies between two edits of the document, and comes back when undo has come
-    to the place where it was discarded."""
+    to the place where it was discarded. So do the steps of a feature all of which were undone:
+    redo brings them when it has come to their place. While a feature has steps they alone are
+    undone and done again: what would come back into the document then, undo would not take back.
+    """
 
     def __init__(
         self, projects: Projects, editing: Editing, tools: ToolHost, notices: Notices
@@ -24,16 +28,17 @@ class History:
         self._tools, self._notices = tools, notices
         self._discarded: list[tuple[int, Discarded]] = []
         self._brought_back: tuple[int, Discarded] | None = None
+        self._emptied: tuple[int, Tool] | None = None
         tools.let_go.connect(self._let_go)
 
     def forget(self) -> None:
         """Another project takes the place of this one."""
         self._discarded.clear()
-        self._brought_back = None
+        self._brought_back = self._emptied = None
 
     def _let_go(self, discarded: Discarded) -> None:
         self._discarded = [*self._discarded[1 - _LONGEST :], (self._top, discarded)]
-        self._brought_back = None
+        self._brought_back = self._emptied = None
 
     @property
     def _top(self) -> int:
@@ -73,6 +78,7 @@ class History:
             return
         if tool is not None and tool.undo_label is not None:
             done = tool.undo()
+            self._emptied = None if tool.open else (self._top, tool)
         elif discarded is not None:
             done = self._bring_back(discarded)
         else:
@@ -104,25 +110,42 @@ class History:
         return True
 
     # --- forth -------------------------------------------------------------------------------
+    def _to_step_again(self) -> Tool | None:
+        """The tool with a step that undo took back: the open one, or the one that has none left."""
+        tool = self._tools.open_tool
+        if tool is None and self._emptied is not None and self._emptied[0] == self._top:
+            tool = self._emptied[1]
+        return None if tool is None or tool.redo_label is None else tool
+
     @property
     def redo_label(self) -> str | None:
         """What would be redone; None where there is nothing."""
-        if (tool := self._tools.open_tool) is not None and tool.paints:
-            return None
+        if (stepping := self._to_step_again()) is not None:
+            return stepping.redo_label
         if (discarded := self._to_discard_again()) is not None:
             return discarded.label
+        tool = self._tools.open_tool
+        if tool is not None and (tool.paints or tool.undo_label is not None):
+            return None
         return self._projects.session.redo_label
 
     def redo(self) -> None:
-        """Discard again what undo has just brought back, else redo the last undone edit."""
+        """Do the step of the unfinished feature again that was undone last, else discard again what
+        undo has just brought back, else redo the last undone edit."""
         label = self.redo_label
         if label is None:
             return
-        if self._to_discard_again() is None:
+        done = True
+        if (stepping := self._to_step_again()) is not None:
+            self._tools.activate(stepping.name)
+            done = stepping.redo()
+        elif self._to_discard_again() is not None:
+            self._tools.cancel()
+        else:
             self.redo_edit()
             return
-        self._tools.cancel()
-        self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
+        if done:
+            self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
 
 
 def step_words(label: str) -> str:

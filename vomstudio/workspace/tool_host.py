@@ -13,8 +13,7 @@ from vomstudio.document.session import Session
 from vomstudio.failures import exception_hooks
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.signals import Signal, telling
-from vomstudio.tools.interaction_types import PointerEvent, Preview
-from vomstudio.tools.open_steps import Discarded
+from vomstudio.tools.interaction_types import Discarded, PointerEvent, Preview
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_context import Tool
 from vomstudio.words import tr, tr_n

@@ -36,10 +36,6 @@ class CellsTool(NothingOpen):
     def open(self) -> bool:
         return False
 
-    @property
-    def undo_label(self) -> str | None:
-        return None
-
     def hint(self) -> str:
         if not self._context.session.of(FaceGrid):
             return tr("Cells: lay a grid over the face first (Analyse > What was looked at).")
@@ -71,7 +67,8 @@ class CellsTool(NothingOpen):
     def pointer(self, event: PointerEvent) -> None:
         if event.kind is Pointer.MOVE:
             self._move(event.hit)
-        elif event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK) and event.button is Button.LEFT:
+        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
+            # The second click of a double click would take the mark away again.
             self._move(event.hit)
             if self.under is None:
                 self._context.hint(tr("There is no cell of a grid here."))

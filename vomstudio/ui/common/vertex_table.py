@@ -7,6 +7,7 @@ from math import isfinite
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
 from vomstudio.document.records import Matrix, Model, get
@@ -35,6 +36,10 @@ class VertexTable(QTableWidget):
         self.setMinimumHeight(76)
         self.itemSelectionChanged.connect(self._marked)
         self.itemChanged.connect(self._typed)
+        delete = QShortcut(QKeySequence.StandardKey.Delete, self)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        # The vertex of the row is the marked one.
+        delete.activated.connect(tool.delete_vertex)
 
     def _model(self) -> Model | None:
         feature = self._tool.feature
@@ -62,7 +67,8 @@ class VertexTable(QTableWidget):
                         )
                         self.setItem(i, j, item)
             if tool.current_vertex is not None:
-                self.selectRow(tool.current_vertex)
+                # The cell that was clicked in it stays the current one.
+                self.setCurrentCell(tool.current_vertex, max(self.currentColumn(), 0))
             else:
                 self.clearSelection()
                 self.scrollToBottom()

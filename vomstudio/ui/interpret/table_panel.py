@@ -52,6 +52,11 @@ class TablePanel(QWidget):
         self.model = OrientationModel(studio)
         self._sorted = SortedRows(self.model)
         self.view = QTableView()
+        # Letters are the outcrop's: it is read more than it is filled in.
+        self.view.setEditTriggers(
+            QAbstractItemView.EditTrigger.DoubleClicked
+            | QAbstractItemView.EditTrigger.EditKeyPressed
+        )
         self.view.setObjectName("orientation_table")
         self.view.setModel(self._sorted)
         self.view.setSortingEnabled(True)

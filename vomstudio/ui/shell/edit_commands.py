@@ -25,7 +25,11 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
         return None if studio.undo_label else tr("There is nothing to undo.")
 
     def nothing_to_redo() -> str | None:
-        return None if studio.redo_label else tr("There is nothing to redo.")
+        if studio.redo_label:
+            return None
+        if studio.session.redo_label and studio.open_tool is not None:
+            return tr("Finish or cancel the open feature first.")
+        return tr("There is nothing to redo.")
 
     def undo_text() -> str:
         label = studio.undo_label

@@ -10,6 +10,8 @@ served alike, whatever stands in them, and so is what stands around an open phot
   text back first and does no more;
 - a letter pressed in a combo box, a list or on a button does in the outcrop what it means there,
   and arrow keys open a combo box instead of changing what it hides;
+- where a table is filled in by hand, what is typed goes into its current cell, digits alone into
+  one for a number; Enter in a cell hands the focus back;
 - what loses the focus because it disappears or is disabled leaves it to the outcrop.
 
 Dialogs and other windows, cells that are edited in a table, and widgets that have keys of their own
@@ -70,6 +72,8 @@ class KeyboardFocus(QObject):
         self._entered: QWidget | None = None
         self._watched: QWidget | None = None
         self._passed_on: QWidget | None = None
+        self._cell: QWidget | None = None
+        self._confirmed = False
         self._text = ""
         self._typed = False
         application = QApplication.instance()
@@ -112,7 +116,12 @@ class KeyboardFocus(QObject):
     # --- who has it --------------------------------------------------------------------------
     def _moved(self, old: QWidget | None, new: QWidget | None) -> None:
         self._leave()
-        if new is None or not self._serves(new):
+        if new is None:
+            return
+        if self._left_cell(old, new):
+            self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
+            return
+        if not self._serves(new):
             return
         if old is not None and self._is_gone(old):
             # Qt hands it to whatever comes next, which nobody has asked for.
@@ -131,6 +140,19 @@ class KeyboardFocus(QObject):
             # What was confirmed may have had its panel built anew.
             if widget is not None and shiboken6.isValid(widget):
                 widget.removeEventFilter(self)
+
+    def _left_cell(self, old: QWidget | None, new: QWidget) -> bool:
+        """Enter has ended the editor of a cell, which leaves the focus to its table."""
+        confirmed = old is not None and old is self._cell and self._confirmed
+        if self._cell is not None and shiboken6.isValid(self._cell):
+            self._cell.removeEventFilter(self)
+        self._cell, self._confirmed = None, False
+        table = _table_of(new)
+        if table is not None and self._serves(table):
+            self._cell = new
+            # Before the delegate, which ends it.
+            new.installEventFilter(self)
+        return confirmed and isinstance(new, QAbstractItemView) and self._serves(new)
 
     def _is_gone(self, widget: QWidget) -> bool:
         """It lost the focus because it cannot have it any more; not where its window was closed."""
@@ -160,6 +182,10 @@ class KeyboardFocus(QObject):
                 self.to_outcrop()
             return False
         if not isinstance(event, QKeyEvent):
+            return False
+        if watched is self._cell:
+            if kind == QEvent.Type.KeyPress:
+                self._confirmed = event.key() in _ENTER
             return False
         if watched is not self._watched:
             # A key that was passed on, and is no command.
@@ -192,8 +218,12 @@ class KeyboardFocus(QObject):
             return bool(letter) and letter not in own
         if _is_text(widget):
             return False
+        if isinstance(widget, QAbstractItemView) and (
+            event.key() in _ENTER or _goes_into_cell(widget, letter)
+        ):
+            return False
         if event.key() in _ENTER:
-            return not isinstance(widget, QAbstractItemView)
+            return True
         return bool(letter) and event.key() != Qt.Key.Key_Space
 
     def _press(self, widget: QWidget, event: QKeyEvent) -> bool:
@@ -226,6 +256,26 @@ def _has_own_keys(widget: QWidget) -> bool:
     return not isinstance(widget, QAbstractButton) and any(
         action.shortcuts() and action.shortcutContext() in own for action in widget.actions()
     )
+
+
+def _table_of(widget: QWidget) -> QAbstractItemView | None:
+    """The view of which it is the editor of a cell."""
+    room = widget.parentWidget()
+    view = None if room is None else room.parentWidget()
+    return view if isinstance(view, QAbstractItemView) and view.viewport() is room else None
+
+
+def _goes_into_cell(view: QAbstractItemView, letter: str) -> bool:
+    """The view is filled in by hand, and its current cell takes what was typed."""
+    cell = view.currentIndex()
+    typed = QAbstractItemView.EditTrigger.AnyKeyPressed
+    if not letter or not view.editTriggers() & typed or not cell.isValid():
+        return False
+    if not cell.flags() & Qt.ItemFlag.ItemIsEditable:
+        return False
+    side = cell.data(Qt.ItemDataRole.TextAlignmentRole)
+    is_number = side is not None and bool(Qt.AlignmentFlag(side) & Qt.AlignmentFlag.AlignRight)
+    return letter in _IN_NUMBERS or not is_number
 
 
 def _is_text(widget: QWidget) -> bool:

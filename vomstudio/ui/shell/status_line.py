@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from PySide6.QtCore import QTimer
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QLabel, QProgressBar, QStatusBar, QToolButton
+from PySide6.QtCore import QRect, Qt, QTimer
+from PySide6.QtGui import QAction, QPainter, QPaintEvent
+from PySide6.QtWidgets import (
+    QLabel,
+    QProgressBar,
+    QStatusBar,
+    QStyle,
+    QStyleOption,
+    QToolButton,
+    QWidget,
+)
 
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
@@ -15,6 +23,8 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.words import tr
+
+_MARGIN = 6
 
 
 class StatusLine(QStatusBar):
@@ -41,7 +51,7 @@ class StatusLine(QStatusBar):
         self._stop.setText(tr("Stop"))
         self._stop.clicked.connect(self._stop_job)
         self.addWidget(self._hint, 1)
-        for widget in (
+        self._permanent: tuple[QWidget, ...] = (
             self._position,
             self._badge,
             self._selected,
@@ -49,7 +59,8 @@ class StatusLine(QStatusBar):
             self._job,
             self._bar,
             self._stop,
-        ):
+        )
+        for widget in self._permanent:
             self.addPermanentWidget(widget)
         self._jobs_timer = QTimer(self)
         self._jobs_timer.setSingleShot(True)
@@ -68,7 +79,30 @@ class StatusLine(QStatusBar):
         ):
             signal.connect(self.refresh)
         studio.project_opened.connect(self._position.clear)
+        # A message that has no room ends in dots; this has all of it.
+        self.messageChanged.connect(self.setToolTip)
         self._show_jobs()
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
+        """Qt would let a long message run into what stands beside it."""
+        painter, option = QPainter(self), QStyleOption()
+        option.initFrom(self)
+        self.style().drawPrimitive(QStyle.PrimitiveElement.PE_PanelStatusBar, option, painter, self)
+        if self.currentMessage():
+            room = self._room()
+            words = painter.fontMetrics().elidedText(
+                self.currentMessage(), Qt.TextElideMode.ElideMiddle, room.width()
+            )
+            painter.setPen(self.palette().windowText().color())
+            painter.drawText(
+                room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words
+            )
+
+    def _room(self) -> QRect:
+        """Where a message stands: up to the first of what is always there."""
+        ends = [widget.x() for widget in self._permanent if widget.isVisible()]
+        right = min(ends, default=self.width()) - 2 * _MARGIN
+        return QRect(_MARGIN, 0, max(0, right - _MARGIN), self.height())
 
     def refresh(self, *_: object) -> None:
         """Show hint, selection and frame as they are now."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSize, QTimer, Signal
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QGuiApplication, QScreen
 from PySide6.QtWidgets import QMainWindow
 
 from vomstudio.ui.workspaces import screens
@@ -91,9 +91,15 @@ class Workspaces(QObject):
         self._docks.watch(self._change)
         application = QGuiApplication.instance()
         assert isinstance(application, QGuiApplication)
-        application.screenRemoved.connect(self._screen_removed)
+        application.screenRemoved.connect(self._screens_changed)
+        application.screenAdded.connect(self._watch_screen)
+        for screen in application.screens():
+            self._watch_screen(screen)
 
-    def _screen_removed(self) -> None:
+    def _watch_screen(self, screen: QScreen) -> None:
+        screen.availableGeometryChanged.connect(self._screens_changed)
+
+    def _screens_changed(self) -> None:
         QTimer.singleShot(0, self._window, self._come_on_screen)
 
     def switch(self, name: str) -> None:

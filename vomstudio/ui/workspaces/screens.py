@@ -32,7 +32,9 @@ def restore_geometry(window: QMainWindow, kept: str | None) -> None:
 
 
 def bring_on_screen(widget: QWidget) -> None:
-    """Move a window whose title no screen shows to the main screen, as large as there is room."""
+    """Move a window whose title no screen shows to the main screen, as large as there is room; one
+    that is larger than all screens together becomes as large as these."""
+    _shrink(widget, widget.screen().availableVirtualGeometry())
     frame = widget.frameGeometry()
     title = QRect(frame.topLeft(), QSize(frame.width(), _TITLE_HEIGHT))
     for screen in QGuiApplication.screens():
@@ -44,6 +46,19 @@ def bring_on_screen(widget: QWidget) -> None:
     place = QRect(area.topLeft(), widget.size())
     place.moveCenter(area.center())
     widget.move(place.topLeft())
+
+
+def _shrink(widget: QWidget, area: QRect) -> None:
+    frame = widget.frameGeometry()
+    size = frame.size().boundedTo(area.size())
+    if widget.isFullScreen() or widget.isMaximized() or size == frame.size():
+        return
+    # The frame is as thick as before.
+    widget.resize(size - (frame.size() - widget.size()))
+    widget.move(
+        max(area.left(), min(frame.left(), area.right() + 1 - size.width())),
+        max(area.top(), min(frame.top(), area.bottom() + 1 - size.height())),
+    )
 
 
 def to_text(data: QByteArray) -> str:

@@ -316,7 +316,7 @@ class ControlPanel(QWidget):
         with QSignalBlocker(self.table):
             self.table.clearSelection()
             for row in (i for i, p in enumerate(self._points) if current and p.id == current.id):
-                self.table.selectRow(row)
+                self.table.choose_row(row)
 
     # --- the command -------------------------------------------------------------------------
     def _copy_command(self) -> None:

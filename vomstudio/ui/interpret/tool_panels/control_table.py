@@ -58,6 +58,10 @@ class ControlTable(QTableWidget):
                 item.setToolTip(tip)
         self._cells: list[list[QTableWidgetItem]] = []
 
+    def choose_row(self, row: int) -> None:
+        """Select a row; the cell that was clicked in it stays the current one."""
+        self.setCurrentCell(row, max(self.currentColumn(), 0))
+
     def coordinates(self, row: int) -> list[str]:
         """The texts of x, y and z in a row."""
         return [cell.text() for cell in self._cells[row][_X : _Z + 1]]
