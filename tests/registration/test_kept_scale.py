@@ -35,9 +35,9 @@ def test_with_the_scale_kept_it_is_the_rigid_transform_of_kabsch() -> None:
     free = register_points(model, world)
     placed = register_points(model, world, scale=1.0)
     assert abs(free.scale - 1.0) > 0.005
-    assert placed.scale == pytest.approx(1.0, abs=1e-5)
+    assert placed.scale == pytest.approx(1.0, abs=1e-4)
     turn, shift = by_kabsch(model, world)
-    assert placed.matrix[:3, :3] == pytest.approx(turn, abs=2e-5)
+    assert placed.matrix[:3, :3] == pytest.approx(turn, abs=1e-4)
     assert placed(model) == pytest.approx(model @ turn.T + shift, abs=1e-3)
     assert placed.scale_error_95 == pytest.approx(1.96e-4, rel=0.05)
     assert free.scale_error_95 is not None
@@ -120,7 +120,7 @@ def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> Non
         placed = vs.register(model, world, robust=True, keep_scale=True)
     assert "took no part" in str(warned[0].message)
     assert isinstance(placed, Placed)
-    assert found["scale"] == pytest.approx(1.0, abs=1e-5)
+    assert found["scale"] == pytest.approx(1.0, abs=1e-4)
     assert np.array(found["matrix"]) == pytest.approx(placed.matrix, abs=1e-6)
     assert [b["label"] for b in found["blunders"]] == ["6"]
     assert len(found["control"]) == 7

@@ -144,13 +144,13 @@ def _on_a_line(n: int, off: float) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("n", [4, 6, 12])
+@pytest.mark.parametrize("n", [4, 9])
 @pytest.mark.parametrize("stated", [True, False])
 def test_points_that_are_off_their_line_by_more_than_they_err_place_a_model(
     n: int, stated: bool
 ) -> None:
     rng = np.random.default_rng(n)
-    runs, inside = 40, np.zeros(3)
+    runs, inside = 30, np.zeros(3)
     for _ in range(runs):
         model = _on_a_line(n, 0.15)
         world = model + rng.normal(size=model.shape) * 0.005 + [5e5, 5e6, 100.0]
@@ -161,8 +161,8 @@ def test_points_that_are_off_their_line_by_more_than_they_err_place_a_model(
         inside += off <= [told.about_east, told.about_north, told.about_up]
         line = Line(told.weakest.trend_deg, told.weakest.plunge_deg).vector()
         assert abs(line[0]) > np.cos(np.radians(20.0))
-    # Three standard deviations of 40 runs at 95 %.
-    assert (inside / runs > 0.84).all()
+    # Three standard deviations of 30 runs at 95 %.
+    assert (inside / runs > 0.83).all()
 
 
 @pytest.mark.parametrize("n", [3, 4, 5, 8, 12])

@@ -149,8 +149,8 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
     points = [k for k in kinds if isinstance(k, Points) and len(k.labels)]
     model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
     world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))
-    on_a_line = nearly_on_a_line(model) or nearly_on_a_line(world)
-    if len(model) >= 3 and (len(kinds) == 1 or not on_a_line):
+    alone = len(kinds) == 1
+    if len(model) >= 3 and (alone or not (nearly_on_a_line(model) or nearly_on_a_line(world))):
         with suppress(GeometryError):
             return [fit_similarity(model, world)]
     scale = _first_scale(kinds, model, world)
