@@ -100,11 +100,7 @@ class ControlPanel(QWidget):
         self.field = CrsField()
         self.field.setPlaceholderText(tr("none: local metres, x east, y north"))
         self.field.textChanged.connect(self._solve)
-        self.keep_scale = QCheckBox(tr("Keep the scale of the model"))
-        self.keep_scale.setObjectName("keep_scale")
-        self.keep_scale.setToolTip(
-            tr("Its lengths are right already, as a laser scanner's are: turn and shift it only.")
-        )
+        self.keep_scale = _keep_scale_box()
         self.keep_scale.toggled.connect(self._solve)
         self.compass = CompassBox(studio, self._labels, self._known_north)
         self.map = ControlMap()
@@ -462,6 +458,15 @@ class ControlPanel(QWidget):
             turn=turned_deg(before, after),
         )
         studio.warn(f"{said} {sets}".strip(), "info")
+
+
+def _keep_scale_box() -> QCheckBox:
+    box = QCheckBox(tr("Keep the scale of the model"))
+    box.setObjectName("keep_scale")
+    box.setToolTip(
+        tr("Its lengths are right already, as a laser scanner's are: turn and shift it only.")
+    )
+    return box
 
 
 PANEL = ControlPanel
