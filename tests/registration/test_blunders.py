@@ -32,3 +32,26 @@ def test_two_wrong_points_are_named_and_the_first_suspect_is_cleared() -> None:
         world[7] += [0.0, -3.0, 2.0]
         found = register_points(model, world, np.full(model.shape, 0.02))
         assert sorted(b.label for b in found.blunders) == ["3", "8"]
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_of_six_points_two_wrong_ones_are_named(stated: bool) -> None:
+    for seed in range(4):
+        chance = np.random.default_rng(seed)
+        model = chance.uniform([0, 0, 0], [30, 12, 15], (6, 3))
+        world = model + chance.normal(size=model.shape) * 0.01
+        bad = chance.choice(6, 2, replace=False)
+        for row in bad.tolist():
+            away = chance.normal(size=3)
+            world[row] += 3.0 * away / np.linalg.norm(away)
+        sigma = np.full(model.shape, 0.01) if stated else None
+        found = register_points(model, world, sigma)
+        assert {b.label for b in found.blunders} == {str(row + 1) for row in bad.tolist()}
+
+
+def test_of_six_right_points_none_is_named() -> None:
+    for seed in range(10):
+        chance = np.random.default_rng(seed)
+        model = chance.uniform([0, 0, 0], [30, 12, 15], (6, 3))
+        world = model + chance.normal(size=model.shape) * 0.01
+        assert register_points(model, world).blunders == ()

@@ -8,6 +8,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.orientation import Line
 from vomstudio.registration.placing import register_points
 
 TRUE = Rotation.from_euler("zyx", [70, -12, 33], degrees=True)
@@ -133,3 +134,44 @@ def test_points_that_hold_nothing_are_refused() -> None:
     line = np.outer(np.arange(6.0), [1.0, 2.0, 3.0])
     with pytest.raises(GeometryError, match="on one line"):
         register_points(line, line)
+
+
+def _on_a_line(n: int, off: float) -> np.ndarray:
+    """Points along 30 m that are off their line by `off` (metres) to all sides."""
+    row = np.arange(n)
+    return np.column_stack(
+        [np.linspace(-15.0, 15.0, n), off * (-1.0) ** row, off * (-1.0) ** (row // 2)]
+    )
+
+
+@pytest.mark.parametrize("n", [4, 9])
+@pytest.mark.parametrize("stated", [True, False])
+def test_points_that_are_off_their_line_by_more_than_they_err_place_a_model(
+    n: int, stated: bool
+) -> None:
+    rng = np.random.default_rng(n)
+    runs, inside = 30, np.zeros(3)
+    for _ in range(runs):
+        model = _on_a_line(n, 0.15)
+        world = model + rng.normal(size=model.shape) * 0.005 + [5e5, 5e6, 100.0]
+        placed = register_points(model, world, np.full(model.shape, 0.005) if stated else None)
+        off = np.abs(np.degrees(Rotation.from_matrix(
+            np.array(placed.matrix)[:3, :3] / placed.scale).as_rotvec()))  # fmt: skip
+        told = placed.rotation_error_95_deg
+        inside += off <= [told.about_east, told.about_north, told.about_up]
+        line = Line(told.weakest.trend_deg, told.weakest.plunge_deg).vector()
+        assert abs(line[0]) > np.cos(np.radians(20.0))
+    # Three standard deviations of 30 runs at 95 %.
+    assert (inside / runs > 0.83).all()
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 8, 12])
+@pytest.mark.parametrize("stated", [True, False])
+def test_points_that_are_off_their_line_by_noise_alone_are_refused(n: int, stated: bool) -> None:
+    rng = np.random.default_rng(n)
+    for _ in range(20):
+        true = _on_a_line(n, 0.0)
+        model = true + rng.normal(size=true.shape) * 0.01
+        world = true + rng.normal(size=true.shape) * 0.01
+        with pytest.raises(GeometryError, match="one line"):
+            register_points(model, world, np.full(model.shape, 0.01) if stated else None)

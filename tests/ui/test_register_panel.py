@@ -208,3 +208,24 @@ def test_many_points_are_placed_beside_the_window(studio, panel, tmp_path, monke
     assert "P4" not in panel.said.text()
     QTest.mouseClick(panel.register, Qt.MouseButton.LeftButton)
     assert [p.label for p in studio.records["m9"].registration.control if p.check] == ["P4", "P5"]
+
+
+def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> None:
+    tick(pairs, 4)
+    assert pairs.placed is not None
+    assert pairs.placed.scale == pytest.approx(2.0)
+    box = pairs.keep_scale
+    QTest.mouseClick(box, Qt.MouseButton.LeftButton, pos=QPoint(8, box.height() // 2))
+    assert box.isChecked()
+    assert pairs.placed.scale == pytest.approx(1.0, abs=1e-3)
+    # The points are twice as far from each other.
+    assert "The scale that is kept is contradicted" in pairs.said.text()
+    assert "2 times" in pairs.said.text()
+    QTest.mouseClick(pairs.register, Qt.MouseButton.LeftButton)
+    model = studio.records["m9"]
+    assert model.registration is not None
+    assert model.registration.scale_error == pytest.approx(1e-4, rel=0.5)
+    matrix = np.array(model.to_world)[:3, :3]
+    assert np.linalg.det(matrix) == pytest.approx(1.0, abs=1e-2)
+    studio.undo()
+    assert studio.records["m9"].registration is None

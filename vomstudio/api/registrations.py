@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
+import numpy.typing as npt
 
 from vomstudio.api.checking import (
     is_path,
@@ -27,6 +28,8 @@ from vomstudio.registration.placing import register_points
 from vomstudio.registration.results import Placed
 from vomstudio.words import tr
 from vomstudio.workspace.placing.register_order import BESIDE, RegisterOrder, register_model
+
+Array = npt.NDArray[np.float64]
 
 
 class Known(TypedDict, total=False):
@@ -78,6 +81,8 @@ def register(
     *,
     sigma_m: Any = None,
     check: Any = None,
+    keep_scale: bool = False,
+    robust: bool = False,
     **known: Unpack[Known],
 ) -> Placed:
     """The similarity (scale, rotation, shift; never a mirror) from a model to World by points that
@@ -91,6 +96,8 @@ def register(
     sigma_m : (n, 3) one-sigma errors of ``world_points``, metres; None takes them as equal and
         estimates them from the residuals
     check : (n,) True for points that judge the result and take no part in it
+    keep_scale : the scale of the model is right as it is: it is only turned and shifted
+    robust : leave out what cannot be right beside the others, and name it
     known : of the path of a model, see ``Known``
 
     Returns
@@ -127,17 +134,28 @@ def register(
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
+    for name, value in (("keep_scale", keep_scale), ("robust", robust)):
+        if not isinstance(value, bool | np.bool_):
+            raise InputError(tr("True or False is needed."), field=name)
     if is_path(model_points) and (world_points is None or known):
         _refuse(
             {"world_points": world_points, "sigma_m": sigma_m, "check": check},
             tr("Arrays of points belong to an array of model points. Give a table: pairs."),
         )
-        return _by_file(path_of(model_points, "model_points"), known)
-    _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
-    return _by_points(model_points, world_points, sigma_m, check)
+        path = path_of(model_points, "model_points")
+        found = _by_file(path, known, keep_scale=bool(keep_scale), robust=bool(robust))
+    else:
+        _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
+        pairs = _pairs(model_points, world_points, sigma_m, check)
+        scale = 1.0 if keep_scale else None
+        found = register_points(*pairs, scale=scale, robust=bool(robust))
+    warn(found.warnings)
+    return found
 
 
-def _by_points(model_points: Any, world_points: Any, sigma_m: Any, check: Any) -> Placed:
+def _pairs(
+    model_points: Any, world_points: Any, sigma_m: Any, check: Any
+) -> tuple[Array, Array, Array | None, npt.NDArray[np.bool_] | None]:
     if world_points is None:
         raise InputError(tr("Give the same points in World."), field="world_points")
     model, world = points(model_points, "model_points"), points(world_points, "world_points")
@@ -152,9 +170,7 @@ def _by_points(model_points: Any, world_points: Any, sigma_m: Any, check: Any) -
         )
     sigma = None if sigma_m is None else _sigma(sigma_m, len(model))
     judges = None if check is None else _flags(check, len(model))
-    found = register_points(model, world, sigma, judges)
-    warn(found.warnings)
-    return found
+    return model, world, sigma, judges
 
 
 _BESIDE = ("cameras", "attitudes")
@@ -172,7 +188,7 @@ _FILES = (
 _TEXTS = ("date", "crs")
 
 
-def _by_file(model: Path, known: Known) -> Placed:
+def _by_file(model: Path, known: Known, *, keep_scale: bool, robust: bool) -> Placed:
     given: dict[str, Any] = dict(known)
     progress = told(given.pop("progress", None), given.pop("cancel", None))
     north = given.pop("north", "grid")
@@ -191,10 +207,9 @@ def _by_file(model: Path, known: Known) -> Placed:
         raise InputError(tr("Nothing of this name is known."), field=name)
     declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
     values: dict[str, Any] = {**texts, **lines, "declination": declination, "without": labels}
+    values |= {"keep_scale": keep_scale, "robust": robust}
     order = RegisterOrder(str(model), north=north, north_sigma=north_sigma, **values)
-    placed = register_model(order, progress).placed
-    warn(placed.warnings)
-    return placed
+    return register_model(order, progress).placed
 
 
 def _refuse(given: Mapping[str, Any], message: str) -> None:

@@ -89,6 +89,16 @@ def add_parser(subparsers: Subparsers) -> None:
         default=[],
         help=tr("leave out the point, reading, photo or line of this label; may be repeated"),
     )
+    parser.add_argument(
+        "--robust",
+        action="store_true",
+        help=tr("leave out what cannot be right beside the others, and name it"),
+    )
+    parser.add_argument(
+        "--keep-scale",
+        action="store_true",
+        help=tr("the scale of the model is right as it is: only turn and shift it"),
+    )
     _add_reference(parser)
     parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that it is placed in"))
     add_output(parser, tr("write the placed model"))

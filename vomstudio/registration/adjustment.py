@@ -11,6 +11,7 @@ The covariance is that of linear least squares: good for rotations known to some
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -148,8 +149,10 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
     points = [k for k in kinds if isinstance(k, Points) and len(k.labels)]
     model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
     world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))
-    if len(model) >= 3 and not nearly_on_a_line(model) and not nearly_on_a_line(world):
-        return [fit_similarity(model, world)]
+    alone = len(kinds) == 1
+    if len(model) >= 3 and (alone or not (nearly_on_a_line(model) or nearly_on_a_line(world))):
+        with suppress(GeometryError):
+            return [fit_similarity(model, world)]
     scale = _first_scale(kinds, model, world)
     turns = [np.eye(3), *(t for kind in kinds for t in _own_starts(kind))]
     if len(turns) == 1:

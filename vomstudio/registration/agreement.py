@@ -23,6 +23,7 @@ from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
     Directions,
+    KeptScale,
     Observed,
     Points,
 )
@@ -42,10 +43,40 @@ _STEPS = 6
 
 
 def said_of_disagreement(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
-    """Where points and cameras contradict each other.
+    """Where points and cameras contradict each other, or a scale that is kept.
 
     centre : (1, 3) model, size : of it, as for `adjust`
     """
+    return [*_of_kept_scale(kinds, centre, size), *_of_cameras(kinds, centre, size)]
+
+
+def _of_kept_scale(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
+    """Where all else knows the scale, and knows it otherwise."""
+    from scipy.stats import norm
+
+    rest = [kind for kind in kinds if not isinstance(kind, KeptScale)]
+    kept = next((kind for kind in kinds if isinstance(kind, KeptScale)), None)
+    if kept is None or not rest:
+        return []
+    free = adjust(rest, centre, size)
+    if np.abs(free.free[3]).sum() > 0:
+        return []
+    metres = float(kept.length[0] / np.linalg.norm(kept.second - kept.first))
+    times, error = free.fit.scale / metres, float(np.sqrt(free.covariance[3, 3]))
+    if abs(np.log(times)) < float(norm.isf(_BY_CHANCE / 2.0)) * error:
+        return []
+    return [
+        tr(
+            "The scale that is kept is contradicted: what else is known makes the model "
+            "{times:.4g} times as large (± {error:.2g} %, 95 %). One of them is wrong, or in "
+            "another unit.",
+            times=times,
+            error=196.0 * error,
+        )
+    ]
+
+
+def _of_cameras(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2
 

@@ -22,12 +22,13 @@ from vomstudio.registration.compass_checks import azimuth_that_fits
 from vomstudio.registration.observations import (
     Azimuths,
     Directions,
+    KeptScale,
     LevelLines,
     Observed,
     Points,
     Verticals,
 )
-from vomstudio.registration.similarity import fit_robustly
+from vomstudio.registration.similarity import Similarity, fit_robustly, fit_similarity
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -36,8 +37,9 @@ Array = npt.NDArray[np.float64]
 _ROUNDING = 1e-9
 # Of the whole set of a right registration one in a thousand is accused.
 _BY_CHANCE = 0.001
-# Points: of fewer nobody can say which agree.
-_FEWEST_TO_HIDE = 7
+# Points: of fewer nobody can say which agree. Of six, four agree so much better than all of them by
+# chance (15 ways to choose them, 5 free misses) in less than one set in two thousand.
+_FEWEST_TO_HIDE, _SIX_TO_HIDE, _BETTER_BY = 7, 6, 100.0
 # Directions that are left out one by one: of fewer none can be wrong, of more the misses tell.
 _FEWEST_DIRECTIONS, _FEW_DIRECTIONS = 4, 12
 # What a reading is usually off, and how many misses that counts as beside those that are there: by
@@ -58,6 +60,12 @@ class Blunder:
     photo: str | None
     error_m: float | None
     error_deg: float | None = None
+
+    def in_words(self) -> str:
+        """Its label, and how far it is off where that is known."""
+        if self.error_m is not None:
+            return f"{self.label} ({self.error_m:.3g} m)"
+        return self.label if self.error_deg is None else f"{self.label} ({self.error_deg:.2g}°)"
 
 
 Single = tuple[int, int]
@@ -131,13 +139,27 @@ def _hidden(kinds: Sequence[Observed]) -> list[Single]:
     total = sum(len(kind.labels) for kind in kinds)
     found: list[Single] = []
     for at, kind in enumerate(kinds):
-        if isinstance(kind, Points) and len(kind.labels) >= _FEWEST_TO_HIDE:
+        if isinstance(kind, Points) and len(kind.labels) >= _SIX_TO_HIDE:
             try:
-                _, agree = fit_robustly(kind.model, kind.world)
+                fit, agree = fit_robustly(kind.model, kind.world)
             except GeometryError:
+                continue
+            if len(kind.labels) < _FEWEST_TO_HIDE and not _far_better(kind, fit, agree):
                 continue
             found += [(at, int(row)) for row in np.flatnonzero(~agree)]
     return found if len(found) <= total // 3 else []
+
+
+def _far_better(points: Points, fit: Similarity, agree: npt.NDArray[np.bool_]) -> bool:
+    """Whether those of the points that agree do so far better than all of them."""
+
+    def variance(which: npt.NDArray[np.bool_], by: Similarity) -> float:
+        misses = by(points.model[which]) - points.world[which]
+        return float((misses**2).sum()) / (3 * int(which.sum()) - 7)
+
+    every = np.ones(len(agree), np.bool_)
+    whole = fit_similarity(points.model, points.world)
+    return variance(every, whole) > _BETTER_BY * variance(agree, fit)
 
 
 def _cleared(
@@ -217,6 +239,8 @@ def _judged(kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted) -
     tested: list[tuple[Single, Observed, int, Array]] = []
     statistics: list[tuple[float, int, bool]] = []
     for place, (at, kind, own) in enumerate(left):
+        if isinstance(kind, KeptScale):
+            continue
         first, last = found.begins[place], found.begins[place + 1]
         width = (last - first) // len(kind.labels)
         for number, row in enumerate(own):

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.nearby.point_grid import PointGrid
 from vomstudio.progress import Progress, Silent
-from vomstudio.registration.opposite import Opposite
+from vomstudio.registration.surface_points import Opposite
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

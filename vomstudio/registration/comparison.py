@@ -16,9 +16,8 @@ from vomstudio.progress import Progress, Silent
 from vomstudio.registration import m3c2
 from vomstudio.registration.cloud_distance import CloudSides, has_sides
 from vomstudio.registration.mesh_distance import MeshSides
-from vomstudio.registration.opposite import Opposite
 from vomstudio.registration.overlap import refuse_apart
-from vomstudio.registration.surface_points import points_of, surface_points
+from vomstudio.registration.surface_points import Opposite, points_of, surface_points
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 

@@ -54,6 +54,7 @@ from vomstudio.registration.coordinate_checks import (
     said_of_readings,
     said_of_views,
 )
+from vomstudio.registration.length_evidence import kept_scale, lengths_of
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
 from vomstudio.registration.observations import (
     Lengths,
@@ -61,7 +62,7 @@ from vomstudio.registration.observations import (
     Observed,
     Points,
 )
-from vomstudio.registration.placing import place, with_warnings
+from vomstudio.registration.placing import place, place_robustly, with_warnings
 from vomstudio.registration.remarks import said_of_bowing
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
@@ -70,8 +71,6 @@ from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
-_TAPE = 0.005
-"""One sigma of a length by tape whose ends are picked on a model, as a share of it."""
 _UNSURE_DEG = 60.0
 _SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
 
@@ -110,6 +109,10 @@ class Evidence:
     """The model as it was fitted to another one."""
     without: Sequence[str] = ()
     """Labels of what is left out."""
+    scale: float | None = None
+    """Metres per unit of the model, where that is known beforehand and kept."""
+    robust: bool = False
+    """Whether what cannot be right beside the others is left out."""
 
     @property
     def empty(self) -> bool:
@@ -147,7 +150,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         every = evidence.pairs
         said += doubts_about_points(control, every.labels, every.world)
     doubted = bool(said)
-    kinds += _lengths(evidence, said)
+    kinds += lengths_of(evidence.bars, evidence.lengths, evidence.pairs)
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, said))
     attitudes = None
@@ -171,8 +174,10 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         said.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
     if evidence.compass is not None:
         said += said_of_compass(evidence.compass, kinds)
+    if evidence.scale is not None:
+        kinds += kept_scale(evidence.scale, kinds, extent)
     try:
-        placed = place(kinds, check, extent)
+        placed = (place_robustly if evidence.robust else place)(kinds, check, extent)
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
@@ -180,7 +185,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
     said += _said_of_cameras(evidence, kinds, placed)
-    if evidence.positions is not None and len(kinds) == 1:
+    if evidence.positions is not None and _alone(kinds):
         _refuse_unsure(placed)
     if attitudes is not None:
         rotation = np.array(placed.matrix)[:3, :3] / placed.scale
@@ -213,7 +218,7 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
     return replace(placed, control=told(placed.control), check=told(placed.check))
 
 
-# --- points and lengths -----------------------------------------------------------------------
+# --- points -----------------------------------------------------------------------
 def _pairs(pairs: Pairs) -> tuple[Points, Points]:
     def those(which: npt.NDArray[np.bool_]) -> Points:
         rows = np.flatnonzero(which)
@@ -221,45 +226,6 @@ def _pairs(pairs: Pairs) -> tuple[Points, Points]:
         return Points(labels, pairs.model[rows], pairs.world[rows], pairs.sigma[rows])
 
     return those(~pairs.check), those(pairs.check)
-
-
-def _lengths(evidence: Evidence, said: list[str]) -> list[Observed]:
-    labels, first, second, length, sigma = [], [], [], [], []
-    pairs = evidence.pairs
-    places = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
-    for bar in evidence.bars:
-        for label in (bar.first, bar.second):
-            if label not in places:
-                raise UsageError(
-                    tr(
-                        "The scale bar names the point {label}, which is not among the pairs. "
-                        "Add it, with its place on the model.",
-                        label=label,
-                    ),
-                    field="--scale-bars",
-                )
-        if bar.check:
-            continue
-        labels.append(f"{bar.first} - {bar.second}")
-        first.append(places[bar.first])
-        second.append(places[bar.second])
-        length.append(bar.length_m)
-        sigma.append(np.nan if bar.sigma_m is None else bar.sigma_m)
-    for number, line in enumerate(evidence.lengths, 1):
-        labels.append(line.label or tr("length {number}", number=number))
-        first.append(np.asarray(line.first))
-        second.append(np.asarray(line.second))
-        length.append(line.value)
-        sigma.append(_TAPE * line.value if line.sigma is None else line.sigma)
-    if not labels:
-        return []
-    ends = np.array(first, np.float64), np.array(second, np.float64)
-    if not (np.linalg.norm(ends[1] - ends[0], axis=1) > 0).all():
-        raise UsageError(
-            tr("Both ends of a length are at one place of the model. Choose two places."),
-            field="--scale",
-        )
-    return [Lengths(labels, *ends, np.array(length), np.array(sigma))]
 
 
 # --- cameras ----------------------------------------------------------------------------------
@@ -400,9 +366,14 @@ def _said_of_cameras(evidence: Evidence, kinds: Sequence[Observed], placed: Plac
         forward = np.array([view.rotation[2] for view in evidence.views.values()]) @ rotation.T
         said += said_of_views(forward)
     for kind in kinds:
-        if isinstance(kind, Points) and kind.name == "cameras" and len(kinds) == 1:
+        if isinstance(kind, Points) and kind.name == "cameras" and _alone(kinds):
             said += said_of_noise(kind.world, placed(kind.model))
     return said
+
+
+def _alone(kinds: Sequence[Observed]) -> bool:
+    """Whether one kind of observation places the model: lengths turn and shift nothing."""
+    return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
 def _refuse_unsure(placed: Placed) -> None:

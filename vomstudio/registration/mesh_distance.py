@@ -15,7 +15,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.progress import Progress, Silent
-from vomstudio.registration.opposite import Opposite
+from vomstudio.registration.surface_points import Opposite
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

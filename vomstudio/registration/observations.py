@@ -104,6 +104,12 @@ class Lengths:
 
 
 @dataclass(frozen=True, eq=False)
+class KeptScale(Lengths):
+    """A length across the model that stands for a scale which is known beforehand and kept: whoever
+    says so is not contradicted by leaving it out."""
+
+
+@dataclass(frozen=True, eq=False)
 class Directions:
     """Directions of the model that were measured in World, such as planes by compass.
 

@@ -13,8 +13,9 @@ from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.agreement import compass_turn, said_of_disagreement
-from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out
+from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out, left_out
 from vomstudio.registration.combined import Combined
+from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.remarks import (
     said_of_blunders,
@@ -51,6 +52,10 @@ _UNKNOWN_SCALE = 0.5
 # An unknown turn that is the same all around reaches this far into each axis.
 _INTO = 0.05
 _WORTH = 0.8
+# Times the error of points, as it is stated or as residuals show it, that they must be off their
+# line. What is noise alone is off by 1.4 times that, which by four points looks like a tenth in one
+# set of thousands.
+_OFF_STATED, _OFF_SEEN, _FEWEST_OFF = 6.0, 10.0, 4
 
 
 def place(
@@ -129,6 +134,30 @@ def place(
     )
 
 
+def place_robustly(
+    kinds: Sequence[Observed],
+    check: Points | None = None,
+    extent: Array | None = None,
+) -> Placed:
+    """The registration without what cannot be right beside the others, which is named all the same.
+    Raises GeometryError as `place` does."""
+    first = place(kinds, check, extent)
+    if not first.blunders:
+        return first
+    labels = [blunder.label for blunder in first.blunders]
+    rest, judges = left_out(kinds, check, labels)
+    placed = place(rest, judges, extent)
+    said = tr(
+        "{labels} cannot be right beside the others and took no part. Look the values up.",
+        labels=", ".join(blunder.in_words() for blunder in first.blunders),
+    )
+    return replace(
+        placed,
+        blunders=(*first.blunders, *placed.blunders),
+        warnings=(said, *placed.warnings),
+    )
+
+
 def _shape(
     extent: Array | None, fit: Similarity
 ) -> tuple[float | None, tuple[float, float, float] | None]:
@@ -143,13 +172,36 @@ def _shape(
 def _require_enough(points: Points) -> None:
     if len(points.labels) < 3:
         fit_similarity(points.model, points.world)
-    if nearly_on_a_line(points.world) or nearly_on_a_line(points.model):
+    on_a_line = nearly_on_a_line(points.world) or nearly_on_a_line(points.model)
+    if on_a_line and not _off_their_line(points):
         raise GeometryError(
             tr(
                 "The control points lie on one line, about which the model could turn. Add "
                 "one beside it."
             )
         )
+
+
+def _off_their_line(points: Points) -> bool:
+    """Whether points that lie nearly on a line are off it by so much more than they err that they
+    tell the turn about it, to some degrees."""
+    n = len(points.labels)
+    try:
+        fit = fit_similarity(points.model, points.world)
+    except GeometryError:
+        return False
+    if np.isfinite(points.sigma).all():
+        wanted = _OFF_STATED * float(np.sqrt((points.sigma**2).mean()))
+    elif n >= _FEWEST_OFF:
+        squares = float(((fit(points.model) - points.world) ** 2).sum())
+        wanted = _OFF_SEEN * float(np.sqrt(squares / (3 * n - 7)))
+    else:
+        return False
+    off = [
+        float(np.linalg.svd(p - p.mean(axis=0), compute_uv=False)[1]) / np.sqrt(n)
+        for p in (points.world, fit(points.model))
+    ]
+    return bool(min(off) > wanted)
 
 
 def _extent(kinds: Sequence[Observed], extent: Array | None) -> tuple[Array, float]:
@@ -313,11 +365,16 @@ def register_points(
     sigma_m: Array | None = None,
     check: npt.NDArray[np.bool_] | None = None,
     labels: Sequence[str] | None = None,
+    *,
+    scale: float | None = None,
+    robust: bool = False,
 ) -> Placed:
     """The registration by pairs of points.
 
     model, world : (n, 3); sigma_m : (n, 3) one-sigma errors of the World coordinates, None to take
     them as equal and from the residuals; check : (n,) True for points that only judge
+    scale : metres per unit of the model, where that is known and kept; robust : points that cannot
+    be right beside the others are left out
     Raises GeometryError for fewer than three control points, or control points on one line.
     """
     is_check = np.zeros(len(model), bool) if check is None else np.asarray(check, bool)
@@ -325,7 +382,10 @@ def register_points(
     control = pairs(model, world, sigma_m, names, ~is_check)
     judges = pairs(model, world, sigma_m, names, is_check)
     _require_enough(control)
-    return place([control], judges)
+    kinds: list[Observed] = [control]
+    if scale is not None:
+        kinds += kept_scale(scale, kinds, None)
+    return (place_robustly if robust else place)(kinds, judges)
 
 
 def with_warnings(placed: Placed, warnings: Sequence[str]) -> Placed:

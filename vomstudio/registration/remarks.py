@@ -241,11 +241,7 @@ def said_of_blunders(
     rest = [chosen(kind, [label not in named for label in kind.labels]) for kind in kinds]
     again = adjust([kind for kind in rest if len(kind.labels)], centre, size)
     turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
-    labels = ", ".join(
-        f"{b.label} ({b.error_m:.3g} m)" if b.error_m is not None
-        else f"{b.label} ({b.error_deg:.2g}°)"
-        for b in blunders
-    )  # fmt: skip
+    labels = ", ".join(blunder.in_words() for blunder in blunders)
     other = _said_of_other_azimuths(kinds, named, again)
     if not turned > _NO_TURN_RAD:
         return [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -55,3 +57,18 @@ def surface_points(data: Mesh | PointCloud, spacing: float, seed: int = 0) -> tu
     a, b, c = (corner[face] for corner in corners)
     inside = (1.0 - root) * a + root * (1.0 - share) * b + root * share * c
     return np.concatenate([places[once], inside]), len(inside)
+
+
+@dataclass(frozen=True, eq=False)
+class Opposite:
+    """What of a benchmark lies opposite the points of a model.
+
+    distance : (n,) signed, positive on the side to which the benchmark's normals point; NaN of
+        places that are not finite
+    beside : (n,) how far beyond the benchmark's edge a place lies, along its surface
+    normal : (n, 3) unit normals of the benchmark there
+    """
+
+    distance: Array
+    beside: Array
+    normal: Array

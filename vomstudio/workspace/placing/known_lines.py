@@ -71,9 +71,11 @@ def placed_by_known(
     north_doubt_deg: float = 0.0,
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
+    *,
+    keep_scale: bool = False,
 ) -> Placed:
     """The placement of a model's file by points, lines and planes on it. What these leave free
-    stays as the model stands now.
+    stays as the model stands now, and so does its scale where that is kept.
 
     extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
         what all azimuths may be off alike; turned_deg : added to all azimuths
@@ -81,6 +83,8 @@ def placed_by_known(
     """
     evidence = evidence_of(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
+    if keep_scale:
+        evidence.scale = transform.scale_of(transform.matrix(model.to_world))
     placed = register(evidence, extent)
     if placed.known.all:
         return placed
@@ -110,6 +114,7 @@ def _moved(evidence: Evidence, by: Array) -> Evidence:
         evidence,
         pairs=pairs,
         compass=compass,
+        scale=None if evidence.scale is None else evidence.scale / transform.scale_of(by),
         level_lines=[
             replace(line, first=there(line.first), second=there(line.second))
             for line in evidence.level_lines

@@ -59,6 +59,8 @@ class RegisterOrder:
     north_sigma: str | None = None
     crs: str | None = None
     without: Sequence[str] = ()
+    robust: bool = False
+    keep_scale: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +207,8 @@ def _evidence(
     from vomstudio.registration.coordinate_checks import said_of_area
     from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
 
-    evidence = Evidence(without=tuple(asked.without))
+    evidence = Evidence(without=tuple(asked.without), robust=asked.robust)
+    evidence.scale = 1.0 if asked.keep_scale else None
     if asked.north_sigma is not None:
         doubt = _angle(asked.north_sigma, "--north-sigma", zero=True)
         evidence.north_doubt_deg = evidence.compass_doubt_deg = doubt

@@ -133,6 +133,8 @@ def placed_by_points(
     north_doubt_deg: float = 0.0,
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
+    *,
+    keep_scale: bool = False,
 ) -> Placed:
     """The placement by points, known lines and compass readings on a model, with what coordinates
     look like.
@@ -140,14 +142,18 @@ def placed_by_points(
     bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
     points; extent : (n, 3) points all over the model, in its file's frame
     compass : in the frame of its file; turned_deg : added to all azimuths; north_doubt_deg : one
-    sigma of what these may be off alike. Raises GeometryError, also for points that are far off the
-    model.
+    sigma of what these may be off alike; keep_scale : that with which the model stands. Raises
+    GeometryError, also for points that are far off the model.
     """
     require_on_model(pairs.model, bounds)
     if not usable(lines) and compass is None:
-        placed = register(Evidence(pairs=pairs), extent)
+        scale = transform.scale_of(model.to_world) if keep_scale else None
+        placed = register(Evidence(pairs=pairs, scale=scale), extent)
     else:
-        placed = placed_by_known(pairs, lines, model, extent, north_doubt_deg, compass, turned_deg)
+        placed = placed_by_known(
+            pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
+            keep_scale=keep_scale,
+        )  # fmt: skip
     if not len(pairs.labels):
         return placed
     said = said_of_area(pairs.world, crs)

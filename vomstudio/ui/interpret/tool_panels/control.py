@@ -10,6 +10,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
+    QCheckBox,
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
@@ -99,6 +100,8 @@ class ControlPanel(QWidget):
         self.field = CrsField()
         self.field.setPlaceholderText(tr("none: local metres, x east, y north"))
         self.field.textChanged.connect(self._solve)
+        self.keep_scale = _keep_scale_box()
+        self.keep_scale.toggled.connect(self._solve)
         self.compass = CompassBox(studio, self._labels, self._known_north)
         self.map = ControlMap()
         self.said = hint_label()
@@ -115,6 +118,7 @@ class ControlPanel(QWidget):
         self._form = form = QFormLayout()
         form.addRow(tr("Click"), self.clicked)
         form.addRow(tr("CRS of x, y, z"), self.field)
+        form.addRow(self.keep_scale)
         column = narrow_column(self)
         column.addLayout(row)
         column.addLayout(form)
@@ -147,8 +151,9 @@ class ControlPanel(QWidget):
         same = model is not None and self.model is not None and model.id == self.model.id
         new = [row for row, line in enumerate(lines) if line.id not in known and not line.complete]
         if model is None or self.model is None or model.id != self.model.id:
-            with QSignalBlocker(self.field):
+            with QSignalBlocker(self.field), QSignalBlocker(self.keep_scale):
                 self.field.setText("" if model is None else model.frame.crs or "")
+                self.keep_scale.setChecked(False)
         if lines != self._lines:
             self.lines.show_lines(lines, self._studio.settings.notation)
         if points != self._points:
@@ -197,6 +202,7 @@ class ControlPanel(QWidget):
         self._found = len(pairs.labels)
         self._reach = float(np.ptp(pairs.model, axis=0).max()) if self._found > 1 else 0.0
         compass = compass_table(lines, self.readings.seen)
+        keep_scale = self.keep_scale.isChecked()
 
         def work() -> Placed | VomError:
             try:
@@ -205,7 +211,7 @@ class ControlPanel(QWidget):
                 extent = None if opened is None else some_points(opened.data)
                 return placed_by_points(
                     pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
-                    north.turned_deg,
+                    north.turned_deg, keep_scale=keep_scale,
                 )  # fmt: skip
             except VomError as error:
                 return error
@@ -325,8 +331,9 @@ class ControlPanel(QWidget):
         path = None if model is None else studio.project.find_model(model)
         if path is not None:
             copy_register(
-                self, studio, path, self._points, self._lines, self.crs, self.readings, self.north
-            )
+                self, studio, path, self._points, self._lines, self.crs, self.readings, self.north,
+                kept_scale=self._metres() if self.keep_scale.isChecked() else None,
+            )  # fmt: skip
 
     # --- what is done ------------------------------------------------------------------------
     def ask_for_points(self) -> None:
@@ -451,6 +458,15 @@ class ControlPanel(QWidget):
             turn=turned_deg(before, after),
         )
         studio.warn(f"{said} {sets}".strip(), "info")
+
+
+def _keep_scale_box() -> QCheckBox:
+    box = QCheckBox(tr("Keep the scale of the model"))
+    box.setObjectName("keep_scale")
+    box.setToolTip(
+        tr("Its lengths are right already, as a laser scanner's are: turn and shift it only.")
+    )
+    return box
 
 
 PANEL = ControlPanel

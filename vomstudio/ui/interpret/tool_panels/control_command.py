@@ -25,9 +25,11 @@ def copy_register(
     crs: str | None,
     readings: Readings,
     north: ReadNorth | None,
+    *,
+    kept_scale: float | None = None,
 ) -> None:
     """Ask for the tables of points and readings, where there are some, and put the command on the
-    clipboard. north : how azimuths are counted"""
+    clipboard. north : how azimuths are counted; kept_scale : metres per unit of the model's file"""
     from vomstudio.io.control.writing import write_compass, write_pairs
     from vomstudio.workspace.placing.known_planes import compass_table
     from vomstudio.workspace.placing.read_north import as_the_command
@@ -35,7 +37,9 @@ def copy_register(
 
     pairs = pairs_of(points)
     table = compass_table(lines, readings.seen)
-    more: list[tuple[str, Word]] = [] if crs is None else [("--crs", crs)]
+    more: list[Word | tuple[str, Word]] = [] if crs is None else [("--crs", crs)]
+    if kept_scale is not None:
+        more += _keeping(kept_scale)
     turn = 0.0
     used = None if north is None else used_north(north, lines)
     if used is not None:
@@ -67,6 +71,16 @@ def copy_register(
 
     proposed = "pairs.csv" if len(pairs.labels) else "readings.csv"
     copy_with_file(parent, studio, proposed, write, words)
+
+
+def _keeping(scale: float) -> list[Word | tuple[str, Word]]:
+    """The scale that is kept; other than 1 it is that of an earlier placement, which the file does
+    not have."""
+    from vomstudio.registration.length_evidence import KEPT
+
+    if abs(scale - 1.0) < 1e-9:
+        return ["--keep-scale"]
+    return [("--scale", numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, KEPT * scale]))]
 
 
 def _readings_file(file: Path, *, pairs: bool) -> Path:

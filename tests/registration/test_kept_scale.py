@@ -1,0 +1,141 @@
+"""A scale that is known beforehand, and what cannot be right beside the others left out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import vomstudio as vs
+from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.placing import register_points
+from vomstudio.registration.results import Placed
+
+TURN = Rotation.from_euler("zyx", [40.0, 3.0, -5.0], degrees=True).as_matrix()
+SHIFT = np.array([398_000.0, 4_980_000.0, 320.0])
+
+
+def drawn(
+    rng: np.random.Generator, n: int, sigma: float, scale: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    model = rng.uniform(-1.0, 1.0, (n, 3)) * [15.0, 6.0, 8.0]
+    return model, scale * model @ TURN.T + SHIFT + rng.normal(size=(n, 3)) * sigma
+
+
+def by_kabsch(model: np.ndarray, world: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation and shift alone, by scipy."""
+    a, b = model.mean(axis=0), world.mean(axis=0)
+    turn = Rotation.align_vectors(world - b, model - a)[0].as_matrix()
+    return turn, b - turn @ a
+
+
+def test_with_the_scale_kept_it_is_the_rigid_transform_of_kabsch() -> None:
+    model, world = drawn(np.random.default_rng(1), 6, 0.5)
+    free = register_points(model, world)
+    placed = register_points(model, world, scale=1.0)
+    assert abs(free.scale - 1.0) > 0.005
+    assert placed.scale == pytest.approx(1.0, abs=1e-4)
+    turn, shift = by_kabsch(model, world)
+    assert placed.matrix[:3, :3] == pytest.approx(turn, abs=1e-4)
+    assert placed(model) == pytest.approx(model @ turn.T + shift, abs=1e-3)
+    assert placed.scale_error_95 == pytest.approx(1.96e-4, rel=0.05)
+    assert free.scale_error_95 is not None
+    assert free.scale_error_95 > 20 * 1.96e-4
+
+
+def test_the_true_turn_lies_within_the_stated_error_with_the_scale_kept() -> None:
+    rng = np.random.default_rng(2)
+    runs, inside = 60, np.zeros(3)
+    for _ in range(runs):
+        model, world = drawn(rng, 6, 0.05)
+        placed = register_points(model, world, np.full(world.shape, 0.05), scale=1.0)
+        off = np.abs(np.degrees(Rotation.from_matrix(
+            placed.matrix[:3, :3] / placed.scale @ TURN.T).as_rotvec()))  # fmt: skip
+        told = placed.rotation_error_95_deg
+        inside += off <= [told.about_east, told.about_north, told.about_up]
+    # Three standard deviations of 60 runs at 95 %.
+    assert (np.abs(inside / runs - 0.95) < 0.085).all()
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_points_that_contradict_the_kept_scale_are_told(stated: bool) -> None:
+    model, world = drawn(np.random.default_rng(3), 6, 0.01, scale=1.06)
+    sigma = np.full(world.shape, 0.01) if stated else None
+    placed = register_points(model, world, sigma, scale=1.0)
+    assert placed.scale == pytest.approx(1.0, abs=1e-2)
+    said = " ".join(placed.warnings)
+    assert "The scale that is kept is contradicted" in said
+    assert "1.06 times" in said
+    assert "the scale that is kept" not in [b.label for b in placed.blunders]
+
+
+def test_points_that_agree_with_the_kept_scale_are_not_doubted() -> None:
+    for seed in range(8):
+        model, world = drawn(np.random.default_rng(seed), 6, 0.05)
+        said = " ".join(register_points(model, world, scale=1.0).warnings)
+        assert "contradicted" not in said
+
+
+def test_a_wrong_point_takes_no_part_if_asked_and_is_named() -> None:
+    model, world = drawn(np.random.default_rng(4), 8, 0.01)
+    world[2] += [0.0, 2.0, 0.0]
+    right = np.arange(8) != 2
+    alone = register_points(model[right], world[right])
+    placed = register_points(model, world, robust=True)
+    assert placed.matrix == pytest.approx(alone.matrix, abs=1e-9 * 5e6)
+    assert [b.label for b in placed.blunders] == ["3"]
+    assert placed.blunders[0].error_m == pytest.approx(2.0, abs=0.1)
+    assert "3 (2" in placed.warnings[0]
+    assert "took no part" in placed.warnings[0]
+    assert [p.label for p in placed.control] == ["1", "2", "4", "5", "6", "7", "8"]
+    # As before where it was not asked for.
+    kept = register_points(model, world)
+    assert len(kept.control) == 8
+    assert [b.label for b in kept.blunders] == ["3"]
+
+
+def test_where_all_agree_robust_changes_nothing() -> None:
+    model, world = drawn(np.random.default_rng(5), 8, 0.01)
+    assert register_points(model, world, robust=True).matrix == pytest.approx(
+        register_points(model, world).matrix, abs=0.0
+    )
+
+
+def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> None:
+    import json
+
+    from vomstudio.app import main
+
+    model, world = drawn(np.random.default_rng(6), 8, 0.01)
+    world[5] += [1.5, 0.0, 0.0]
+    table = tmp_path / "pairs.csv"
+    rows = np.hstack([model, world]).tolist()
+    table.write_text("label,model_x,model_y,model_z,x,y,z\n" + "\n".join(
+        f"{i}," + ",".join(map(repr, row)) for i, row in enumerate(rows, 1)))  # fmt: skip
+    code = main(["register", "-", "--pairs", str(table), "--robust", "--keep-scale", "--json"])
+    assert code == 0
+    found = json.loads(capsys.readouterr().out)
+    with pytest.warns(vs.errors.VomWarning) as warned:
+        placed = vs.register(model, world, robust=True, keep_scale=True)
+    assert "took no part" in str(warned[0].message)
+    assert isinstance(placed, Placed)
+    assert found["scale"] == pytest.approx(1.0, abs=1e-4)
+    assert np.array(found["matrix"]) == pytest.approx(placed.matrix, abs=1e-6)
+    assert [b["label"] for b in found["blunders"]] == ["6"]
+    assert len(found["control"]) == 7
+
+
+@pytest.mark.parametrize("name", ["keep_scale", "robust"])
+def test_what_is_no_flag_is_refused(name: str) -> None:
+    model, world = drawn(np.random.default_rng(7), 5, 0.01)
+    with pytest.raises(vs.errors.InputError, match="True or False"):
+        vs.register(model, world, **{name: "yes"})
+
+
+def test_a_scale_does_not_turn_what_nothing_turns() -> None:
+    model, world = drawn(np.random.default_rng(8), 2, 0.01)
+    pairs = Pairs(("a", "b"), model, world, np.full((2, 3), np.nan), np.zeros(2, bool))
+    placed = register(Evidence(pairs=pairs, scale=1.0))
+    assert not placed.known.vertical
+    assert placed.known.scale
