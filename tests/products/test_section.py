@@ -109,7 +109,7 @@ def test_a_cloud_is_cut_by_a_slab() -> None:
     assert np.abs((cut.world[0] - UTM) @ Plane(70, 90).normal()).max() < 1e-6
 
 
-@pytest.mark.parametrize("noise, longest", [(0.0, 1.01), (0.02, 1.15)])
+@pytest.mark.parametrize(("noise", "longest"), [(0.0, 1.01), (0.02, 1.15)])
 @pytest.mark.parametrize("across", [0.0, 0.6, -1.2])
 def test_the_line_of_a_slanting_cloud_is_no_zigzag(
     across: float, noise: float, longest: float
