@@ -109,6 +109,25 @@ def test_a_cloud_is_cut_by_a_slab() -> None:
     assert np.abs((cut.world[0] - UTM) @ Plane(70, 90).normal()).max() < 1e-6
 
 
+@pytest.mark.parametrize(("noise", "longest"), [(0.0, 1.01), (0.02, 1.15)])
+@pytest.mark.parametrize("across", [0.0, 0.6, -1.2])
+def test_the_line_of_a_slanting_cloud_is_no_zigzag(
+    across: float, noise: float, longest: float
+) -> None:
+    """Of a plane z = 0.4 x + across y the section along x is straight: its length is known."""
+    rng = np.random.default_rng(5)
+    x, y = rng.uniform(-5, 5, (2, 20000))
+    z = 0.4 * x + across * y + rng.normal(0, noise, 20000)
+    cloud = PointCloud(UTM + np.column_stack((x, y, z)))
+    cut = cut_model(cloud, curtain_of_plane(Plane(0, 90), UTM), spacing=0.07)
+    (line,) = cut.world
+    truth = float(np.hypot(1.0, 0.4) * np.ptp(line[:, 0]))
+    assert np.ptp(line[:, 0]) > 9.7
+    assert 0.99 * truth < cut.length_m < longest * truth
+    off = (line - UTM) @ np.array([-0.4, -across, 1.0])
+    assert np.sqrt(np.mean(off**2)) < 0.01 + 0.8 * noise
+
+
 @pytest.mark.parametrize("turn", [0.0, 30.0, 200.0])
 @pytest.mark.parametrize(("dip", "b"), [(30, 90), (30, 40), (72, 15), (55, -35), (45, 0), (90, 40)])
 def test_apparent_dips_by_the_closed_formula(turn: float, dip: float, b: float) -> None:

@@ -55,3 +55,19 @@ def test_of_six_right_points_none_is_named() -> None:
         model = chance.uniform([0, 0, 0], [30, 12, 15], (6, 3))
         world = model + chance.normal(size=model.shape) * 0.01
         assert register_points(model, world).blunders == ()
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_what_is_wrong_is_said_before_its_consequences(mirrored: bool) -> None:
+    """More points would not help where one is wrong, or all are mirrored."""
+    chance = np.random.default_rng(3)
+    model = chance.uniform([0, 0, 0], [20, 18, 12], (8, 3))
+    world = model + chance.normal(size=model.shape) * 0.02
+    if mirrored:
+        model = model * [1.0, 1.0, -1.0]
+    else:
+        world[2, 0] += 4.0
+    said = register_points(model, world).warnings
+    assert ("mirror image" if mirrored else "3 (") in said[0]
+    assert any("can be turned" in words for words in said[1:])
+    assert not any("Spread the points" in words or "farther apart" in words for words in said)

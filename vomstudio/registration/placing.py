@@ -98,14 +98,17 @@ def place(
     checked = _residuals(check, found.fit)
     rotation, rotation95 = _rotation_errors(found, known)
     scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
+    named = [
+        *(said_of_without(without) or said_of_blunders(judged, blunders, by, centre, size)),
+        *said_of_mirrors(points, found.fit),
+    ]
     warnings = [
+        *named,
         *said_of_fit(found, kinds),
         *said_of_disagreement(kinds, centre, size),
         *([] if turned is None else [turned.in_words()]),
         *said_of_points(control, checked, points),
-        *said_of_errors(rotation, scale95, known, points),
-        *(said_of_without(without) or said_of_blunders(judged, blunders, by, centre, size)),
-        *said_of_mirrors(points, found.fit),
+        *said_of_errors(rotation, scale95, known, points, named=bool(named)),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)

@@ -176,9 +176,15 @@ def said_of_fitted(places: int, overlap: float, rms_m: float, blocks: int, block
 
 
 def said_of_errors(
-    error: RotationError, scale95: float | None, known: Known, points: Points | None
+    error: RotationError,
+    scale95: float | None,
+    known: Known,
+    points: Points | None,
+    *,
+    named: bool = False,
 ) -> list[str]:
-    """points : that placed it, of which `name` tells what they are; None without any"""
+    """points : that placed it, of which `name` tells what they are; None without any
+    named : something was named that is wrong, which is to be mended before more is measured"""
     said = []
     lacking = [
         tr(word)
@@ -202,18 +208,23 @@ def said_of_errors(
     if up is not None and east is not None and north is not None and max(up, east, north) > (
         _WARN_DEG
     ):  # fmt: skip
+        what = tr("Mend first what is named above.") if named else _what_helps(points)
         said.append(
-            tr("How the model is turned is as good as unknown. {what}", what=_what_helps(points))
+            tr("How the model is turned is as good as unknown. {what}", what=what)
             if max(up, float(np.hypot(east, north))) > _ANY_DEG
             else tr(
                 "The model can be turned by about {turn:.1f}° and tilted by about {tilt:.1f}° "
                 "(1 sigma): dip directions and dips can be wrong by as much. {what}",
                 turn=up,
                 tilt=float(np.hypot(east, north)),
-                what=_what_helps(points),
+                what=what,
             )
         )
-    if scale95 is not None and (scale := scale_warning(scale95 / _Z95)):
+    if scale95 is not None and (
+        scale := scale_warning(
+            scale95 / _Z95, tr("Mend first what is named above.") if named else ""
+        )
+    ):
         said.append(scale)
     return said
 

@@ -91,15 +91,16 @@ def scatter_of(places: Array, residuals: Array, stated: float | Array | None = N
     return _result(np.sqrt(variances), inverse, own, units, factor)
 
 
-def scale_warning(scale_error: float) -> str:
+def scale_warning(scale_error: float, what: str = "") -> str:
     """A sentence where lengths are known badly by a registration; "" where they are not.
-    scale_error : relative, one sigma"""
+    scale_error : relative, one sigma; what : helps, in place of more points"""
     if not scale_error > _WARN_SCALE:
         return ""
     return tr(
         "The scale is known only to {error:.1f} % (95 %): lengths, thicknesses and areas can be "
-        "wrong by as much. Place control points farther apart, or measure a scale bar.",
+        "wrong by as much. {what}",
         error=196.0 * scale_error,
+        what=what or tr("Place control points farther apart, or measure a scale bar."),
     )
 
 

@@ -237,7 +237,12 @@ def read_compass(path: str | Path) -> CompassTable:
     length = np.linalg.norm(vectors, axis=1)
     for place in np.flatnonzero(~(length > 0)):
         raise table.at(
-            int(read.kept[place]), tr("The direction has no length. Correct it."), "model_x"
+            int(read.kept[place]),
+            tr(
+                "A direction of no length. model_x, model_y and model_z are not a place: they are "
+                "the normal of the plane, or the direction of the line, in the frame of the model."
+            ),
+            "model_x",
         )
     sigma = table.positive(("sigma", "sigma deg", "accuracy", "accuracy deg"), "sigma_deg")
     for row in np.flatnonzero(sigma > 90.0):

@@ -207,6 +207,14 @@ def _photos_with_position(
         if photo is not None and has_position(photo):
             rows.append(row)
             placed.append(photo)
+    if not placed:
+        raise GeometryError(
+            tr(
+                "None of the {total} photos with a pose has a GPS position (latitude, longitude "
+                "and altitude). At least 3 are needed.",
+                total=len(scene.views),
+            )
+        )
     if len(placed) < 3:
         raise GeometryError(
             tr(

@@ -20,6 +20,12 @@ LINK_STEPS = 8.0
 """Points of a cloud are linked over so many steps at most."""
 SLAB_SPACINGS = 4.0
 FEWEST_POINTS = 3
+NEIGHBOURS = 24
+"""Points that tell the local plane of one of a cloud."""
+PLANAR = 0.1
+"""Their least variance by the one before it, at most, where they lie in a plane."""
+STEEPEST = 2.0
+"""A point moves along its local plane by so many times its distance from the section at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +156,36 @@ def _in_world(line: Array, curtain: Curtain) -> Array:
 
 
 def _slab(points: Array, panel: Panel, thick: float) -> Array:
-    """(n, 2) points within half the thickness of the panel, projected onto it at right angles."""
+    """(n, 2) points within half the thickness of the panel, brought onto it along the surface."""
     at = panel.coordinates(points)
-    near = np.abs(at[:, 2]) <= 0.5 * thick
-    near &= (at[:, 0] >= panel.start + panel.low) & (at[:, 0] <= panel.start + panel.high)
-    return np.ascontiguousarray(at[near, :2])
+    along = (at[:, 0] >= panel.start + panel.low) & (at[:, 0] <= panel.start + panel.high)
+    near = along & (np.abs(at[:, 2]) <= 0.5 * thick)
+    around = np.abs(at[:, 2]) <= thick
+    return np.ascontiguousarray(_slid(at[near], at[around]))
+
+
+def _slid(at: Array, around: Array) -> Array:
+    """(n, 2) where the local planes of points (along, height, across) meet the panel. At right
+    angles the points of a surface that slants across the panel would be a band, and the line
+    through them a zigzag; so would their noise. Those without a plane, or whose plane runs nearly
+    along the panel, are projected at right angles."""
+    from scipy.spatial import cKDTree
+
+    if len(around) < NEIGHBOURS:
+        return at[:, :2]
+    _, rows = cKDTree(around).query(at, NEIGHBOURS)
+    middle = around[rows].mean(axis=1)
+    beside = around[rows] - middle[:, None]
+    values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", beside, beside))
+    normal = axes[:, :, 0]
+    free = np.maximum(1.0 - normal[:, 2] ** 2, 1e-12)
+    planar = values[:, 0] <= PLANAR * values[:, 1]
+    planar &= normal[:, 2] ** 2 <= STEEPEST**2 * free
+    # The point goes onto its plane at right angles, then in the plane to the panel.
+    off = np.einsum("ni,ni->n", at - middle, normal)
+    on_plane = at - off[:, None] * normal
+    met = on_plane[:, :2] + (on_plane[:, 2] * normal[:, 2] / free)[:, None] * normal[:, :2]
+    return np.where(planar[:, None], met, at[:, :2])
 
 
 def _linked(points: Array, spacing: float) -> list[Array]:
