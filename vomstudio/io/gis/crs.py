@@ -62,6 +62,15 @@ def parse_crs(text: str) -> tuple[str, float]:
             field="CRS",
         )
     axes = stated_axes(plain)
+    if axes.grows:
+        raise InputError(
+            tr(
+                "The axes of {crs} are not east, north and up. Choose a projected coordinate "
+                "reference system with such axes, for example a UTM zone.",
+                crs=crs.name,
+            ),
+            field="CRS",
+        )
     if axes.height_factor != 1.0 or axes.crs is None or axes.unit_m is None:
         raise InputError(
             tr(
@@ -206,7 +215,7 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
             "'{file}' names no projected coordinate reference system. Declare it yourself.",
             file=path.name,
         )
-    if axes.height_factor != 1.0:
+    if axes.height_factor != 1.0 or axes.grows:
         return text, None
     return axes.crs, None
 
