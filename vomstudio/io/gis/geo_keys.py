@@ -75,7 +75,8 @@ def keys_of_tiff(path: Path) -> Keys:
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:
-        with open(path, "rb") as file:
+        with open(path, "rb") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of tags that are cut off
             head = file.read(8)
             head += file.read(8) if head[2:4] in (b"+\0", b"\0+") else b""
             tags = ImageFileDirectory_v2(head)

@@ -221,7 +221,10 @@ def _heights(
 
     width, height = dataset.width, dataset.height
     scale, offset = dataset.scales[0], dataset.offsets[0]
-    if not (np.isfinite([scale, offset]).all() and scale != 0):
+    if scale == 0:
+        scale = 1.0
+        said.append(tr("The scale of the heights is 0, which cannot be. It is not used."))
+    if not np.isfinite([scale, offset]).all():
         raise InputError(
             tr("The scale or offset of the heights is not a number. Export the file again."),
             file=path,
