@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import read_small
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.text.encodings import text_of
+from vomstudio.io.text.encodings import as_utf8
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -199,13 +199,14 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
     see `vomstudio.io.gis.axis_units`."""
     path = sidecar_path(model)
     try:
-        text = text_of(read_small(path, _LONGEST))
+        # Names in a code page of Windows are not what the numbers depend on.
+        text = as_utf8(read_small(path, _LONGEST)).decode("utf-8", "replace")
         axes = stated_axes(text)
     except FileNotFoundError:
         return None, None
-    except (OSError, UnicodeDecodeError):
+    except OSError:
         return None, tr(
-            "'{file}' cannot be read as text. Declare the coordinate reference system yourself.",
+            "'{file}' cannot be read. Declare the coordinate reference system yourself.",
             file=path.name,
         )
     except InputError:
