@@ -470,3 +470,12 @@ def test_wkt_in_utf_16_is_read(tmp_path: Path) -> None:
     cloud.x, cloud.y, cloud.z = np.arange(30.0).reshape(3, 10)
     cloud.write(tmp_path / "a.las")
     assert describe(tmp_path / "a.las")["crs"] == "EPSG:2263"
+
+
+@pytest.mark.parametrize("size", [0, 3, 50, 104, 150, 226])
+def test_a_header_that_is_cut_off_names_no_system(tmp_path: Path, size: int) -> None:
+    from vomstudio.io.models.formats._las_reference import las_reference
+
+    path = write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(2263).to_wkt())
+    path.write_bytes(path.read_bytes()[:size])
+    assert las_reference(path).text is None

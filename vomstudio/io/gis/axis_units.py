@@ -128,7 +128,7 @@ def _unusual(flat: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
     ways = {str(axis.direction) for axis in flat}
     found: set[Literal["west", "south", "down"]] = set()
     if len(ways) == 2:
-        found |= {way for way in ("west", "south") if way in ways}  # type: ignore[misc]
+        found |= {way for way in ("west", "south") if way in ways}
     if up and str(up[0].direction) == "down":
         found.add("down")
     return frozenset(found)

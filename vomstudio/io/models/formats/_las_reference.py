@@ -32,7 +32,7 @@ def las_reference(path: Path) -> Reference:
     points are sound, and the warnings say it."""
     try:
         records, by_wkt, centre = _records(path)
-    except (OSError, struct.error):
+    except (OSError, struct.error, IndexError):
         return Reference()
     wrong: list[str] = []
     found = [
