@@ -287,3 +287,26 @@ def test_a_table_that_was_converted_keeps_its_crs(run, write, tmp_path: Path) ->
     assert run("convert", write(rows, "in.csv"), tmp_path / "o.csv", "--crs", "32633").code == 0
     (found,) = run("info", tmp_path / "o.csv", "--json").json["files"]
     assert (found["crs"], found["units"]) == ("EPSG:32633", ["m", "m", "m"])
+
+
+@pytest.mark.parametrize(("bands", "kind"), [(4, "uint16"), (1, "complex64"), (5, "float32")])
+def test_a_raster_that_pillow_does_not_know_is_described(run, tmp_path: Path, bands, kind) -> None:
+    import rasterio
+
+    path = tmp_path / "a.tif"
+    with rasterio.open(
+        path, "w", driver="GTiff", width=30, height=20, count=bands, dtype=kind, crs="EPSG:32633",
+        transform=rasterio.Affine(1, 0, 5e5, 0, -1, 2e5),
+    ) as dataset:  # fmt: skip
+        dataset.write(np.ones((bands, 20, 30), kind))
+    (found,) = run("info", path, "--json").json["files"]
+    assert (found["kind"], found["width"], found["height"]) == ("raster", 30, 20)
+    assert (len(found["fields"]), found["crs"]) == (bands, "EPSG:32633")
+
+
+def test_heights_without_a_place_say_so(run, tmp_path: Path) -> None:
+    from PIL import Image
+
+    Image.fromarray(np.ones((20, 30), np.float32)).save(tmp_path / "a.tif")
+    (found,) = run("info", tmp_path / "a.tif", "--json").json["files"]
+    assert any("no place" in said for said in found["warnings"])

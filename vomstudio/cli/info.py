@@ -203,6 +203,13 @@ def _picture(path: Path) -> dict[str, Any]:
             bands = list(image.getbands())
             tags = getattr(image, "tag_v2", None) or {}
     except UnidentifiedImageError as error:
+        if path.suffix.lower() in GRIDS:
+            from vomstudio.io.gis.raster import size_and_bands
+
+            # Pillow does not know every kind of number and every number of bands.
+            width, height, bands = size_and_bands(path)
+            return {**NOTHING, **(_on_the_map(path) or {}), "kind": "raster", "width": width,
+                    "height": height, "fields": bands, "warnings": []}  # fmt: skip
         raise InputError(
             tr("This is no picture of a kind that can be read, or it is damaged."), file=path
         ) from error
@@ -212,9 +219,7 @@ def _picture(path: Path) -> dict[str, Any]:
         ) from error
     place, warnings = None, []
     if 33550 in tags or 34264 in tags:
-        from vomstudio.io.gis.raster_place import place_on_map
-
-        place = place_on_map(path)
+        place = _on_the_map(path)
         if place is None:
             warnings.append(tr("The picture is georeferenced, but its position is not shown here."))
     return {
@@ -228,6 +233,12 @@ def _picture(path: Path) -> dict[str, Any]:
     }
 
 
+def _on_the_map(path: Path) -> dict[str, Any] | None:
+    from vomstudio.io.gis.raster_place import place_on_map
+
+    return place_on_map(path)
+
+
 def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     """A height model with its place; any other TIFF is a picture."""
     from vomstudio.io.models.opening import describe
@@ -236,8 +247,7 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
         found = dict(describe(path, progress))
     except InputError as error:
         picture = _picture(path)
-        on_a_map = picture["warnings"] or picture["bounds"]
-        if on_a_map and len(picture["fields"]) == 1 and picture["fields"][0] not in _GREY:
+        if len(picture["fields"]) == 1 and picture["fields"][0] not in _GREY:
             # Heights, not a photograph: what is wrong with them is not kept back.
             picture["warnings"].append(error.message)
         return picture

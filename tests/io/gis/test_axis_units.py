@@ -18,7 +18,7 @@ from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.gis.geo_keys import crs_of_keys
+from vomstudio.io.gis.geo_keys import Keys, name_keys
 from vomstudio.io.models import copc, model_cache
 from vomstudio.io.models.opening import describe, read_model
 from vomstudio.io.models.preview import preview
@@ -132,7 +132,7 @@ def test_a_system_by_parameters_projects_as_its_code_does() -> None:
     """Against pyproj's own EPSG:2264, at a place in North Carolina."""
     from pyproj import Transformer
 
-    wkt = crs_of_keys(directory(CAROLINA), struct.pack("<6d", *CAROLINA_NUMBERS))
+    wkt = name_keys(Keys(directory(CAROLINA), struct.pack("<6d", *CAROLINA_NUMBERS))).crs
     ours = Transformer.from_crs("EPSG:4269", wkt, always_xy=True).transform(-79.5, 35.5)
     theirs = Transformer.from_crs("EPSG:4269", "EPSG:2264", always_xy=True).transform(-79.5, 35.5)
     assert ours == pytest.approx(theirs, abs=1e-3)
@@ -306,7 +306,7 @@ def test_a_cache_keeps_units_and_sees_a_prj_that_came_later(tmp_path: Path) -> N
 
 
 def test_a_system_without_a_code_has_its_name_on_labels() -> None:
-    wkt = crs_of_keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))
+    wkt = name_keys(Keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))).crs
     assert Frame("crs", wkt, FT).name() == "NAD83 / UTM zone 17N, grid north"
     assert Frame("crs", "EPSG:32633").name() == "EPSG:32633, grid north"
 
@@ -319,3 +319,163 @@ def test_a_shift_to_another_datum_does_not_hide_the_code() -> None:
     plain = CRS.from_epsg(2903)
     bound = BoundCRS(plain, CRS.from_epsg(4326), ToWGS84Transformation(plain.geodetic_crs))
     assert stated_axes(bound.to_wkt()) == stated_axes("EPSG:2903")
+
+
+def two_references(
+    path: Path, wkt: str, keys: list[tuple[int, int, int, int]], *, version: str = "1.4", form=6
+) -> Path:
+    """A LAS file of which laspy writes both records, and the header's bit."""
+    points = slope(30, 1, 1)
+    header = laspy.LasHeader(version=version, point_format=form)
+    header.offsets, header.scales = np.floor(points.mean(axis=0)), [1e-4] * 3
+    header.global_encoding.wkt = form >= 6
+    header.vlrs.append(laspy.VLR("LASF_Projection", 2112, "", wkt.encode() + b"\0"))
+    header.vlrs.append(laspy.VLR("LASF_Projection", 34735, "", directory(keys)))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = points.T
+    cloud.write(path)
+    return path
+
+
+@pytest.mark.parametrize(("form", "wanted"), [(6, "EPSG:32633"), (1, "EPSG:32632")])
+def test_of_wkt_and_keys_that_differ_the_header_chooses(tmp_path: Path, form, wanted) -> None:
+    """LAS 1.4 R15: the bit of the global encoding; formats from 6 on have WKT."""
+    wkt = CRS.from_epsg(32633).to_wkt()
+    found = describe(two_references(tmp_path / "a.las", wkt, [(PROJECTED, 0, 1, 32632)], form=form))
+    assert found["crs"] == wanted
+    (said,) = found["warnings"]
+    assert "zone 33N" in said
+    assert "zone 32N" in said
+
+
+@pytest.mark.parametrize("other", [32633, 25833])
+def test_two_references_to_the_same_place_are_one(tmp_path: Path, other: int) -> None:
+    """WGS 84 and ETRS89 lie some decimetres apart."""
+    wkt = CRS.from_epsg(32633).to_wkt()
+    found = describe(two_references(tmp_path / "a.las", wkt, [(PROJECTED, 0, 1, other)]))
+    assert found["warnings"] == []
+
+
+@pytest.mark.parametrize("more", [(VERTICAL, 0, 1, 6360), (VERTICAL_UNIT, 0, 1, 9003)])
+def test_keys_say_what_wkt_leaves_open(tmp_path: Path, more: tuple[int, int, int, int]) -> None:
+    wkt, keys = CRS.from_epsg(26917).to_wkt(), [(PROJECTED, 0, 1, 26917), more]
+    found = describe(two_references(tmp_path / "a.las", wkt, keys))
+    assert found["units"] == ["m", "m", "us-ft"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "unit"),
+    [
+        ([(PROJECTED, 0, 1, 9999)], "unknown"),
+        ([(PROJECTED, 0, 1, 9999), (LINEAR, 0, 1, 9003)], "us-ft"),
+        ([(PROJECTED, 0, 1, 32767), (LINEAR, 0, 1, 9002)], "ft"),
+        ([(LINEAR, 0, 1, 9002)], "ft"),
+        ([(2048, 0, 1, 4326)], "unknown"),
+        ([], "unknown"),
+    ],
+)
+def test_keys_without_a_known_system_state_the_unit_that_they_name(tmp_path, keys, unit) -> None:
+    """GDAL falls back to metres there."""
+    found = describe(write_las(tmp_path / "a.las", slope(30, 1, 1), keys=keys))
+    assert found["units"] == [unit] * 3
+    assert found["crs"] is None
+    if keys and keys[0][0] != LINEAR and keys[0][3] != 32767:
+        assert any(f"EPSG:{keys[0][3]}" in said for said in found["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("keys", "unit"), [([(3072, 9999)], "unknown"), ([(3072, 9999), (3076, 9003)], "us-ft")]
+)
+def test_a_geotiff_of_an_unknown_code_states_its_own_unit(tmp_path: Path, keys, unit) -> None:
+    """Written by Pillow, without GDAL."""
+    from PIL import Image
+    from PIL.TiffImagePlugin import ImageFileDirectory_v2
+
+    rows = [(1024, 1), *keys]
+    tags = ImageFileDirectory_v2()
+    tags[33550], tags[33922] = (1.0, 1.0, 0.0), (0.0, 0.0, 0.0, 5e5, 2e5, 0.0)
+    tags[34735] = (1, 1, 0, len(rows), *[v for key, value in rows for v in (key, 0, 1, value)])
+    tags.tagtype[34735] = 3
+    heights = np.add.outer(np.zeros(8), np.arange(9)).astype(np.float32)
+    Image.fromarray(heights).save(tmp_path / "a.tif", tiffinfo=tags)
+    found = describe(tmp_path / "a.tif")
+    assert found["units"] == [unit] * 3
+    assert any("EPSG:9999" in said for said in found["warnings"])
+
+
+def test_a_vertical_system_alone_says_nothing_of_x_and_y(tmp_path: Path) -> None:
+    found = describe(write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(6360).to_wkt()))
+    assert found["units"] == ["unknown", "unknown", "us-ft"]
+    assert any("no unit of x and y" in said for said in found["warnings"])
+
+
+def test_depths_are_refused_and_not_taken_for_heights(tmp_path: Path) -> None:
+    path = write_las(tmp_path / "a.las", slope(30, 1, 1), compound(32633, 5715))
+    with pytest.raises(InputError, match="depth"):
+        read_model(path)
+    with pytest.raises(InputError, match="not east, north and up"):
+        parse_crs("EPSG:32633+5715")
+
+
+@pytest.mark.parametrize("code", [2053, 5513, 29385])
+def test_axes_to_the_west_and_south_are_refused(tmp_path: Path, code: int) -> None:
+    path = write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(code).to_wkt())
+    with pytest.raises(InputError, match="west or south"):
+        read_model(path)
+    with pytest.raises(InputError, match="not east, north and up"):
+        parse_crs(f"EPSG:{code}")
+
+
+def test_coordinates_below_zero_in_such_a_system_count_to_the_north(tmp_path: Path) -> None:
+    points = slope(30, 1, 1) - [600_000, 1_400_000, 0]
+    loaded = read_model(write_las(tmp_path / "a.las", points, CRS.from_epsg(5513).to_wkt()))
+    assert loaded.crs is None
+    assert loaded.units == ("m", "m", "m")
+    assert any("west or south" in said for said in loaded.warnings)
+
+
+@pytest.mark.parametrize("code", [3031, 3413, 5041, 5514, 31467, 32733])
+def test_polar_and_other_systems_are_not_taken_for_such(code: int) -> None:
+    assert parse_crs(f"EPSG:{code}") == (f"EPSG:{code}", 1.0)
+
+
+def test_heights_in_another_unit_than_their_system_keep_its_flat_part(tmp_path: Path) -> None:
+    """The unit of the band goes before that of the CRS, and is said."""
+    heights = np.add.outer(np.zeros(8), np.arange(9)).astype(np.float32)
+    profile = {"driver": "GTiff", "width": 9, "height": 8, "count": 1, "dtype": "float32"}
+    transform = rasterio.Affine(1, 0, 5e5, 0, -1, 2e5)
+    with rasterio.open(
+        tmp_path / "a.tif", "w", crs=compound(26917, 6360), transform=transform, **profile
+    ) as dataset:
+        dataset.write(heights, 1)
+        dataset.units = ("m",)
+    loaded = read_model(tmp_path / "a.tif")
+    assert (loaded.crs, loaded.units) == ("EPSG:26917", ("m", "m", "m"))
+    assert any("US survey feet" in said for said in loaded.warnings)
+
+
+@pytest.mark.parametrize("written", ["[ft]", "Foot (International)", "US-survey-foot", "Foot_US"])
+def test_spellings_of_feet_are_known(written: str) -> None:
+    from vomstudio.io.models.formats.dem import unit_of
+
+    assert unit_of(written) == ("ft" if "US" not in written else "us-ft")
+
+
+def test_wkt_in_utf_16_is_read(tmp_path: Path) -> None:
+    header = laspy.LasHeader(version="1.4", point_format=6)
+    header.scales = [1e-3] * 3
+    content = CRS.from_epsg(2263).to_wkt().encode("utf-16")
+    header.vlrs.append(laspy.VLR("LASF_Projection", 2112, "", content))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.arange(30.0).reshape(3, 10)
+    cloud.write(tmp_path / "a.las")
+    assert describe(tmp_path / "a.las")["crs"] == "EPSG:2263"
+
+
+@pytest.mark.parametrize("size", [0, 3, 50, 104, 150, 226])
+def test_a_header_that_is_cut_off_names_no_system(tmp_path: Path, size: int) -> None:
+    from vomstudio.io.models.formats._las_reference import las_reference
+
+    path = write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(2263).to_wkt())
+    path.write_bytes(path.read_bytes()[:size])
+    assert las_reference(path).text is None

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+from pyproj import CRS
 
 from vomstudio.errors import InputError
 from vomstudio.io.gis.crs import crs_name, parse_crs, sidecar_crs, world_crs
@@ -88,3 +91,13 @@ def test_a_prj_and_an_origin_may_be_in_any_unicode(tmp_path, encoding):
     assert read_model(tmp_path / "a.obj").crs == "EPSG:32633"
     (tmp_path / "b.offset.txt").write_bytes("EPSG:32633 offset 100 200 300\n".encode(encoding))
     assert read_offset(tmp_path / "b.stl").origin == (100.0, 200.0, 300.0)
+
+
+def test_a_name_in_a_code_page_does_not_hide_the_system(tmp_path: Path) -> None:
+    """As GIS under Windows wrote .prj files for years."""
+    wkt = CRS.from_epsg(2263).to_wkt("WKT1_ESRI").replace("Island", "Gemäß")
+    (tmp_path / "a.prj").write_bytes(wkt.encode("cp1252"))
+    named, problem = sidecar_crs(tmp_path / "a.obj")
+    assert problem is None
+    assert named is not None
+    assert parse_crs(named)[1] == pytest.approx(1200 / 3937, rel=1e-7)

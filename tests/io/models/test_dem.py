@@ -226,3 +226,13 @@ def test_trimesh_agrees_on_the_surface(tmp_path: Path) -> None:
     assert theirs.area == pytest.approx(np.linalg.norm(normals(mesh), axis=1).sum() / 2)
     assert theirs.euler_number == 1
     assert theirs.is_winding_consistent
+
+
+def test_a_scale_of_nothing_is_not_used(tmp_path: Path) -> None:
+    values = heights().astype(np.float32)
+    path = write(tmp_path / "a.tif", values)
+    with rasterio.open(path, "r+") as dataset:
+        dataset.scales = [0.0]
+    mesh, said = surface(path)
+    assert "scale of the heights is 0" in said
+    assert mesh.vertices[:, 2].max() == values.max()

@@ -557,3 +557,11 @@ def test_data_without_compression_beside_compressed_ones_are_used(
         return
     mesh, _ = mesh_of(path)
     assert np.array_equal(triangles(mesh), ROOF[ROOF_FACES])
+
+
+def test_a_centre_beside_the_scene_is_said(tmp_path: Path) -> None:
+    """CESIUM_RTC stands at the whole file, and moves all of it."""
+    scene = roof()
+    scene.json["extensions"] = {"CESIUM_RTC": {"center": [100.0, 200.0, 300.0]}}
+    scene.json["extensionsUsed"] = ["CESIUM_RTC"]
+    assert "CESIUM_RTC" in mesh_of(scene.glb(tmp_path / "a.glb"))[1]

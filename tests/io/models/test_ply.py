@@ -391,3 +391,17 @@ def test_text_of_another_encoding_is_read(tmp_path: Path, encoding: str) -> None
     text = encode("ascii", [("vertex", XYZ, SQUARE)]).decode()
     found = read_model(save(tmp_path, text.encode(encoding))).data
     assert np.array_equal(found.points, np.array(SQUARE)[:, :3])
+
+
+@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("prefix", ["", "diffuse_"])
+def test_colours_of_faces_are_said_to_be_left_out(tmp_path: Path, form: str, prefix: str) -> None:
+    colours = [f"uchar {prefix}{name}" for name in ("red", "green", "blue")]
+    faces = [([0, 1, 2], 255, 0, 0), ([0, 2, 3], 0, 255, 0)]
+    properties = ["list uchar int vertex_indices", *colours]
+    content = encode(form, [("vertex", XYZ, SQUARE), ("face", properties, faces)])
+    loaded = read_model(save(tmp_path, content))
+    assert isinstance(loaded.data, Mesh)
+    assert loaded.data.colors is None
+    (said,) = loaded.warnings
+    assert "colours of their own" in said

@@ -197,3 +197,35 @@ def test_a_grid_of_heights_is_called_one(tmp_path: Path, head: str) -> None:
 def test_a_table_of_places_is_a_cloud_whatever_tables_are_called(tmp_path, name):
     (tmp_path / name).write_text("x\ty\tz\n1,5\t2\t3\n4\t5\t6\n")
     assert read_model(tmp_path / name).data.points.tolist() == [[1.5, 2, 3], [4, 5, 6]]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "x,y,z\n1,5,0,0\n1,2,0\n2,1,0\n",  # a decimal comma between commas
+        "x,y,z\n1,5,0,9\n1,2,0,9\n",
+        "x,y,z,a\n1,2,0,4\n1,5,0\n2,1,0,3\n",
+        "x,y,z\n1,2,0\n1,5\n2,1,0\n",
+        "1,5,0,0\n1,2,0\n2,1,0\n",
+        "1 5 0 0\n1 2 0\n2 1 0\n",
+        "x y z\n1 5 0 0\n1 2 0\n",
+        "x;y;z\n1;5;0\n# a comment; with; many; parts\n\n1;2\n2;1;0\n",
+        "x,y,z,a\n" + "1,2,3,4\n" * 20_000 + "1,5,0\n",
+    ],
+)
+def test_rows_that_are_not_even_are_refused(tmp_path: Path, content: str) -> None:
+    with pytest.raises(InputError, match="This row has"):
+        cloud_of(tmp_path, content)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_empty_cells_at_the_end_are_no_missing_ones(tmp_path: Path, end: str) -> None:
+    rows = ["x,y,z,a", "1,2,0,4", "1,5,0,", "# said, by, the, way, often", "", "2,1,0,3", "7,7,7,"]
+    cloud, _ = cloud_of(tmp_path, end.join(rows) + end)
+    assert cloud.points.tolist() == [[1, 2, 0], [1, 5, 0], [2, 1, 0], [7, 7, 7]]
+    assert np.isnan(cloud.fields["a"]).tolist() == [False, True, False, True]
+
+
+def test_a_delimiter_at_the_end_of_each_row_is_no_column(tmp_path: Path) -> None:
+    cloud, said = cloud_of(tmp_path, "x,y,z\n1,2,0,\n1,5,0,\n")
+    assert (cloud.points.tolist(), said) == ([[1, 2, 0], [1, 5, 0]], "")

@@ -38,11 +38,14 @@ _WORDS = {
 class StatedAxes:
     """What a file says of its axes.
 
-    crs : "EPSG:n" or WKT, in whose x, y (and z) the model is kept; None where it is none with east
-        and north
+    crs : "EPSG:n" or WKT, in whose x, y (and z) the model is kept; None where it is none with
+        east, north and up
     kind : of the CRS that was named; "local" is one with a unit and no place on Earth
     units : as the file states them
     unit_m, height_m : metres in a unit of x and y, and of z; None where it is unknown or no length
+    has_heights : whether heights have a statement of their own, beside that of x and y
+    overruled : the unit of heights that the CRS names, where the file states another beside it
+    grows : whither x, y and z grow where that is not east (or along a meridian), north and up
     """
 
     crs: str | None = None
@@ -50,6 +53,9 @@ class StatedAxes:
     units: Units = UNKNOWN
     unit_m: float | None = None
     height_m: float | None = None
+    has_heights: bool = False
+    overruled: str | None = None
+    grows: frozenset[Literal["west", "south", "down"]] = frozenset()
 
     @property
     def height_factor(self) -> float:
@@ -72,7 +78,8 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
     """
     own = None if height_unit is None else METRES.get(height_unit)
     if text is None or not text.strip():
-        return StatedAxes(units=("unknown", "unknown", height_unit or "unknown"), height_m=own)
+        high = height_unit or "unknown"
+        return StatedAxes(units=("unknown", "unknown", high), height_m=own, has_heights=bool(own))
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
@@ -89,23 +96,42 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
             field="CRS",
         ) from error
     parts = [_bare(part) for part in crs.sub_crs_list] if crs.is_compound else [_bare(crs)]
-    flat, axes = parts[0], parts[0].axis_info
-    up = next((part.axis_info for part in parts[1:] if part.is_vertical), axes[2:3])
-    kind = _kind_of(flat)
+    flat = next((part for part in parts if not part.is_vertical), None)
+    axes = [] if flat is None else flat.axis_info
+    up = next((part.axis_info for part in parts if part.is_vertical), axes[2:3])
+    grows = _unusual(axes[:2], up)
+    kind = "none" if flat is None else _kind_of(flat)
     name, unit_m = _unit_of(axes[0]) if axes else ("unknown", None)
     high, height_m = _unit_of(up[0]) if up else (name, unit_m)
+    overruled = high if up and height_unit not in (None, high) else None
     if height_unit is not None:
         high, height_m = height_unit, own
+    has_heights = bool(up) or height_unit is not None
     if kind == "geographic":
         unit_m = None
-        if not up and height_unit is None:
+        if not has_heights:
             high, height_m = "unknown", None
     # The name of a compound system says another unit of z than the model is then kept in.
     mixed = unit_m is not None and height_m is not None and not _same(unit_m, height_m)
-    # A shift to another datum beside a system of the register is the register's business.
-    bare = mixed or (crs.is_bound and flat.to_epsg() is not None)
-    kept = None if kind == "local" or kind == "none" else _name_of(flat if bare else crs)
-    return StatedAxes(kept, kind, (name, name, high), unit_m, height_m)
+    kept = None
+    if flat is not None and kind not in ("local", "none") and not grows:
+        # A shift to another datum beside a system of the register is the register's business.
+        bare = mixed or overruled is not None or (crs.is_bound and flat.to_epsg() is not None)
+        kept = _name_of(flat if bare else crs)
+    return StatedAxes(
+        kept, kind, (name, name, high), unit_m, height_m, has_heights, overruled, grows
+    )
+
+
+def _unusual(flat: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
+    """Of pyproj axes. Both axes of a polar system point along meridians, the same way."""
+    ways = {str(axis.direction) for axis in flat}
+    found: set[Literal["west", "south", "down"]] = set()
+    if len(ways) == 2:
+        found |= {way for way in ("west", "south") if way in ways}
+    if up and str(up[0].direction) == "down":
+        found.add("down")
+    return frozenset(found)
 
 
 def _bare(crs: Any) -> Any:
@@ -134,7 +160,7 @@ def _unit_of(axis: Any) -> tuple[str, float | None]:
         axis.direction in ("north", "east") and _same(factor, 0.017453292519943295)
     ):
         return ("degree" if _same(factor, 0.017453292519943295) else name), None
-    if not isfinite(factor) or factor <= 0:
+    if not isfinite(factor) or factor <= 0 or (name == "unknown" and factor == 1.0):
         return "unknown", None
     for known, metres in METRES.items():
         if _same(factor, metres):
@@ -174,6 +200,30 @@ def what_is_said(axes: StatedAxes) -> tuple[str, ...]:
     """The sentences that a user must read of a file with these axes; none for plain metres."""
     flat, _, high = axes.units
     said: list[str] = []
+    if axes.has_heights and flat == "unknown":
+        said.append(
+            tr(
+                "The file states heights in {height_unit} and no unit of x and y. All are taken to "
+                "be in one unit.",
+                height_unit=in_words(high),
+            )
+        )
+    if axes.grows:
+        said.append(
+            tr(
+                "The coordinate reference system counts to the west or south, and the coordinates "
+                "do not: they are below zero. They are taken as east and north without that system."
+            )
+        )
+    if axes.overruled is not None:
+        said.append(
+            tr(
+                "The file states heights in {unit}, and its coordinate reference system in "
+                "{other}. The first is used.",
+                unit=in_words(high),
+                other=in_words(axes.overruled),
+            )
+        )
     if axes.kind == "local" and axes.unit_factor != 1.0:
         said.append(
             tr(
@@ -208,6 +258,18 @@ def why_refused(axes: StatedAxes, bounds: npt.NDArray[np.float64]) -> str | None
         return tr(
             "The coordinates are geocentric: z points to the pole, not up. Reproject the file "
             "first into a projected coordinate reference system, such as a UTM zone (EPSG:326xx)."
+        )
+    if "down" in axes.grows:
+        return tr(
+            "The coordinate reference system says that z is a depth, which grows downwards. "
+            "Convert the depths to heights first, or write a system of heights into the file."
+        )
+    if axes.grows and float(np.asarray(bounds)[:, 1].sum()) > 0:
+        # Coordinates below zero show that the file counts to the north all the same, as GIS do.
+        return tr(
+            "x and y of this coordinate reference system grow to the west or south, so that "
+            "azimuths would be wrong by 90 or 180 degrees. Reproject the file first into a system "
+            "of east and north, such as a UTM zone (EPSG:326xx)."
         )
     if axes.kind != "geographic":
         return None

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import read_small
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.text.encodings import text_of
+from vomstudio.io.text.encodings import as_utf8
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -62,6 +62,15 @@ def parse_crs(text: str) -> tuple[str, float]:
             field="CRS",
         )
     axes = stated_axes(plain)
+    if axes.grows:
+        raise InputError(
+            tr(
+                "The axes of {crs} are not east, north and up. Choose a projected coordinate "
+                "reference system with such axes, for example a UTM zone.",
+                crs=crs.name,
+            ),
+            field="CRS",
+        )
     if axes.height_factor != 1.0 or axes.crs is None or axes.unit_m is None:
         raise InputError(
             tr(
@@ -190,13 +199,14 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
     see `vomstudio.io.gis.axis_units`."""
     path = sidecar_path(model)
     try:
-        text = text_of(read_small(path, _LONGEST))
+        # Names in a code page of Windows are not what the numbers depend on.
+        text = as_utf8(read_small(path, _LONGEST)).decode("utf-8", "replace")
         axes = stated_axes(text)
     except FileNotFoundError:
         return None, None
-    except (OSError, UnicodeDecodeError):
+    except OSError:
         return None, tr(
-            "'{file}' cannot be read as text. Declare the coordinate reference system yourself.",
+            "'{file}' cannot be read. Declare the coordinate reference system yourself.",
             file=path.name,
         )
     except InputError:
@@ -206,7 +216,7 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
             "'{file}' names no projected coordinate reference system. Declare it yourself.",
             file=path.name,
         )
-    if axes.height_factor != 1.0:
+    if axes.height_factor != 1.0 or axes.grows:
         return text, None
     return axes.crs, None
 

@@ -8,30 +8,121 @@ from __future__ import annotations
 
 import struct
 import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.geometry.units import METRES
+from vomstudio.io.gis.axis_units import stated_axes, unreadable_crs
 from vomstudio.words import tr
 
 COMPOUND = {"GTIFF_REPORT_COMPD_CS": "YES"}
 """GDAL leaves the vertical part out of files of GeoTIFF 1.0 unless it is asked for."""
 _KEYS_AT_MOST = 1000
-_VERTICAL_UNITS = 4099
-_VERTICAL_CODES = {9001: "m", 9002: "ft", 9003: "us-ft"}
+_SYSTEMS = {"projected": 3072, "geographic": 2048}
+_UNIT, _UNIT_SIZE, _VERTICAL_UNITS = 3076, 3077, 4099
+_UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
 """EPSG's codes of units of length."""
+_USER_DEFINED = 32767
 
 
-def crs_of_keys(directory: bytes, doubles: bytes = b"", texts: bytes = b"") -> str | None:
-    """WKT of the CRS of the records GeoKeyDirectory, GeoDoubleParams and GeoAsciiParams; None where
-    they name none. Raises InputError where they are damaged."""
-    rows = _rows(directory)
+@dataclass(frozen=True)
+class Keys:
+    """The records GeoKeyDirectory, GeoDoubleParams and GeoAsciiParams, as they stand in a file."""
+
+    directory: bytes
+    doubles: bytes = b""
+    texts: bytes = b""
+
+
+@dataclass(frozen=True)
+class NamedKeys:
+    """What keys say. crs : WKT, None where they name no system that is known; height_unit : of
+    heights beside it, a name of `METRES`; warnings : what they say and nobody can follow"""
+
+    crs: str | None = None
+    height_unit: str | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def name_keys(keys: Keys) -> NamedKeys:
+    """Raises InputError where they are damaged."""
+    rows = _rows(keys.directory)
     if not rows:
+        return NamedKeys()
+    text = _named_by_gdal(keys, rows)
+    # GDAL does not use it beside the code of a vertical system, and LAStools writes both.
+    height_unit = _UNITS.get(_value(rows, _VERTICAL_UNITS))
+    if text is None:
+        return NamedKeys(None, height_unit)
+    named = stated_axes(text)
+    stated = named.units[2]
+    if named.kind != "local":
+        return NamedKeys(text, None if height_unit == stated else height_unit)
+    if height_unit is None and named.has_heights and stated in METRES:
+        height_unit = stated
+    # What GDAL falls back to is in metres, whatever the keys say.
+    codes = [_value(rows, key) for key in _SYSTEMS.values()]
+    code = next((code for code in codes if code not in (0, _USER_DEFINED)), None)
+    warnings = () if code is None else (unreadable_crs(f"EPSG:{code}"),)
+    return NamedKeys(_plain_system(keys, rows), height_unit, warnings)
+
+
+def keys_of_tiff(path: Path) -> Keys:
+    """Those of a GeoTIFF's first picture; empty where it has none, or they cannot be read."""
+    from PIL.TiffImagePlugin import ImageFileDirectory_v2
+
+    try:
+        with open(path, "rb") as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of tags that are cut off
+            head = file.read(8)
+            head += file.read(8) if head[2:4] in (b"+\0", b"\0+") else b""
+            tags = ImageFileDirectory_v2(head)
+            file.seek(tags.next)
+            tags.load(file)
+            shorts, doubles = tags.get(34735, ()), tags.get(34736, ())
+            texts = str(tags.get(34737, ""))
+        return Keys(
+            struct.pack(f"<{len(shorts)}H", *shorts),
+            struct.pack(f"<{len(doubles)}d", *doubles),
+            texts.encode("latin-1", "replace"),
+        )
+    except (OSError, ValueError, SyntaxError, KeyError, TypeError, struct.error):
+        return Keys(b"")
+
+
+def _value(rows: Sequence[tuple[int, int, int, int]], wanted: int) -> int:
+    """Of a key that holds a code; 0 without."""
+    return next((value for key, at, _, value in rows if key == wanted and at == 0), 0)
+
+
+def _plain_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
+    """x and y in the unit of length that the keys state, without a place on Earth; None without."""
+    code = _value(rows, _UNIT)
+    name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
+    for key, at, _, place in rows:
+        if code == _USER_DEFINED and key == _UNIT_SIZE and at == 34736:
+            name, size = "unit of the file", _double(keys.doubles, place)
+    if not (isfinite(size) and size > 0):
         return None
+    return f'LOCAL_CS["Without a place",UNIT["{name}",{size!r}]]'
+
+
+def _double(doubles: bytes, place: int) -> float:
+    if len(doubles) < 8 * place + 8:
+        return 0.0
+    return float(struct.unpack_from("<d", doubles, 8 * place)[0])
+
+
+def _named_by_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
     from rasterio.io import MemoryFile
 
-    content = _picture(directory[: 8 + 8 * len(rows)], doubles[: len(doubles) // 8 * 8], texts)
+    directory = keys.directory[: 8 + 8 * len(rows)]
+    content = _picture(directory, keys.doubles[: len(keys.doubles) // 8 * 8], keys.texts)
     try:
         with warnings.catch_warnings(), rasterio.Env(**COMPOUND), MemoryFile(content) as file:
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
@@ -39,16 +130,6 @@ def crs_of_keys(directory: bytes, doubles: bytes = b"", texts: bytes = b"") -> s
                 return None if dataset.crs is None else str(dataset.crs.to_wkt())
     except (RasterioError, ValueError) as error:
         raise _damaged() from error
-
-
-def vertical_unit_of_keys(directory: bytes) -> str | None:
-    """The unit of heights that VerticalUnitsGeoKey names, a name of `METRES`; None without. GDAL
-    does not use it beside the code of a vertical system, and LAStools writes both."""
-    for key, location, _, value in _rows(directory):
-        if key == _VERTICAL_UNITS and location == 0:
-            name = _VERTICAL_CODES.get(value)
-            return name if name in METRES else None
-    return None
 
 
 def _rows(directory: bytes) -> list[tuple[int, int, int, int]]:

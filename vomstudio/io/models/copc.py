@@ -161,8 +161,8 @@ class CopcFile:
             text, problem = sidecar_crs(self.path)
             said += [problem] if problem else []
         self._axes = stated_axes(text, stated.height_unit)
-        self.warnings = (*said, *what_is_said(self._axes))
         self.refused = why_refused(self._axes, self.top.bounds)
+        self.warnings = (*said, *(what_is_said(self._axes) if self.refused is None else ()))
         flat = self._axes.unit_factor
         self._factors = np.array([flat, flat, flat * self._axes.height_factor])
         if (self._factors != 1.0).any():

@@ -286,8 +286,9 @@ def with_axes(loaded: LoadedModel) -> tuple[LoadedModel, str | None]:
     if axes.kind == "none" and loaded.units != UNKNOWN:
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
     refused = why_refused(axes, loaded.data.bounds)
-    said += what_is_said(axes)
-    if axes.crs is None and axes.kind != "none" and text is not None:
+    said += what_is_said(axes) if refused is None else ()
+    unknown = axes.kind != "none" and text is not None and refused is None
+    if axes.crs is None and unknown and not axes.grows:
         said.append(
             tr(
                 "The coordinate reference system (CRS) is not a known projected one. Declare it "

@@ -47,6 +47,8 @@ UNDERSTOOD = (
     "EXT_texture_webp",
     "EXT_mesh_gpu_instancing",
 )
+MOVING = ("CESIUM_RTC",)
+"""Extensions of the whole file that give the model another place."""
 
 
 def files_beside(path: Path) -> list[Path]:
@@ -168,6 +170,12 @@ class Document:
         required = self.json.get("extensionsRequired")
         names = [n for n in required if isinstance(n, str)] if isinstance(required, list) else []
         return [n for n in names if not n.startswith(UNDERSTOOD)]
+
+    def unsaid_extensions(self) -> list[str]:
+        """Those of the whole file that change the model and are not understood here."""
+        required = self.unknown_extensions()
+        moving = [n for n in MOVING if n in self.section("extensions") and n not in required]
+        return [*required, *moving]
 
     def is_understood(self, extension: str) -> bool:
         """Whether an extension is read here, or has been said not to be."""

@@ -14,7 +14,8 @@ from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import require_regular_beside
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gis.geo_keys import COMPOUND
+from vomstudio.io.gis.axis_units import stated_axes
+from vomstudio.io.gis.geo_keys import COMPOUND, keys_of_tiff, name_keys
 from vomstudio.io.gis.raster import libtiff_silent
 from vomstudio.io.models.formats._common import drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -33,11 +34,27 @@ PIXELS_PER_BYTE = 4000
 HIGHEST_M = 1e5
 # What programs write for "nothing" without saying so in the file.
 UNDECLARED = (-9999.0, -32768.0, -32767.0, -99999.0)
-UNITS = {
-    "m": "m", "metre": "m", "meter": "m", "metres": "m", "meters": "m", "cm": "cm", "mm": "mm",
-    "ft": "ft", "foot": "ft", "feet": "ft", "us survey foot": "us-ft", "us-ft": "us-ft",
-    "ftus": "us-ft",
+_UNITS = {
+    "m": ("m", "metre", "meter", "metres", "meters"),
+    "cm": ("cm", "centimetre", "centimeter", "centimetres", "centimeters"),
+    "mm": ("mm", "millimetre", "millimeter", "millimetres", "millimeters"),
+    "km": ("km", "kilometre", "kilometer", "kilometres", "kilometers"),
+    "ft": (
+        "ft", "foot", "feet", "internationalfoot", "internationalfeet", "ftint",
+        "footinternational", "footintl",
+    ),
+    "us-ft": (
+        "ussurveyfoot", "ussurveyfeet", "surveyfoot", "surveyfeet", "usft", "ftus", "usfoot",
+        "usfeet", "footus", "feetus", "ussft", "sft",
+    ),
 }  # fmt: skip
+UNITS = {spelt: name for name, spellings in _UNITS.items() for spelt in spellings}
+"""By the letters of what stands in files, without blanks, dashes and brackets."""
+
+
+def unit_of(written: str) -> str | None:
+    """A name of `METRES`; None where it is none that is known."""
+    return UNITS.get("".join(filter(str.isalpha, written.lower())))
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -66,9 +83,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             _opened(named) as dataset,
         ):
             _check_is_dem(dataset, path, said)
-            crs = _crs_of(dataset, path)
+            crs, stated = _crs_of(dataset, path, said)
             step = _step_of(dataset, said)
-            heights, unit = _heights(dataset, step, progress, said)
+            heights, unit = _heights(dataset, step, path, progress, said)
             transform = dataset.transform
     except MemoryError as error:
         raise InputError(
@@ -88,7 +105,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     del heights
     model = drop_unsound(mesh, said, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, crs, tuple(said), path, height_unit=unit)
+    return LoadedModel(model, kind, crs, tuple(said), path, height_unit=unit or stated)
 
 
 def _opened(path: Path) -> Any:
@@ -153,10 +170,11 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
         said.append(tr("Only the first of {count} bands is read as heights.", count=dataset.count))
 
 
-def _crs_of(dataset: Any, path: Path) -> str | None:
-    """The CRS as WKT; a depth picture of an oblique view is refused."""
+def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, str | None]:
+    """The CRS as WKT, and what the file says of the unit of heights beside it; a depth picture of
+    an oblique view is refused."""
     if dataset.crs is None:
-        return None
+        return None, None
     text = str(dataset.crs.to_wkt())
     if "VOM Studio view plane" in text:
         raise InputError(
@@ -166,7 +184,14 @@ def _crs_of(dataset: Any, path: Path) -> str | None:
             ),
             file=path,
         )
-    return text
+    keys = keys_of_tiff(path)
+    if not keys.directory:  # named by a file beside it
+        return text, None
+    named = name_keys(keys)
+    if stated_axes(text).kind != "local":
+        return text, named.height_unit
+    said += named.warnings
+    return named.crs, named.height_unit
 
 
 def _step_of(dataset: Any, said: list[str]) -> int:
@@ -189,12 +214,21 @@ def _step_of(dataset: Any, said: list[str]) -> int:
 
 
 def _heights(
-    dataset: Any, step: int, progress: Progress, said: list[str]
+    dataset: Any, step: int, path: Path, progress: Progress, said: list[str]
 ) -> tuple[npt.NDArray[np.float64], str | None]:
     """Every step-th height, NaN where there is none, and the unit that the band states."""
     from rasterio.windows import Window
 
     width, height = dataset.width, dataset.height
+    scale, offset = dataset.scales[0], dataset.offsets[0]
+    if scale == 0:
+        scale = 1.0
+        said.append(tr("The scale of the heights is 0, which cannot be. It is not used."))
+    if not np.isfinite([scale, offset]).all():
+        raise InputError(
+            tr("The scale or offset of the heights is not a number. Export the file again."),
+            file=path,
+        )
     rows_at_once = max(1, PIXELS_PER_STEP // width // step) * step
     heights = np.empty((-(-height // step), -(-width // step)))
     progress.stage(tr("Reading the heights"), height)
@@ -223,7 +257,7 @@ def _heights(
                     )
                 )
     written = (dataset.units[0] or "").strip()
-    unit = UNITS.get(written.lower())
+    unit = unit_of(written)
     if written and unit is None:
         said.append(
             tr(
@@ -232,8 +266,8 @@ def _heights(
                 unit=written,
             )
         )
-    heights *= dataset.scales[0]
-    heights += dataset.offsets[0]
+    heights *= scale
+    heights += offset
     wild = np.abs(heights) > HIGHEST_M / METRES[unit or "m"]
     n = int(np.count_nonzero(wild))
     if n:

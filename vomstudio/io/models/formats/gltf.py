@@ -59,7 +59,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 def _read(document: Document) -> LoadedModel:
     said: list[str] = []
-    for name in document.unknown_extensions():
+    for name in document.unsaid_extensions():
         said.append(
             tr(
                 "The file uses the extension '{extension}', which is not supported. Check whether "

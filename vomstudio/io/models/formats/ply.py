@@ -151,6 +151,8 @@ def _with_strips(header: Header, tables: Mapping[str, Table], said: list[str]) -
     elements there are is said."""
     there = {e.name for e in header.elements if e.count and e.properties}
     face = tables["face"] if "face" in there else None
+    if face is not None and any(name.endswith("red") for name in face.plain):
+        said.append(tr("The faces have colours of their own, which are not used."))
     for name in sorted(there & STRIP_NAMES):
         lists = tables[name].lists
         key = next((n for n in FACE_NAMES if n in lists), None)

@@ -16,6 +16,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors
+from vomstudio.io.models.formats._row_widths import are_even
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.encodings import as_utf8
@@ -113,6 +114,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     columns = _columns(layout, path, said)
     progress.stage(tr("Reading the numbers"))
     table = _numbers(data, layout, path)
+    _refuse_ragged(table, data, layout, path)
     del data
     cloud = _cloud(table, columns, layout, path, said)
     return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", None, tuple(said), path)
@@ -298,6 +300,20 @@ def _numbers(data: bytes, layout: Layout, path: Path) -> Any:
             tr("The table cannot be read ({error}).", error=" ".join(str(error).split())[:160]),
             file=path,
         ) from error
+
+
+def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
+    """Raises InputError, with the line, for a row with more or fewer cells than belong to it."""
+    named = layout.width if layout.header is None else len(layout.header)
+    beyond = any(not _is_empty(table[i]) for i in range(named, layout.width))
+    last = table[layout.width - 1]
+    gaps = last.dtype.kind not in "iu" and bool(np.any(last != last))
+    if beyond or (gaps and not are_even(data, layout.delimiter, layout.skip)):
+        read_points(path)
+
+
+def _is_empty(column: Any) -> bool:
+    return bool(np.all(column != column))
 
 
 _PLAIN = re.compile(r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?")
