@@ -11,21 +11,21 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.extraction.cells.grid import Begun, CellGrid, grid_of
 from vomstudio.extraction.kernels import agreement, local_planes, smoothed
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]
 Rows = npt.NDArray[np.int32]
 Labels = npt.NDArray[np.int32]
-Begin = Callable[[Array], tuple[CellGrid, Begun]]
 
 NEIGHBOURS = 12
 """Of a point of a cloud, that it hands a facet on to."""
@@ -42,6 +42,27 @@ _BLOCK = 20_000
 _WRONG_NORMALS_DEG = 30.0
 # A point whose neighbours lie much farther from it than theirs from them is no piece of a surface.
 _LONELY = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """What cells tell of the points (n,) of a cloud, which are sorted by them.
+
+    labels : int32 plane, -1 for none; open : to be looked at by itself; shown : in a cell with open
+        points, or beside one
+    normals (n, 3), variation, areas, noise : of the surroundings, as `Elements` has them
+    """
+
+    labels: Labels
+    open: Bools
+    shown: Bools
+    normals: Array
+    variation: Array
+    areas: Array
+    noise: Array
+
+
+Begin = Callable[[Array], tuple[CellGrid, Begun]]
 
 
 @dataclass(frozen=True, eq=False)

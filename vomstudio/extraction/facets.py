@@ -15,9 +15,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wkt
-from vomstudio.extraction.cells.grid import Begun, CellGrid
 from vomstudio.extraction.cells.planes import begun_on_cells
-from vomstudio.extraction.elements import Elements, elements_of
+from vomstudio.extraction.elements import Begun, Elements, elements_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of
 from vomstudio.extraction.growing import grown, reach_of, share_going_over
 from vomstudio.extraction.texture_colours import TextureColours
@@ -26,6 +25,7 @@ from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
+from vomstudio.geometry.nearby.cell_grid import CellGrid
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.geometry.planes import PlaneFit

@@ -59,7 +59,7 @@ def moments(
     weight, places = given, xyz
     if not distinct:
         which = welded(xyz)
-        weight = np.bincount(which, given)
+        weight = np.bincount(which, given).astype(np.float64)
         places = np.empty((len(weight), 3))
         places[which] = xyz
     n = len(weight)

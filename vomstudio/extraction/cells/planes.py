@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.cells.grid import Begun, CellGrid, grid_of
 from vomstudio.extraction.cells.kernels import block_planes, cell_moments, hand_down
-from vomstudio.extraction.elements import Elements
+from vomstudio.extraction.elements import Begun, Elements
 from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
 from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.progress import Progress
 
@@ -25,6 +25,8 @@ _WIDER = 2.5
 # Ours. With more scatter beside their width cells have no normals, and larger ones are taken; none
 # is used whose surroundings scatter as much as an edge of 60 degrees does.
 _QUIET, _SHARP = 0.02, 0.06
+# Below it a tenth of the cell's side is more than one standard deviation of the scatter.
+_THIN = 0.007
 _FEWEST_AROUND = 20
 _LEAST_CELLS = 40
 _FEWEST_WITHIN = 6
@@ -50,7 +52,8 @@ def begun_on_cells(
         per_cell *= _WIDER
         if usual <= _QUIET or per_cell > 10.0 * _PER_CELL:
             break
-    usable = (count >= _FEWEST_AROUND) & (cells.variation <= _SHARP)
+    # In a cloud whose cells have no normals every point is looked at.
+    usable = (count >= _FEWEST_AROUND) & (cells.variation <= (_SHARP if usual <= _QUIET else -1.0))
     cells.normals[~usable] = np.nan
     reach = reach_of(cells, max_distance)
     labels = grown(
@@ -104,14 +107,15 @@ def _cells(grid: CellGrid, progress: Progress) -> tuple[Elements, Ints]:
     total = np.maximum(spreads.sum(axis=1), 1e-300)
     # Of a disc of area A the variance along each diameter is A / (4 pi).
     area = 4.0 * np.pi * np.sqrt(np.maximum(spreads[:, 1] * spreads[:, 2], 0.0)) / count
-    # The scatter within a cell, since that around it is also relief.
+    variation = spreads[:, 0] / total
+    # The scatter within a cell, since that around it is also relief, but where the cell cuts it.
     own = np.einsum("ci,cij,cj->c", normals, inner[:, _SYMMETRIC].reshape(-1, 3, 3), normals)
     points = np.diff(grid.begins)
-    enough = points >= _FEWEST_WITHIN
+    enough = (points >= _FEWEST_WITHIN) & (variation <= _THIN)
     own = np.where(enough, own * points / np.maximum(points - 3.0, 1.0), np.inf)
     noise = np.sqrt(np.maximum(np.minimum(own, spreads[:, 0]), 0.0))
     return Elements(
         "cell", np.zeros(3), means, normals, area * points, inner,
-        spreads[:, 0] / total, np.sqrt(area), noise, starts, near,
+        variation, np.sqrt(area), noise, starts, near,
         np.arange(m), np.arange(m),
     ), count  # fmt: skip

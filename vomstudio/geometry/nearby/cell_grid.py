@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.cells.kernels import has_twins, near_cells
 from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.kernels.cell_lists import has_twins, near_cells
 from vomstudio.geometry.kernels.jit import for_kernels
 
 Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]
-Labels = npt.NDArray[np.int32]
 
 _MOST_CELLS = 1_000_000
 """Along an axis, so that the number of a cell fits into 63 bits."""
@@ -43,24 +41,6 @@ class CellGrid:
         near = np.empty(26 * len(self.keys), np.int32)
         total = near_cells(self.keys, self.row, self.layer, np.zeros(9, np.int64), starts, near)
         return starts, near[:total].copy()
-
-
-@dataclass(frozen=True, eq=False)
-class Begun:
-    """What cells tell of the points (n,) of a cloud, which are sorted by them.
-
-    labels : int32 plane, -1 for none; open : to be looked at by itself; shown : in a cell with open
-        points, or beside one
-    normals (n, 3), variation, areas, noise : of the surroundings, as `Elements` has them
-    """
-
-    labels: Labels
-    open: Bools
-    shown: Bools
-    normals: Array
-    variation: Array
-    areas: Array
-    noise: Array
 
 
 def grid_of(local: Array, per_cell: float) -> CellGrid:
