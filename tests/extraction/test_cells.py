@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
+from vomstudio.errors import GeometryError
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.facets import Limits, find_facets
 from vomstudio.geometry.cloud import PointCloud
@@ -121,3 +122,25 @@ def test_a_dense_cloud_with_twins_far_places_and_given_normals_tells_the_same() 
     found = find_facets(PointCloud(broken))
     assert len(found.facets) == 3
     assert (found.labels[::1000] == -1).all()
+
+
+def test_dense_clouds_without_an_edge_or_without_a_surface_end_plainly() -> None:
+    rng = np.random.default_rng(7)
+    x, y = rng.uniform(0.0, 10.0, (2, 60_000))
+    exact = np.stack([x, y, 0.5 * x], axis=1)
+    grid = np.stack(np.meshgrid(np.arange(250.0), np.arange(250.0), [0.0]), axis=-1).reshape(-1, 3)
+    truth = np.array([-0.5, 0.0, 1.0]) / np.sqrt(1.25)
+    for points, normal in (
+        (exact, truth),
+        (exact + 1e9, truth),
+        (np.concatenate([exact, [[1e7, 0.0, 0.0], [np.inf, 0.0, 0.0]]]), truth),
+        (grid, np.array([0.0, 0.0, 1.0])),
+    ):
+        found = find_facets(PointCloud(points))
+        assert len(found.facets) == 1
+        assert angle_deg(found.facets[0].fit.normal, normal) < 1e-3
+        assert len(found.facets[0].rows) >= len(points) - 60
+    line = np.stack([np.linspace(0.0, 10.0, 60_000), *np.zeros((2, 60_000))], axis=1)
+    assert not find_facets(PointCloud(line)).facets
+    with pytest.raises(GeometryError):
+        find_facets(PointCloud(np.ones((60_000, 3))))

@@ -222,11 +222,14 @@ def _around(
 
     progress.stage(tr("Finding neighbours"), None)
     own, asked = places, rows
+    if among is not None and len(among) <= _AROUND[-1]:
+        among = None
     if among is not None:
         own, asked = for_kernels(places[among], np.float64), np.searchsorted(among, rows)
     tree = cKDTree(own, leafsize=16, compact_nodes=False, balanced_tree=False)
     # What lies in planes is quiet.
     share = 1.0 - 0.5 * len(places) / len(rows) if 2 * len(rows) > len(places) else 0.0
+    known = known if len(rows) else _AROUND[0]
     around = min(known, len(own)) if known else _wanted_neighbours(tree, own, angle_deg, share)
     k, kept = len(rows), min(NEIGHBOURS, len(own) - 1)
     seen = _Seen(np.empty((k, kept), np.int32), np.empty(k), np.empty((k, 3)), np.empty(k))

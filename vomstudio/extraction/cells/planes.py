@@ -104,12 +104,15 @@ def _cells(grid: CellGrid, progress: Progress) -> tuple[Elements, Ints]:
         )  # fmt: skip
 
     in_blocks(work, m, progress, _BLOCK)
+    # Points on a line tell no plane.
+    normals[~(spreads[:, 1] > 1e-9 * spreads[:, 2])] = np.nan
     total = np.maximum(spreads.sum(axis=1), 1e-300)
     # Of a disc of area A the variance along each diameter is A / (4 pi).
     area = 4.0 * np.pi * np.sqrt(np.maximum(spreads[:, 1] * spreads[:, 2], 0.0)) / count
     variation = spreads[:, 0] / total
     # The scatter within a cell, since that around it is also relief, but where the cell cuts it.
-    own = np.einsum("ci,cij,cj->c", normals, inner[:, _SYMMETRIC].reshape(-1, 3, 3), normals)
+    unit = np.nan_to_num(normals)
+    own = np.einsum("ci,cij,cj->c", unit, inner[:, _SYMMETRIC].reshape(-1, 3, 3), unit)
     points = np.diff(grid.begins)
     enough = (points >= _FEWEST_WITHIN) & (variation <= _THIN)
     own = np.where(enough, own * points / np.maximum(points - 3.0, 1.0), np.inf)
