@@ -11,12 +11,17 @@ import numpy.typing as npt
 from vomstudio.geometry.coincident_points import welded
 
 Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]
 
-# A gap in the points wider than this many mean spacings is a hole or a bay of the facet: random
-# points leave gaps of 3 spacings here and there (the largest empty circle).
-_GAP = 3.5
+_CHANCE_GAPS = 0.1
+"""As many gaps of a random facet may be taken for holes or bays by chance."""
 _MOST_CORNERS = 20_000
+# Of more points only those beside gaps are looked at: in cells of so many spacings that hardly one
+# is empty by chance.
+_FEW_POINTS = 4_000
+_CELL = 2.5
+_MOST_CELLS = 4_000_000
 _LONGEST_TEXT = 100_000
 
 
@@ -49,7 +54,8 @@ def polygon_of_points(
     from scipy.spatial import Delaunay, QhullError
 
     flat, axes = in_plane(points, centre, normal)
-    thinned, side = _thinned(flat, spacing)
+    beside, amid = _beside_gaps(flat, spacing)
+    thinned, side = _thinned(beside, spacing)
     try:
         triangles = Delaunay(thinned).simplices.astype(np.int64)
     except (QhullError, ValueError):
@@ -59,11 +65,51 @@ def polygon_of_points(
     cross = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
         radius = ab * bc * ca / (2.0 * cross)
-    kept = triangles[radius <= 0.5 * _GAP * max(spacing, side)]
+    near = radius <= _gap_radius(len(points)) * max(spacing, side)
+    kept = triangles[near | amid((a + b + c) / 3.0)]
     if not len(kept):
         return shapely.Polygon(), axes
     ends = np.stack([kept, np.roll(kept, -1, axis=1)], axis=2).reshape(-1, 2)
     return _around(thinned[ends[_free(ends)]]), axes
+
+
+def _gap_radius(count: int) -> float:
+    """In mean spacings: of the circles through three neighbours of so many random points hardly one
+    is larger. Of them a share (1 + x) exp(-x) has more than the area x (Miles 1970, Mathematical
+    Biosciences 6, 85), and they are twice as many as the points."""
+    x = 10.0
+    for _ in range(5):
+        x = float(np.log(2.0 * max(count, 1) * (1.0 + x) / _CHANCE_GAPS))
+    return float(np.sqrt(x / np.pi))
+
+
+def _beside_gaps(flat: Array, spacing: float) -> tuple[Array, Callable[[Array], Bools]]:
+    """Of many points those in cells beside an empty one and in the cells beside these, and whether
+    places (k, 2) are in a cell amid full ones. All points where they are few."""
+    low, size = flat.min(axis=0), np.ptp(flat, axis=0)
+    side = max(_CELL * spacing, float(np.sqrt(size[0] * size[1] / _MOST_CELLS)))
+    if len(flat) <= _FEW_POINTS or not (size < 1e4 * side).all() or side <= 0.0:
+        return flat, lambda places: np.zeros(len(places), np.bool_)
+    shape = (size / side).astype(np.int64) + 5
+
+    def cells_of(places: Array) -> Ints:
+        i, j = ((places - low) / side).astype(np.int64).T + 2
+        return np.asarray(i * shape[1] + j)
+
+    own = cells_of(flat)
+    full = np.zeros(int(shape[0] * shape[1]), np.bool_)
+    full[own] = True
+    amid = _shrunk(full.reshape(shape))
+    deep = _shrunk(amid).ravel()
+    amid = amid.ravel()
+    return flat[~deep[own]], lambda places: np.asarray(amid[cells_of(places)])
+
+
+def _shrunk(full: Bools) -> Bools:
+    """Cells of which all eight around are full as well."""
+    for axis in (0, 1):
+        full = full & np.roll(full, 1, axis) & np.roll(full, -1, axis)
+    return full
 
 
 def wkt(polygon: Any, axes: Array, centre: Array, tolerance: float) -> str | None:
@@ -86,7 +132,7 @@ def wkt(polygon: Any, axes: Array, centre: Array, tolerance: float) -> str | Non
     return text or None
 
 
-def _free(ends: Ints) -> npt.NDArray[np.bool_]:
+def _free(ends: Ints) -> Bools:
     """Which of the edges (k, 2) belong to one face only; of those that more than two share, an odd
     one."""
     key = ends.min(axis=1) * (int(ends.max()) + 1) + ends.max(axis=1)

@@ -3,6 +3,7 @@ neighbours, normals, areas and the resolution around them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,13 +16,16 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]
 Rows = npt.NDArray[np.int32]
+Labels = npt.NDArray[np.int32]
 
 NEIGHBOURS = 12
 """Of a point of a cloud, that it hands a facet on to."""
@@ -30,18 +34,42 @@ _AROUND = (16, 32, 64, 96)
 _SMOOTHINGS = 12
 _QUIET = 0.25
 """Of the angle: neighbouring normals may differ by so much at the median."""
-_TRIED = 20_000
-_BLOCK = 50_000
+_TRIED = 4_000
+_PER_CELL = 16.0
+_MANY = 50_000
+"""In clouds of fewer points every point is looked at by itself."""
+_BLOCK = 20_000
 _WRONG_NORMALS_DEG = 30.0
 # A point whose neighbours lie much farther from it than theirs from them is no piece of a surface.
 _LONELY = 2.0
 
 
 @dataclass(frozen=True, eq=False)
+class Begun:
+    """What cells tell of the points (n,) of a cloud, which are sorted by them.
+
+    labels : int32 plane, -1 for none; open : to be looked at by itself; shown : in a cell with open
+        points, or beside one
+    normals (n, 3), variation, areas, noise : of the surroundings, as `Elements` has them
+    """
+
+    labels: Labels
+    open: Bools
+    shown: Bools
+    normals: Array
+    variation: Array
+    areas: Array
+    noise: Array
+
+
+Begin = Callable[[Array], tuple[CellGrid, Begun]]
+
+
+@dataclass(frozen=True, eq=False)
 class Elements:
     """n pieces of a surface; lengths in the unit of World.
 
-    of : what they are; origin : (3,) that is to be added to all places
+    of : what they are, a cell being the points in a cube; origin : (3,) to be added to all places
     places : (n, 3) from the origin on; normals : (n, 3) unit, of either side, NaN where none
     areas : (n,) each stands for; inner : (n, 6) second moments of each about its place, over its
         area (xx, yy, zz, xy, xz, yz), or one row of zeros for all
@@ -51,9 +79,10 @@ class Elements:
     starts, near : the neighbours of e are near[starts[e]:starts[e + 1]]
     rows : (n,) of the model's faces or points, which stand behind them
     row_of : (rows of the model,) the element of each face or point, -1 for none
+    begun : (n,) facets that are known already; points amid one have no neighbours listed
     """
 
-    of: Literal["face", "point"]
+    of: Literal["face", "point", "cell"]
     origin: Array
     places: Array
     normals: Array
@@ -67,74 +96,75 @@ class Elements:
     rows: Ints
     row_of: Ints
     warnings: tuple[str, ...] = ()
+    begun: Labels | None = None
 
     def __len__(self) -> int:
         return len(self.places)
 
 
-def elements_of(data: Mesh | PointCloud, angle_deg: float, progress: Progress) -> Elements:
+def elements_of(
+    data: Mesh | PointCloud, angle_deg: float, progress: Progress, begin: Begin | None = None
+) -> Elements:
     """Of a model in World. angle_deg : by which normals may differ on one facet; they are taken
-    from as much of the surface as their noise needs. Raises GeometryError where there is no
-    surface, Cancelled through `progress`."""
+    from as much of the surface as their noise needs. begin : finds planes in a cloud of many
+    points from 0 on, before its points are looked at one by one. Raises GeometryError where there
+    is no surface, Cancelled through `progress`."""
     if isinstance(data, Mesh) and len(data.faces):
         return _of_mesh(data, angle_deg, progress)
     points = data.vertices if isinstance(data, Mesh) else data.points
     normals = None if isinstance(data, Mesh) else data.normals
-    return _of_cloud(points, normals, angle_deg, progress)
+    return _of_cloud(points, normals, angle_deg, progress, begin)
 
 
 # --- clouds -----------------------------------------------------------------------------------
 def _of_cloud(
-    points: Array, given: npt.NDArray[np.float32] | None, angle_deg: float, progress: Progress
+    points: Array,
+    given: npt.NDArray[np.float32] | None,
+    angle_deg: float,
+    progress: Progress,
+    begin: Begin | None,
 ) -> Elements:
-    from scipy.spatial import cKDTree
-
     sound = np.flatnonzero(np.isfinite(points).all(axis=1))
     if len(sound) < 4:
         raise GeometryError(tr("A cloud of {count} points has no facets.", count=len(sound)))
-    origin = np.floor(points[sound].min(axis=0))
-    local = points[sound] - origin
-    which = welded(local)
-    # One point of each place, in an order in which neighbours are near each other in memory.
-    first = np.full(int(which.max()) + 1, -1, np.int64)
-    first[which[::-1]] = np.arange(len(which))[::-1]
-    order = _along_cells(local[first])
-    places = for_kernels(local[first[order]], np.float64)
-    rank = np.empty(len(order), np.int64)
-    rank[order] = np.arange(len(order))
+    own = points if len(sound) == len(points) else points[sound]
+    origin = np.floor(own.min(axis=0))
+    local = own - origin
+    begun = None
+    if begin is not None and len(local) >= _MANY:
+        grid, begun = begin(local)
+    else:
+        grid = grid_of(local, _PER_CELL)
+    places, rows = grid.places, sound[grid.rows]
     row_of = np.full(len(points), -1, np.int64)
-    row_of[sound] = rank[which]
+    row_of[sound] = grid.row_of
     if len(places) < 4:
         raise GeometryError(tr("A cloud of {count} points has no facets.", count=len(places)))
+    open_ = np.arange(len(places)) if begun is None else np.flatnonzero(begun.open)
+    among = None if begun is None else np.flatnonzero(begun.shown)
+    known = None if begun is None else _neighbours_for(begun, angle_deg)
+    around, seen = _around(places, open_, among, known, angle_deg, progress)
 
-    progress.stage(tr("Finding neighbours"), None)
-    tree = cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
-    around = _wanted_neighbours(tree, places, angle_deg)
-    n, kept = len(places), min(NEIGHBOURS, len(places) - 1)
-    near = np.empty((n, kept), np.int32)
-    normals, variation, far = np.empty((n, 3)), np.empty(n), np.empty(n)
-    progress.stage(tr("Normals"), n)
-
-    def work(block: slice) -> None:
-        distance, rows = tree.query(places[block], k=around)
-        own = np.ascontiguousarray(rows, np.int32)
-        found = np.empty((len(own), 3)), np.empty(len(own))
-        local_planes(places, for_kernels(places[block], np.float64), own, *found)
-        normals[block], variation[block] = found
-        near[block] = own[:, 1 : kept + 1]
-        far[block] = distance[:, kept]
-
-    in_blocks(work, n, progress, _BLOCK)
-    usual = np.median(far[near], axis=1)
-    reached = np.minimum(far, _LONELY * usual)
+    n, kept = len(places), seen.near.shape[1]
+    normals, variation = np.empty((n, 3)), np.empty(n)
+    far, number = np.empty(n), np.zeros(n, np.int64)
+    if begun is not None:
+        normals[:], variation[:] = begun.normals, begun.variation
+        far[:] = np.sqrt(kept * begun.areas / np.pi)
+    normals[open_], variation[open_], far[open_] = seen.normals, seen.variation, seen.far
+    number[open_] = kept
+    usual = np.median(far[seen.near], axis=1)
+    reached = far.copy()
+    reached[open_] = np.minimum(far[open_], _LONELY * usual)
     areas = np.pi * reached**2 / kept
     said: list[str] = []
     if given is not None:
-        normals = _given_or(np.asarray(given, np.float64)[sound[first[order]]], normals, said)
+        normals = _given_or(np.asarray(given, np.float64)[rows], normals, said)
     # Of a disc of area A the variance along each diameter is A / (4 pi).
     noise = np.sqrt(np.maximum(variation, 0.0) * around * areas / (2.0 * np.pi))
-    lonely = far > 2.0 * _LONELY * usual
-    normals[lonely] = np.nan
+    if begun is not None:
+        noise = np.where(begun.open, noise, begun.noise)
+    normals[open_[far[open_] > 2.0 * _LONELY * usual]] = np.nan
     return Elements(
         "point",
         origin,
@@ -145,26 +175,87 @@ def _of_cloud(
         variation,
         np.sqrt(areas),
         noise,
-        np.arange(0, n * kept + 1, kept, dtype=np.int64),
-        near.ravel(),
-        sound[first[order]],
+        np.concatenate([[0], np.cumsum(number)]).astype(np.int64),
+        seen.near.ravel(),
+        rows,
         row_of,
         tuple(said),
+        None if begun is None else begun.labels,
     )
 
 
-def _along_cells(local: Array) -> Ints:
-    """Order of points (n, 3) by cells of about fifty each, so that neighbours come together."""
-    size = np.ptp(local, axis=0)
-    cells = max(len(local) / 50.0, 1.0)
-    flat = np.sort(size)[::-1]
-    side = max(float(np.sqrt(flat[0] * max(flat[1], 1e-12) / cells)), float(flat[0]) / 2e5, 1e-12)
-    i, j, k = (np.floor(local / side).astype(np.int64) & 0x1FFFFF).T
-    return np.argsort((i << 42) | (j << 21) | k, kind="stable")
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Of k points: near (k, kept) their nearest, far (k,) how far the last of these is, normals
+    (k, 3) and variation (k,) of the points around."""
+
+    near: Rows
+    far: Array
+    normals: Array
+    variation: Array
 
 
-def _wanted_neighbours(tree: object, places: Array, angle_deg: float) -> int:
-    """How many neighbours make normals that agree with those beside them, on a sample."""
+def _neighbours_for(begun: Begun, angle_deg: float) -> int | None:
+    """How many neighbours make quiet normals by the noise of what lies in planes; None where that
+    is less than half of the cloud."""
+    closed = ~begun.open
+    if 2 * int(closed.sum()) < len(closed):
+        return None
+    noise = float(np.median(begun.noise[closed] / np.sqrt(begun.areas[closed])))
+    # The error of the normal of k points with that noise is 2 sqrt(pi) noise / (spacing k), and
+    # normals of neighbours, which share points, differ by about as much at the median.
+    wanted = 2.0 * np.sqrt(np.pi) * noise / np.radians(_QUIET * angle_deg)
+    return next((count for count in _AROUND if count >= wanted), _AROUND[-1])
+
+
+def _around(
+    places: Array,
+    rows: Ints,
+    among: Ints | None,
+    known: int | None,
+    angle_deg: float,
+    progress: Progress,
+) -> tuple[int, _Seen]:
+    """How many points normals are taken from, `known` where that is, and what is around the points
+    of these rows; among : the rows of the points that are looked at, None for all."""
+    from scipy.spatial import cKDTree
+
+    progress.stage(tr("Finding neighbours"), None)
+    own, asked = places, rows
+    if among is not None and len(among) <= _AROUND[-1]:
+        among = None
+    if among is not None:
+        own, asked = for_kernels(places[among], np.float64), np.searchsorted(among, rows)
+    tree = cKDTree(own, leafsize=16, compact_nodes=False, balanced_tree=False)
+    # What lies in planes is quiet.
+    share = 1.0 - 0.5 * len(places) / len(rows) if 2 * len(rows) > len(places) else 0.0
+    known = known if len(rows) else _AROUND[0]
+    around = min(known, len(own)) if known else _wanted_neighbours(tree, own, angle_deg, share)
+    k, kept = len(rows), min(NEIGHBOURS, len(own) - 1)
+    seen = _Seen(np.empty((k, kept), np.int32), np.empty(k), np.empty((k, 3)), np.empty(k))
+    progress.stage(tr("Normals"), k)
+
+    def work(block: slice) -> None:
+        distance, near = tree.query(own[asked[block]], k=around)
+        near = np.ascontiguousarray(near, np.int32)
+        seen.normals[block], seen.variation[block] = _planes(own, asked[block], near)
+        seen.near[block] = near[:, 1 : kept + 1] if among is None else among[near[:, 1 : kept + 1]]
+        seen.far[block] = distance[:, kept]
+
+    in_blocks(work, k, progress, _BLOCK)
+    return around, seen
+
+
+def _planes(places: Array, rows: Ints, near: Rows) -> tuple[Array, Array]:
+    """Normal and variation of the points `near` (k, number) around those of the rows (k,)."""
+    found = np.empty((len(rows), 3)), np.empty(len(rows))
+    local_planes(places, for_kernels(places[rows], np.float64), near, *found)
+    return found
+
+
+def _wanted_neighbours(tree: object, places: Array, angle_deg: float, share: float) -> int:
+    """How many neighbours make normals that agree with those beside them, on a sample; share : of
+    the places that must agree, a half where they are all."""
     n = len(places)
     sample = np.arange(0, n, max(1, n // _TRIED))
     wanted = min(_AROUND[0], n)
@@ -174,19 +265,18 @@ def _wanted_neighbours(tree: object, places: Array, angle_deg: float) -> int:
         # The fourth neighbour, and the plane around it.
         beside = rows[:, min(4, wanted - 1)]
         _, others = tree.query(places[beside], k=wanted)  # type: ignore[attr-defined]
-        sides = []
-        for at, own in ((sample, rows), (beside, others)):
-            found = np.empty((len(own), 3)), np.empty(len(own))
-            local_planes(
-                places, for_kernels(places[at], np.float64),
-                np.ascontiguousarray(own, np.int32), *found,
-            )  # fmt: skip
-            sides.append(found[0])
+        sides = [
+            _planes(places, at, np.ascontiguousarray(near, np.int32))[0]
+            for at, near in ((sample, rows), (beside, others))
+        ]
         cosine = np.abs((sides[0] * sides[1]).sum(axis=1))
         cosine = cosine[np.isfinite(cosine)]
         if not len(cosine):
             break
-        if np.degrees(np.arccos(min(float(np.median(cosine)), 1.0))) <= _QUIET * angle_deg:
+        if (
+            np.degrees(np.arccos(min(float(np.quantile(cosine, 1.0 - share)), 1.0)))
+            <= _QUIET * angle_deg
+        ):
             break
         if wanted == n:
             break

@@ -68,7 +68,7 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
     volume = (variation > _ALL_DIRECTIONS) & (elements.of == "point")
     plants = ~inside & (volume | (green & (variation > _ROUGH)))
     plants |= green & inside & (variation > 2.0 * _ROUGH)
-    rubble = ~inside & ~plants & _jumbled_ground(elements)
+    rubble = _jumbled_ground(elements, ~inside & ~plants)
     rock = ~(plants | rubble)
     exposed = float(area[rock].sum())
     own = rock & large & inside
@@ -98,23 +98,25 @@ def _mean_of_neighbours(elements: Elements, values: Array) -> Array:
     return np.asarray((values + sums) / (number + 1.0))
 
 
-def _jumbled_ground(elements: Elements) -> Bools:
-    """Elements in cells of twenty resolutions that are gentle as a whole, and whose elements face
-    all directions."""
-    known = np.isfinite(elements.normals[:, 0])
+def _jumbled_ground(elements: Elements, asked: Bools) -> Bools:
+    """Which of the elements asked for are in cells of twenty resolutions that are gentle as a
+    whole, and whose elements face all directions."""
+    if not asked.any():
+        return asked
     side = _WIDE * float(np.median(elements.spacing))
-    cell = np.floor(elements.places / max(side, 1e-12)).astype(np.int64) & 0x1FFFFF
+    cell = (elements.places * (1.0 / max(side, 1e-12))).astype(np.int64) & 0x1FFFFF
     key = (cell[:, 0] << 42) | (cell[:, 1] << 21) | cell[:, 2]
-    _, which = np.unique(key, return_inverse=True)
-    count = int(which.max()) + 1
-    weight = np.where(known, elements.areas, 0.0)
+    named = np.unique(key[asked])
+    which = np.minimum(np.searchsorted(named, key), len(named) - 1)
+    rows = np.flatnonzero(named[which] == key)
+    which, count = which[rows], len(named)
+    known = np.isfinite(elements.normals[rows, 0])
+    places, normals = elements.places[rows], np.nan_to_num(elements.normals[rows])
+    weight = np.where(known, elements.areas[rows], 0.0)
     total = np.maximum(np.bincount(which, weight, count), 1e-300)
-    normals = np.nan_to_num(elements.normals)
     tensor, spread = np.empty((count, 3, 3)), np.empty((count, 3, 3))
-    mean = np.stack(
-        [np.bincount(which, weight * elements.places[:, i], count) / total for i in range(3)], 1
-    )
-    off = elements.places - mean[which]
+    mean = np.stack([np.bincount(which, weight * places[:, i], count) / total for i in range(3)], 1)
+    off = places - mean[which]
     for i in range(3):
         for j in range(i, 3):
             n = np.bincount(which, weight * normals[:, i] * normals[:, j], count) / total
@@ -125,4 +127,6 @@ def _jumbled_ground(elements: Elements) -> Bools:
     jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _JUMBLED
     upward = np.abs(np.linalg.eigh(spread)[1][:, 2, 0])
     gentle = upward >= np.cos(np.radians(_GENTLE_DEG))
-    return np.asarray((jumbled & gentle)[which])
+    result = np.zeros(len(elements), np.bool_)
+    result[rows] = (jumbled & gentle)[which]
+    return result & asked

@@ -15,16 +15,17 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wkt
-from vomstudio.extraction.elements import Elements, elements_of
+from vomstudio.extraction.cells.planes import begun_on_cells
+from vomstudio.extraction.elements import Begun, Elements, elements_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of
-from vomstudio.extraction.growing import grown, share_going_over
+from vomstudio.extraction.growing import grown, reach_of, share_going_over
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
+from vomstudio.geometry.nearby.cell_grid import CellGrid
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.geometry.planes import PlaneFit
@@ -38,9 +39,6 @@ Labels = npt.NDArray[np.int32]
 ANGLE_DEG = 20.0
 FEWEST = 50
 _MOST_POINTS = 2**31 - 1
-# Of the resolution around: what natural faces and the noise of their models need.
-_REACH_OF_SPACING = 1.0
-_REACH_OF_NOISE = 3.0
 # Facets of a mesh with few large faces are told by their area.
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
@@ -129,8 +127,15 @@ def find_facets(
     limits = limits or Limits()
     require_limits(limits)
     progress = progress or Silent()
-    elements = elements_of(data, limits.angle_deg, progress)
-    reach = _reach(elements, limits)
+
+    def begin(local: Array) -> tuple[CellGrid, Begun]:
+        return begun_on_cells(
+            local, limits.angle_deg, limits.max_distance, limits.min_points or FEWEST,
+            limits.min_area or 0.0, progress,
+        )  # fmt: skip
+
+    elements = elements_of(data, limits.angle_deg, progress, begin)
+    reach = reach_of(elements, limits.max_distance)
     mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
     fewest = limits.min_points or FEWEST
     # A mesh has about two faces for each vertex, and many fewer on a piece that is a few faces.
@@ -147,6 +152,7 @@ def find_facets(
         least_count=least_count,
         least_area=least_area,
         progress=progress,
+        begun=elements.begun,
     )
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
@@ -200,20 +206,6 @@ def _told(
     )
 
 
-def _reach(elements: Elements, limits: Limits) -> Array:
-    if limits.max_distance is not None:
-        return np.full(len(elements), limits.max_distance)
-    noise = np.nan_to_num(elements.noise)
-    # At edges the local scatter is relief and no noise: no more than is usual around.
-    usual = float(np.median(noise))
-    noise = np.minimum(noise, 2.0 * usual)
-    wide = np.maximum(_REACH_OF_SPACING * elements.spacing, _REACH_OF_NOISE * noise)
-    if elements.of == "face":
-        # Large and small faces of one mesh are as true as each other.
-        wide = np.minimum(wide, max(float(np.median(wide)), 1e-300))
-    return for_kernels(wide, np.float64)
-
-
 def _facets(
     data: Mesh | PointCloud,
     elements: Elements,
@@ -261,7 +253,7 @@ def _facet(
         points, weights = face_points(data, rows)
     else:
         points, weights = elements.places[own] + elements.origin, None
-    known = moments(points, weights)
+    known = moments(points, weights, distinct=elements.of == "point")
     try:
         fit = fit_moments(known.n, known.mean, known.scatter, known.n_effective)
     except GeometryError:

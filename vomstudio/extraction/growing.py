@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.elements import Elements
+from vomstudio.extraction.elements import NEIGHBOURS, Elements
 from vomstudio.extraction.kernels import grow, settle, sums_of
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.progress import Progress
@@ -22,6 +22,9 @@ Ints = npt.NDArray[np.int64]
 Labels = npt.NDArray[np.int32]
 
 NONE, OUT = -1, -2
+# Of the resolution around: what natural faces and the noise of their models need.
+_REACH_OF_SPACING = 1.0
+_REACH_OF_NOISE = 3.0
 _SEEDS = 50_000
 _SETTLED = 4
 _SCATTERS = 3.5
@@ -55,6 +58,22 @@ class Planes:
     scatter: Array
 
 
+def reach_of(elements: Elements, max_distance: float | None) -> Array:
+    """(n,) how far each element may lie from a plane: m, or None for the local spacing, or three
+    times the local noise."""
+    if max_distance is not None:
+        return np.full(len(elements), max_distance)
+    noise = np.nan_to_num(elements.noise)
+    # At edges the local scatter is relief and no noise: no more than is usual around.
+    usual = float(np.median(noise))
+    noise = np.minimum(noise, 2.0 * usual)
+    wide = np.maximum(_REACH_OF_SPACING * elements.spacing, _REACH_OF_NOISE * noise)
+    if elements.of == "face":
+        # Large and small faces of one mesh are as true as each other.
+        wide = np.minimum(wide, max(float(np.median(wide)), 1e-300))
+    return for_kernels(wide, np.float64)
+
+
 def grown(
     elements: Elements,
     *,
@@ -63,24 +82,26 @@ def grown(
     least_count: int,
     least_area: float,
     progress: Progress,
+    begun: Labels | None = None,
 ) -> Labels:
     """(n,) facet of each element, from 0 on, -1 for none.
 
     reach : (n,) how far each element may lie from the plane; least_count, least_area : smaller
-        facets are left out unless they reach one of the two
+        facets are left out unless they reach one of the two; begun : (n,) facets that are known
     Raises Cancelled through `progress`, whose steps are seeds.
     """
     n = len(elements)
-    labels = np.full(n, NONE, np.int32)
+    labels = np.full(n, NONE, np.int32) if begun is None else for_kernels(begun, np.int32)
     usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
     labels[~usable] = OUT
     normals = for_kernels(np.nan_to_num(elements.normals), np.float64)
     cosine = float(np.cos(np.radians(angle_deg)))
     worth = np.where(usable, np.nan_to_num(elements.variation, nan=1.0), np.inf)
-    order = np.argsort(worth, kind="stable")[: int(usable.sum())]
+    free = np.flatnonzero(labels == NONE)
+    order = free[np.argsort(worth[free], kind="stable")]
     queue, sums = np.empty(n, np.int32), np.zeros(10)
     progress.stage(tr("Growing facets"), len(order))
-    label = 0
+    label = _count(labels)
     for first in range(0, len(order), _SEEDS):
         last = min(first + _SEEDS, len(order))
         label = grow(
@@ -122,6 +143,11 @@ def planes_of(elements: Elements, labels: Labels) -> Planes:
     )
 
 
+def limits_of(planes: Planes, reach: Array) -> Array:
+    """(f,) how far from its plane an element of a facet may lie at most, by the facet's scatter."""
+    return for_kernels(np.maximum(_SCATTERS * planes.rms, 0.1 * float(np.median(reach))), "f8")
+
+
 def _settled(
     elements: Elements, normals: Array, reach: Array, cosine: float, labels: Labels
 ) -> Labels:
@@ -129,13 +155,11 @@ def _settled(
         planes = planes_of(elements, labels)
         if not len(planes.area):
             return labels
-        typical = float(np.median(reach))
-        limits = np.maximum(_SCATTERS * planes.rms, 0.1 * typical)
         out = np.empty_like(labels)
         changed = settle(
             elements.places, normals, reach, elements.starts, elements.near, cosine,
             for_kernels(planes.centre, np.float64), for_kernels(planes.normal, np.float64),
-            for_kernels(limits, np.float64), labels, out,
+            limits_of(planes, reach), labels, out,
         )  # fmt: skip
         labels = out
         if changed <= 1e-4 * len(labels):
@@ -230,13 +254,17 @@ def _without_small(
 
 def _looseness(elements: Elements, labels: Labels, f: int) -> Array:
     """(f,) of the facets' neighbours in all, the share that is of no facet."""
-    if elements.of == "face":
+    if elements.of != "point":
         return np.zeros(f)
-    source = np.repeat(labels, np.diff(elements.starts))
+    number = np.diff(elements.starts)
+    source = np.repeat(labels, number)
     inside = source >= 0
     free = labels[elements.near[inside]] < 0
     own = source[inside]
-    return np.asarray(np.bincount(own, free, f) / np.maximum(np.bincount(own, minlength=f), 1))
+    # Points without a list lie amid their facet.
+    amid = labels[(number == 0) & (labels >= 0)]
+    full = np.bincount(own, minlength=f) + NEIGHBOURS * np.bincount(amid, minlength=f)
+    return np.asarray(np.bincount(own, free, f) / np.maximum(full, 1))
 
 
 def _count(labels: Labels) -> int:

@@ -29,6 +29,8 @@ Triple = tuple[float, float, float]
 # nothing beyond its points.
 CELLS = 6
 POINTS_PER_CELL = 4
+_MANY = 10_000
+"""The bounds between more points are taken from about so many of them."""
 
 
 @dataclass(frozen=True)
@@ -43,20 +45,24 @@ class Moments:
     n_effective: float
 
 
-def moments(points: npt.ArrayLike, weights: npt.ArrayLike | None = None) -> Moments:
+def moments(
+    points: npt.ArrayLike, weights: npt.ArrayLike | None = None, *, distinct: bool = False
+) -> Moments:
     """Of points (k, 3), float64. weights (k,) positive, only their ratios count: the share of the
     surface each point stands for, so that a finer meshed corner does not draw the plane to itself.
-    Points at the same place count once, with their weights added."""
+    Points at the same place count once, with their weights added. distinct : there are none"""
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     given = np.ones(len(xyz)) if weights is None else np.asarray(weights, dtype=np.float64)
     if not len(xyz):
         zero = (0.0, 0.0, 0.0)
         return Moments(0, zero, (zero, zero, zero), 0.0)
-    which = welded(xyz)
-    weight = np.bincount(which, given)
+    weight, places = given, xyz
+    if not distinct:
+        which = welded(xyz)
+        weight = np.bincount(which, given).astype(np.float64)
+        places = np.empty((len(weight), 3))
+        places[which] = xyz
     n = len(weight)
-    places = np.empty((n, 3))
-    places[which] = xyz
     weight = weight * (n / weight.sum())
     first = places[0]
     local = places - first
@@ -95,11 +101,27 @@ def _effective(local: Floats, covariance: Floats) -> float:
 def _excess(u: Floats, v: Floats, r: Floats, side: int) -> float:
     """Variance that one independent point must have for its means to scatter as those of the
     side x side cells of equal count do."""
-    squares = 0.0
-    for slab in np.array_split(np.argsort(u, kind="stable"), side):
-        for cell in np.array_split(slab[np.argsort(v[slab], kind="stable")], side):
-            squares += len(cell) * float(r[cell].mean()) ** 2
-    return squares / (side * side - 3.0)
+    slab = _equal_parts(u, side)
+    cell = np.empty(len(u), np.int64)
+    for i in range(side):
+        own = np.flatnonzero(slab == i)
+        cell[own] = i * side + _equal_parts(v[own], side)
+    sums, count = np.bincount(cell, r), np.maximum(np.bincount(cell), 1)
+    return float((sums * sums / count).sum()) / (side * side - 3.0)
+
+
+def _equal_parts(values: Floats, parts: int) -> Ints:
+    """Which of that many parts of equal count each value is in; of many, of nearly equal count."""
+    n = len(values)
+    if n > _MANY:
+        some = np.sort(values[:: n // _MANY])
+        bounds = some[[len(some) * i // parts for i in range(1, parts)]]
+        return np.asarray(np.searchsorted(bounds, values, side="right"))
+    part = np.empty(n, np.int64)
+    part[np.argsort(values, kind="stable")] = np.repeat(
+        np.arange(parts), [len(own) for own in np.array_split(np.empty(n), parts)]
+    )
+    return part
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:

@@ -1,0 +1,124 @@
+"""Planes of a dense cloud, found on cells of some ten points each, and handed down to the points.
+
+Within a face of the rock neighbouring points tell the same, so that it is enough to look at them
+together. What cells cannot tell, edges, small pieces and rough ground, is left to single points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.extraction.cells.kernels import block_planes, cell_moments, hand_down
+from vomstudio.extraction.elements import Begun, Elements
+from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
+from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
+from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.progress import Progress
+
+Array = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_PER_CELL = 16.0
+_WIDER = 2.5
+# Ours. With more scatter beside their width cells have no normals, and larger ones are taken; none
+# is used whose surroundings scatter as much as an edge of 60 degrees does.
+_QUIET, _SHARP = 0.02, 0.06
+# Below it a tenth of the cell's side is more than one standard deviation of the scatter.
+_THIN = 0.007
+_FEWEST_AROUND = 20
+_LEAST_CELLS = 40
+_FEWEST_WITHIN = 6
+_SYMMETRIC = [0, 3, 4, 3, 1, 5, 4, 5, 2]
+_BLOCK = 10_000
+
+
+def begun_on_cells(
+    local: Array,
+    angle_deg: float,
+    max_distance: float | None,
+    least_points: int,
+    least_area: float,
+    progress: Progress,
+) -> tuple[CellGrid, Begun]:
+    """Of points (n, 3) from 0 on. least_points, least_area : that a facet must have, both; smaller
+    planes are left to single points. Raises Cancelled through `progress`."""
+    per_cell = _PER_CELL
+    while True:
+        grid = grid_of(local, per_cell)
+        cells, count = _cells(grid, progress)
+        usual = float(np.median(np.repeat(cells.variation, np.diff(grid.begins))))
+        per_cell *= _WIDER
+        if usual <= _QUIET or per_cell > 10.0 * _PER_CELL:
+            break
+    # In a cloud whose cells have no normals every point is looked at.
+    usable = (count >= _FEWEST_AROUND) & (cells.variation <= (_SHARP if usual <= _QUIET else -1.0))
+    cells.normals[~usable] = np.nan
+    reach = reach_of(cells, max_distance)
+    labels = grown(
+        cells, angle_deg=angle_deg, reach=reach, least_count=_LEAST_CELLS, least_area=np.inf,
+        progress=progress,
+    )  # fmt: skip
+    planes = planes_of(cells, labels)
+    inside = labels >= 0
+    points = np.bincount(labels[inside], np.diff(grid.begins)[inside], len(planes.area))
+    small = np.append((points < least_points) | (planes.area < least_area), False)
+    labels[small[labels]] = -1
+    n = len(grid.places)
+    own, open_ = np.empty(n, np.int32), np.empty(n, np.bool_)
+    hand_down(
+        grid.places, grid.begins, cells.starts, cells.near, labels,
+        for_kernels(np.nan_to_num(cells.normals), np.float64), reach,
+        float(np.cos(np.radians(angle_deg))), for_kernels(planes.centre, np.float64),
+        for_kernels(planes.normal, np.float64), limits_of(planes, reach), own, open_,
+    )  # fmt: skip
+    of = np.repeat(np.arange(len(cells)), np.diff(grid.begins))
+    shown = np.zeros(len(cells), np.bool_)
+    shown[of[open_]] = True
+    shown[cells.near[np.repeat(shown, np.diff(cells.starts))]] = True
+    per_point = cells.areas / np.diff(grid.begins)
+    return grid, Begun(
+        own,
+        open_,
+        shown[of],
+        cells.normals[of],
+        cells.variation[of],
+        per_point[of],
+        cells.noise[of],
+    )
+
+
+def _cells(grid: CellGrid, progress: Progress) -> tuple[Elements, Ints]:
+    """The cells as elements, and how many points are in each and around it."""
+    m = len(grid.keys)
+    starts, near = grid.around()
+    means, inner = np.empty((m, 3)), np.empty((m, 6))
+    cell_moments(grid.places, grid.begins, means, inner)
+    count, normals, spreads = np.empty(m, np.int64), np.empty((m, 3)), np.empty((m, 3))
+
+    def work(block: slice) -> None:
+        block_planes(
+            block.start, block.stop, grid.begins, means, inner, starts, near, count, normals,
+            spreads,
+        )  # fmt: skip
+
+    in_blocks(work, m, progress, _BLOCK)
+    # Points on a line tell no plane.
+    normals[~(spreads[:, 1] > 1e-9 * spreads[:, 2])] = np.nan
+    total = np.maximum(spreads.sum(axis=1), 1e-300)
+    # Of a disc of area A the variance along each diameter is A / (4 pi).
+    area = 4.0 * np.pi * np.sqrt(np.maximum(spreads[:, 1] * spreads[:, 2], 0.0)) / count
+    variation = spreads[:, 0] / total
+    # The scatter within a cell, since that around it is also relief, but where the cell cuts it.
+    unit = np.nan_to_num(normals)
+    own = np.einsum("ci,cij,cj->c", unit, inner[:, _SYMMETRIC].reshape(-1, 3, 3), unit)
+    points = np.diff(grid.begins)
+    enough = (points >= _FEWEST_WITHIN) & (variation <= _THIN)
+    own = np.where(enough, own * points / np.maximum(points - 3.0, 1.0), np.inf)
+    noise = np.sqrt(np.maximum(np.minimum(own, spreads[:, 0]), 0.0))
+    return Elements(
+        "cell", np.zeros(3), means, normals, area * points, inner,
+        variation, np.sqrt(area), noise, starts, near,
+        np.arange(m), np.arange(m),
+    ), count  # fmt: skip
