@@ -19,8 +19,8 @@ def guarded(text: str) -> str:
 
 
 def guarded_word(cell: str) -> str:
-    """As `guarded`, for a cell of a table that somebody else wrote: its numbers, and the dashes that
-    stand for none, stay as they are."""
+    """As `guarded`, for a cell of a table that somebody else wrote: its numbers, and the dashes
+    that stand for none, stay as they are."""
     return cell if _NUMBER.fullmatch(cell) else guarded(cell)
 
 

@@ -37,5 +37,7 @@ def write_line_table(
     out = csv.writer(file, lineterminator="\n")
     out.writerow(COLUMNS)
     for name, points in lines:
-        out.writerows([guarded(name), f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"] for x, y, z in points.tolist())
+        out.writerows(
+            [guarded(name), f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"] for x, y, z in points.tolist()
+        )
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)

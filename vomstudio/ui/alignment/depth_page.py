@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QImage, QPainter, QPen
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.jobs.inspection_tasks import DepthFacts
 from vomstudio.rendering.qt.bar_painting import ColorBar
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.scalars import Scale, map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, to_image
+from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import Painter
 from vomstudio.ui.common.picture_panes import Picture, PicturePanes
@@ -78,7 +79,7 @@ class DepthPage(QWidget):
         right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
-        row.addWidget(QLabel(tr("Show")))
+        row.addWidget(Label(tr("Show")))
         row.addWidget(self.what)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)

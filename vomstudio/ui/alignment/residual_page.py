@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.jobs.inspection_tasks import AlignmentOverview
 from vomstudio.registration.residual_scale import exaggeration
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
+from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import vectors
 from vomstudio.ui.common.picture_panes import PicturePanes
@@ -35,7 +36,7 @@ class ResidualPage(QWidget):
         self._photo: ShownPhoto | None = None
         self._arrays: Arrays | None = None
         self._said = ElidedLabel()
-        self._summary = QLabel()
+        self._summary = Label()
         self._summary.setWordWrap(True)
         self.table = NumberTable(
             (
@@ -75,7 +76,7 @@ class ResidualPage(QWidget):
         right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
-        row.addWidget(QLabel(tr("Exaggeration")))
+        row.addWidget(Label(tr("Exaggeration")))
         row.addWidget(self.factor)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)

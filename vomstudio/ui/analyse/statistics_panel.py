@@ -7,7 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QTextBrowser, QToolButton, QVBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayout
 
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import model_of, turns_of
@@ -17,6 +17,7 @@ from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import allow
@@ -52,7 +53,7 @@ class StatisticsPanel(SeenPanel):
         )
         row = QHBoxLayout()
         row.setContentsMargins(6, 4, 6, 2)
-        label = QLabel(tr("Of"))
+        label = Label(tr("Of"))
         label.setBuddy(self.of)
         row.addWidget(label)
         row.addWidget(self.of, 1)

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QScrollArea,
@@ -24,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.words import tr
 
 # Of what scrolls: some rows, and the arrows of the bar.
@@ -58,7 +58,7 @@ def allow(widget: QWidget, why_not: str | None) -> None:
     why_not : None where it can be used now, else the reason"""
     now = widget.toolTip()
     own = widget.property("own_tip") if now and now == widget.property("refusal") else now
-    refusal = "" if why_not is None else tr("Not now: {reason}", reason=why_not)
+    refusal = "" if why_not is None else as_words(tr("Not now: {reason}", reason=why_not))
     widget.setProperty("own_tip", own)
     widget.setProperty("refusal", refusal)
     widget.setEnabled(why_not is None)
@@ -78,13 +78,13 @@ def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
     return grid
 
 
-class ElidedLabel(QLabel):
+class ElidedLabel(Label):
     """A label of one line that may be narrower than its text, which then ends in dots; the tooltip
     has all of it."""
 
     def setText(self, text: str) -> None:  # noqa: N802
         super().setText(text)
-        self.setToolTip(text)
+        self.setToolTip(as_words(text))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         return QSize(40, super().minimumSizeHint().height())

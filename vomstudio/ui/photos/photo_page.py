@@ -7,7 +7,6 @@ from pathlib import Path
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
-    QLabel,
     QSplitter,
     QToolBar,
     QToolButton,
@@ -22,6 +21,7 @@ from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import ElidedLabel, Scrolling
@@ -119,7 +119,7 @@ class PhotoPage(QWidget):
         theme.show_toggles(bar)
         bar.setMovable(False)
         actions = self.actions_table.all
-        self._title = QLabel()
+        self._title = Label()
         self._title.setObjectName("photo_title")
         for name in ("previous", "next", "*title", "|", *TOOLS, "|", "undo", "redo", "|",
                      "fit", "one_to_one", "|", "own_window"):  # fmt: skip

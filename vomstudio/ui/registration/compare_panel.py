@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QWidget,
@@ -39,6 +38,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, allow
@@ -103,7 +103,7 @@ class ComparePanel(QWidget):
         self.export.clicked.connect(self._ask_for_file)
         self.copy = CopyCommandButton(self._copy_command, tr("the command that compares these two"))
         self.said = hint_label()
-        self.figures = QLabel()
+        self.figures = Label()
         self.figures.setObjectName("compare_figures")
         self.figures.setTextInteractionFlags(self.said.textInteractionFlags())
         self.histogram = Histogram()

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
     QSizePolicy,
@@ -30,6 +29,7 @@ from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
@@ -157,13 +157,13 @@ class TracesPanel(SeenPanel):
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(3)
-        grid.addWidget(QLabel(tr("Look for")), 0, 0)
+        grid.addWidget(Label(tr("Look for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
         for k, (text, box) in enumerate(((tr("Length"), self.length), (tr("At most"), self.most))):
             box.setMinimumWidth(_LEAST_WIDTH)
             box.setAccessibleName(text)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            grid.addWidget(QLabel(text), 1, 2 * k)
+            grid.addWidget(Label(text), 1, 2 * k)
             grid.addWidget(box, 1, 2 * k + 1)
         self.cost.setAccessibleName(tr("Look for"))
         grid.addWidget(self._network_row, 2, 0, 1, 4)
@@ -175,7 +175,7 @@ class TracesPanel(SeenPanel):
         for part in (self.accept, self.edit, self.reject, self.forget, self.cost, self.type):
             part.setMinimumWidth(_LEAST_WIDTH)
         self._decide = _row(self.accept, self.edit, self.reject, self.forget)
-        self._as = _row(QLabel(tr("Accept as")), self.type, self.forgive)
+        self._as = _row(Label(tr("Accept as")), self.type, self.forgive)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(grid)
@@ -431,7 +431,7 @@ class TracesPanel(SeenPanel):
         return super().eventFilter(watched, event)
 
 
-class _Wrapped(QLabel):
+class _Wrapped(Label):
     """A label that is never given less height than its lines need, where a panel is squeezed."""
 
     def __init__(self) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
+from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.widgets import action_buttons
 from vomstudio.words import tr
 
@@ -21,9 +22,9 @@ def set_field(typed: Callable[[], None]) -> QLineEdit:
     return field
 
 
-def hint_label(text: str = "") -> QLabel:
+def hint_label(text: str = "") -> Label:
     """A label of several lines."""
-    label = QLabel(text)
+    label = Label(text)
     label.setWordWrap(True)
     return label
 
@@ -42,7 +43,7 @@ def lay_out_picking(
     form: QFormLayout,
     figures: QWidget,
     table: QWidget,
-    hint: QLabel,
+    hint: Label,
 ) -> None:
     """Panel of a tool that picks vertices: fields, live figures, vertices, hint, buttons."""
     column = narrow_column(panel)
