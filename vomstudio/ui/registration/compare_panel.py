@@ -420,7 +420,7 @@ def _read_kept(path: Path) -> tuple[dict[str, Any], float, Any] | None:
     """In a thread; None for a file that cannot be read."""
     try:
         return _read(path)
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, TypeError, KeyError):
         return None
 
 
@@ -429,6 +429,8 @@ def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
     with open_arrays(path) as arrays:
         fields = dict(arrays)
     distances = fields[FIELD]
+    if any(values.ndim != 1 or values.dtype.kind not in "fiu" for values in fields.values()):
+        raise ValueError("not the fields of points")
     left = np.abs(distances[np.isfinite(distances)])
     reach = max(float(np.percentile(left, _COLORED_PERCENT)), 1e-9) if len(left) else 1.0
     return fields, reach, counts_of(distances, reach)
