@@ -10,11 +10,14 @@ from __future__ import annotations
 
 import re
 
+from vomstudio.files.plain_characters import plain
+
 _CALCULATED = frozenset("=+-@\t\r'")
 
 
 def guarded(text: str) -> str:
     """The text of a cell as it is written: with an apostrophe before what would be calculated."""
+    text = plain(text)
     return f"'{text}" if text[:1] in _CALCULATED and text else text
 
 
@@ -27,7 +30,7 @@ def guarded_word(cell: str) -> str:
 def head_line(words: str) -> str:
     """A line of the `#` block above a table, with its end. Names of files and models stand there,
     and a spreadsheet cuts it into cells as any other line."""
-    line = _QUOTED.sub(r'\1 "', " ".join(words.split()))
+    line = _QUOTED.sub(r'\1 "', plain(" ".join(words.split())))
     return f"# {_CALCULATED_INSIDE.sub(_marked, line)}\n"
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.files.atomic import atomic_group
+from vomstudio.files.plain_characters import plain
 from vomstudio.files.spreadsheet_cells import guarded_word
 
 Row = Mapping[str, Any]
@@ -39,7 +40,7 @@ def _cell(value: Any) -> str:
     if isinstance(value, float):
         # Far finer than any measurement; the zeros of rounding say nothing.
         return f"{value:.12g}"
-    text = " ".join(str(value).split())
+    text = " ".join(plain(str(value)).split())
     return guarded_word(text) if isinstance(value, str) else text
 
 
