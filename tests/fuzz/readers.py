@@ -171,6 +171,12 @@ def _held() -> int:
     return 1 << 32
 
 
+def _sleeps(pid: int) -> bool:
+    """Whether none of a process's threads works or waits for its turn, or for the disk."""
+    tasks = Path(f"/proc/{pid}/task").glob("*/stat")
+    return all(path.read_text().rpartition(")")[2].split()[0] == "S" for path in tasks)
+
+
 class Reader:
     """A process that reads files; another one takes its place when it dies or hangs."""
 
@@ -192,7 +198,7 @@ class Reader:
         process = psutil.Process(self._process.pid)
         begun, slept_s = sum(process.cpu_times()[:2]), 0.0
         while not self._link.poll(_SLICE_S):
-            slept_s += _SLICE_S * (process.status() == psutil.STATUS_SLEEPING)
+            slept_s += _SLICE_S * _sleeps(process.pid)
             if max(slept_s, sum(process.cpu_times()[:2]) - begun) > most_s:
                 return False
         return True

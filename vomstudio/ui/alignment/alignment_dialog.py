@@ -13,8 +13,8 @@ from vomstudio.ui.alignment.depth_page import DepthPage
 from vomstudio.ui.alignment.match_page import MatchPage
 from vomstudio.ui.alignment.residual_page import ResidualPage
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 

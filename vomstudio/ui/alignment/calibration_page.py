@@ -19,9 +19,8 @@ from PySide6.QtWidgets import (
 from vomstudio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData
-from vomstudio.ui.common.labels import Label, rich_label, rich_lines
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label, rich_label, rich_lines
 from vomstudio.words import tr
 
 _CELL = 72

@@ -17,11 +17,10 @@ from vomstudio.rendering.qt.bar_painting import ColorBar
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.scalars import Scale, map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, to_image
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import Painter
 from vomstudio.ui.common.picture_panes import Picture, PicturePanes
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, column_of, side_by_side
 from vomstudio.words import tr
 
 _WIDTH = 260

@@ -37,11 +37,10 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.analyse.interpretation_box import InterpretationBox
 from vomstudio.ui.common.command_targets import current_model, may_replace, start_folder
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, rich_label
 from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.common.widgets import ComboBox, Label, file_field, rich_label
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,

@@ -24,10 +24,9 @@ from vomstudio.document.records import PROFILE_ID, Feature, limits_of
 from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.words import to_translate, tr
 
 _PREVIEWED = 5_000

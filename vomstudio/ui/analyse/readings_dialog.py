@@ -37,9 +37,8 @@ from vomstudio.io.project.readings import (
 )
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, rich_label, rich_lines
 from vomstudio.ui.common.number_formatting import length
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow, rich_label, rich_lines
 from vomstudio.words import to_translate, tr, tr_n
 
 _PREVIEW_ROWS = 200

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.geology.notation import format_plane
-from vomstudio.ui.common.labels import Label
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import to_translate, tr, tr_n
 
 if TYPE_CHECKING:

@@ -17,10 +17,9 @@ from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import allow
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr

@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.signals import once_told
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import as_words
 from vomstudio.ui.common.sentences import as_sentence
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 
 _log = logging.getLogger(__name__)

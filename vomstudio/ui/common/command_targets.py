@@ -13,8 +13,8 @@ from vomstudio.document.records import Model, OnAModel, Typed, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.regular import is_folder
 from vomstudio.paths import resource
-from vomstudio.ui.common.labels import as_words
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:

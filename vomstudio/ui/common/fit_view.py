@@ -14,8 +14,8 @@ from vomstudio.document.kinds import kind_named
 from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.ui.common.number_formatting import orientation_text
+from vomstudio.ui.common.widgets import Label, as_words
 from vomstudio.words import to_translate, tr
 
 

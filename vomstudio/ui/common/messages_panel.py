@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Notice
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 _ICONS = {

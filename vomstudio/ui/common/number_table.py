@@ -18,8 +18,8 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import as_words
 from vomstudio.ui.common.number_formatting import natural
+from vomstudio.ui.common.widgets import as_words
 
 _Index = QModelIndex | QPersistentModelIndex
 

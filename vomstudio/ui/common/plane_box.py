@@ -6,10 +6,9 @@ from PySide6.QtCore import QSignalBlocker, Signal
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
-from vomstudio.ui.common.labels import as_words
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, as_words
 from vomstudio.words import tr
 
 SELECTED = "*"

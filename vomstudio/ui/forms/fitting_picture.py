@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy
 
-from vomstudio.ui.common.labels import Label
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 

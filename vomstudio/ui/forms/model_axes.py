@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QFormLayout, QLayout, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.geometry.units import Axes
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
 from vomstudio.document.records import Model, get
 from vomstudio.geometry import transform
 from vomstudio.tools.select import SelectTool
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 _COLOUR = ""

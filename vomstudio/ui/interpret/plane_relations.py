@@ -21,10 +21,9 @@ from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import FeatureType, Group
 from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import rich_label
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, allow, rich_label
 from vomstudio.words import to_translate, tr, tr_n
 
 _NOT_TWO = to_translate("Select two planes first.")

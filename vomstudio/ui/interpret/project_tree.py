@@ -33,10 +33,10 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label, as_words
 from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.tree_menus import TreeMenus

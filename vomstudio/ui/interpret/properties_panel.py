@@ -27,12 +27,11 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.registration.summary import summary_of
 from vomstudio.ui.common.fit_view import FitView
-from vomstudio.ui.common.labels import Label, rich_label, rich_lines
 from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, Scrolling, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
 from vomstudio.words import tr, tr_n

@@ -23,9 +23,9 @@ from vomstudio.document.kinds.station import NUMBER, PHOTO
 from vomstudio.document.length_figures import LENGTH
 from vomstudio.document.records import Feature, get_feature
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import as_words
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.words import to_translate, tr
 

@@ -25,9 +25,9 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.ui.common.explained import Explained, explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.interpret.copied_rows import as_text
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.sorted_rows import SortedRows

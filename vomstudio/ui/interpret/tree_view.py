@@ -29,7 +29,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem
 
-from vomstudio.ui.common.labels import Label
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr_n
 
 ID = Qt.ItemDataRole.UserRole

@@ -29,9 +29,8 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Typed
 from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.ui.interpret.symbol_names import SYMBOL_NAMES
 from vomstudio.words import tr, tr_n
 

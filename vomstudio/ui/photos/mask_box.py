@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import Label
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
 from vomstudio.words import tr
 

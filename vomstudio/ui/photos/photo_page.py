@@ -21,10 +21,9 @@ from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.background_reading import Background
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.ui.common.studio import Notice
-from vomstudio.ui.common.widgets import ElidedLabel, Scrolling
+from vomstudio.ui.common.widgets import ElidedLabel, Label, Scrolling
 from vomstudio.ui.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.mark_editing import MarkEditing
 from vomstudio.ui.photos.mask_box import MaskBox

@@ -24,9 +24,8 @@ from PySide6.QtWidgets import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fitting_texts import FittingTexts
-from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, allow
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, allow, as_words
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from vomstudio.geometry.units import bar_text, round_length
-from vomstudio.ui.common.labels import as_words
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr
 

@@ -31,9 +31,8 @@ from vomstudio.io.text.rows import parse_number
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow, as_words
 from vomstudio.ui.photos.mark_canvas import COLORS
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.words import tr

@@ -5,10 +5,10 @@ from __future__ import annotations
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from vomstudio.geology.agreement import Agreement, OrientedPlane, agreement
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.interpret.measured_planes import measured_planes
 from vomstudio.words import to_translate, tr
 

@@ -38,10 +38,9 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable

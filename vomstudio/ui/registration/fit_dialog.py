@@ -27,9 +27,8 @@ from vomstudio.registration.results import Placed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import allow
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.registration.fit_command import FitCopyButton
 from vomstudio.ui.registration.other_model import OtherModel, OtherModelBox, of_project
 from vomstudio.ui.registration.pair_table import (

@@ -39,9 +39,8 @@ from vomstudio.rendering.view.scalars import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, Scrolling, allow, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, as_words, narrow_form
 from vomstudio.ui.forms.model_axes import axes_of
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace import display

@@ -38,9 +38,9 @@ from vomstudio.rendering.view.first_view import first_view
 from vomstudio.signals import once_told
 from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, rich_label
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label, rich_label
 from vomstudio.ui.scene.bedding_axis import BeddingAxis
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.saved_views_box import SavedViewsBox

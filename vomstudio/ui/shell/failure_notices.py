@@ -14,7 +14,7 @@ from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
 from vomstudio.failures.error_collector import ERRORS, Failure
 from vomstudio.files.atomic import write_bytes
-from vomstudio.ui.common.labels import as_words
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 from vomstudio.workspace.notices import Notice
 

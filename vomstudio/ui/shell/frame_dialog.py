@@ -23,9 +23,8 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.long_boxes import make_room_for_text
-from vomstudio.ui.common.widgets import allow
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
 

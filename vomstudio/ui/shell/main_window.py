@@ -21,8 +21,8 @@ from PySide6.QtWidgets import QMainWindow, QWidget
 from vomstudio.document.records import Model
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common.actions import Actions, Command
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.shell import thread_switching
 from vomstudio.ui.shell.background_imports import BackgroundImports
 from vomstudio.ui.shell.drag_and_drop import dragged_files

@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.io.models.model_copy import photos_of
-from vomstudio.ui.common.labels import as_words
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.photos import PhotoLinks
 

@@ -26,9 +26,9 @@ from vomstudio.ui.common.command_targets import (
     current_model,
     start_folder,
 )
-from vomstudio.ui.common.labels import as_words
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.forms.copied_command import copy_command
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog

@@ -10,9 +10,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.files.regular import is_there
-from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Scrolling
+from vomstudio.ui.common.widgets import Label, Scrolling, as_words
 from vomstudio.words import tr
 
 

@@ -12,9 +12,8 @@ from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, as_words
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ElidedLabel
+from vomstudio.ui.common.widgets import ElidedLabel, Label, as_words
 from vomstudio.words import tr
 
 

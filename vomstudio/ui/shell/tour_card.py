@@ -6,7 +6,7 @@ from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
-from vomstudio.ui.common.labels import Label
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 WIDTH = 264

@@ -44,7 +44,7 @@ def run_window(paths: Sequence[str]) -> int:
         from vomstudio.errors import VomError
         from vomstudio.io.settings import read_settings
         from vomstudio.ui.common import qt_messages, theme
-        from vomstudio.ui.common.labels import as_words
+        from vomstudio.ui.common.widgets import as_words
         from vomstudio.ui.shell.failure_notices import FailureNotices
         from vomstudio.ui.shell.main_window import MainWindow
     except ImportError as error:

@@ -30,13 +30,12 @@ from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_formatting import area as area_text
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.model_axes import axes_of, follow_axes, unit_of
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of

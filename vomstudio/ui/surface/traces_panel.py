@@ -29,12 +29,11 @@ from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.common.widgets import ComboBox, Label, file_field
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command, model_words
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area

@@ -35,11 +35,10 @@ from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
 from vomstudio.words import to_translate, tr

@@ -34,10 +34,9 @@ from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, rich_label, rich_lines
 from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, allow, file_field
+from vomstudio.ui.common.widgets import ComboBox, Label, allow, file_field, rich_label, rich_lines
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
 from vomstudio.words import tr, tr_n

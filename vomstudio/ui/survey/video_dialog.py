@@ -26,10 +26,9 @@ from vomstudio.survey.video import DEFAULT_FPS, is_ours
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label, as_words, rich_label
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.common.widgets import file_field
+from vomstudio.ui.common.widgets import Label, as_words, file_field, rich_label
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
 

@@ -7,8 +7,8 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QTabBar, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.messages_panel import MessageBar
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 # Of Qt, which does not export it.

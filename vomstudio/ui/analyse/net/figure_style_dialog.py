@@ -27,9 +27,8 @@ from vomstudio.products.net.figure_style import LIMITS, SIZE_MM, FigureStyle, fo
 from vomstudio.products.net.style import PRINT
 from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.words import to_translate, tr
 
 _USUAL = {

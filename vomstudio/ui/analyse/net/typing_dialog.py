@@ -28,8 +28,8 @@ from vomstudio.products.net.net_options import (
 )
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import to_translate, tr
 
 Made = TypeVar("Made")

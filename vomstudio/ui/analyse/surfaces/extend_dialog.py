@@ -33,9 +33,9 @@ from vomstudio.products.section.extension import ExtendedPlane, extend, write_tr
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.words import tr, tr_n
 

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
-from vomstudio.ui.common.labels import Label
-from vomstudio.ui.common.widgets import action_buttons
+from vomstudio.ui.common.widgets import Label, action_buttons
 from vomstudio.words import tr
 
 _PICKING = ("finish", "cancel", "continue_trace", "delete_vertex")

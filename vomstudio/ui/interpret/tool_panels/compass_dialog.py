@@ -18,8 +18,7 @@ from vomstudio.document.records import Compass, Model, NorthKind, ReadNorth, com
 from vomstudio.errors import UsageError, VomError
 from vomstudio.registration.north import North
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.labels import Label
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.words import to_translate, tr
 
 _NORTHS: tuple[tuple[NorthKind, str], ...] = (

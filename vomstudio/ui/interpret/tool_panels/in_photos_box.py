@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.tools.followed_line import AUTO
 from vomstudio.tools.following import FollowingTool
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 

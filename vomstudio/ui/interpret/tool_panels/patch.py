@@ -17,10 +17,9 @@ from vomstudio.document.measurement_cache import Measurement
 from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
-from vomstudio.ui.common.labels import rich_label, rich_lines
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import narrow_form, rich_label, rich_lines
 from vomstudio.ui.interpret.tool_panels import patch_commands
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,

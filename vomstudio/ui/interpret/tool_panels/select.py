@@ -22,10 +22,9 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import plain
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
-from vomstudio.ui.common.labels import Label
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import Label, narrow_form
 from vomstudio.ui.interpret.by_value_box import ByValue
 from vomstudio.ui.interpret.tool_panels import select_commands
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column, set_field
