@@ -273,15 +273,18 @@ def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -
     Newton's steps on the logarithm of the tail against x = log(1 + q), kept between bounds, each
     to its own end: no answer depends on those that are asked for together with it.
     """
-    half = 0.5 * freedom
-    rate = dof[:, None] / (g * freedom)
+    _, k, models = g.shape
+    half = np.broadcast_to(0.5 * freedom, g.shape).reshape(-1, models)
+    weight = np.broadcast_to(weight, g.shape).reshape(-1, models)
+    rate = (dof[:, None] / (g * freedom)).reshape(-1, models)
     # Hundredths of a degree of freedom leave the plane open, whatever the number.
     each = np.log1p(np.expm1(np.minimum(-LOG_LEVEL / half, 500.0)) / rate)
     low, high = each.min(axis=-1), each.max(axis=-1)
     x = np.clip((weight * each).sum(axis=-1), low, high)
-    going = np.ones(x.shape, bool)
+    found = np.empty_like(x)
+    rows = np.arange(len(x))
     for _ in range(100):
-        grown = np.exp(x)[..., None]
+        grown = np.exp(x)[:, None]
         base = 1.0 + rate * (grown - 1.0)
         tail = weight * np.exp(-half * np.log(base))
         value = tail.sum(axis=-1)
@@ -290,11 +293,12 @@ def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -
         low, high = np.where(excess > 0.0, x, low), np.where(excess > 0.0, high, x)
         step = x + excess / slope
         step = np.where((step > low) & (step < high), step, 0.5 * (low + high))
-        step = np.where(going, step, x)
+        found[rows] = step
         # The steps' lengths are squared from one to the next.
-        going &= np.abs(step - x) > 1e-7 * x
-        x = step
+        going = np.abs(step - x) > 1e-7 * x
         if not going.any():
             break
-    result: Floats = np.expm1(x)
+        rows, x, low, high = rows[going], step[going], low[going], high[going]
+        half, weight, rate = half[going], weight[going], rate[going]
+    result: Floats = np.expm1(found.reshape(2, k))
     return result

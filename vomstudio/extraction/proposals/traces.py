@@ -109,7 +109,8 @@ def propose_traces(
     Follower(surface, cost)
     least = LEAST_LENGTH * resolution if least_length is None else least_length
     progress.stage(tr("Looking for lines"), None)
-    whole, warnings = surface, ()
+    whole = surface
+    warnings: tuple[str, ...] = ()
     if (count := len(surface.places)) > MOST_POINTS:
         surface = SurfaceGraph(few_enough(surface.data, MOST_POINTS))
         if least_length is None:
