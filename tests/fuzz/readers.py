@@ -181,6 +181,7 @@ class Reader:
     """A process that reads files; another one takes its place when it dies or hangs."""
 
     def __init__(self) -> None:
+        self._compiled: set[str] = set()
         self._start()
 
     def _start(self) -> None:
@@ -208,10 +209,17 @@ class Reader:
     ) -> tuple[str, Lines]:
         """What became of the file, or of `main` in its place, and lines that this process has not
         run before."""
-        self._link.send((kind, folder, traced, main))
+        if kind not in self._compiled:
+            # Kernels are compiled for the first file of a kind, and kept on the disk.
+            self._compiled.add(kind)
+            self._asked((kind, folder, False, main), LONGEST_S * 60)
+        # The first file of a process waits for imports.
+        return self._asked((kind, folder, traced, main), LONGEST_S * (12 if self._fresh else 4))
+
+    def _asked(self, what: tuple[str, Path, bool, Path | None], most_s: float) -> tuple[str, Lines]:
+        self._link.send(what)
         try:
-            # The first file of a process waits for imports.
-            if self._answers(LONGEST_S * (12 if self._fresh else 4)):
+            if self._answers(most_s):
                 self._fresh = False
                 outcome, lines = self._link.recv()
                 return str(outcome), lines
