@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vomstudio.cli import main
 from vomstudio.errors import TargetError, VomError
 from vomstudio.files.atomic import atomic_group, write_bytes
 from vomstudio.files.backup import set_aside
@@ -154,3 +155,35 @@ def test_a_project_may_be_named_from_the_folder_it_is_in(
     Path("cliff.vom/lock").symlink_to(tmp_path / "victim")
     with pytest.raises(TargetError, match="link"):
         check_beside("cliff.vom/lock")
+
+
+@pytest.mark.parametrize("name", ["reconstruction/photos-preview", "frames", "demo"])
+def test_a_folder_for_results_in_a_project_is_no_link(
+    name: str, project: Path, victim: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = project / name
+    place.parent.mkdir(exist_ok=True)
+    (victim.parent / "empty").mkdir()
+    place.symlink_to(victim.parent / "empty")
+    photos = Path(__file__).parents[1] / "specimens" / "photos"
+    words = {
+        "frames": ["frames", str(photos / "HL_2041.jpg")],
+        "demo": ["demo", "--without-photos"],
+    }.get(name, ["reconstruct", str(photos), "--quality", "preview"])
+    assert main([*words, "-o", str(place)]) == 2
+    assert "is a link" in capsys.readouterr().err
+    assert not any((victim.parent / "empty").iterdir())
+
+
+@pytest.mark.parametrize("name", [".vomstudio-demo", "sample.vom"])
+def test_the_folder_of_the_demo_has_no_links(
+    name: str, tmp_path: Path, victim: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "demo"
+    folder.mkdir()
+    (folder / ".vomstudio-demo").write_text("made by vomstudio demo\n")
+    (folder / name).unlink(missing_ok=True)
+    (folder / name).symlink_to(victim)
+    assert main(["demo", "--without-photos", "-o", str(folder)]) == 2
+    assert "is a link" in capsys.readouterr().err
+    assert victim.read_text() == "mine"

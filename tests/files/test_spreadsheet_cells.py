@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.files.spreadsheet_cells import guarded, unguarded
+from vomstudio.files.spreadsheet_cells import guarded, head_line, unguarded
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -64,3 +64,83 @@ def test_marked_numbers_among_points_are_numbers(tmp_path: Path) -> None:
     path.write_text("name,x,y,z\n'=a,'-1,2,3\nb,4,5,6\n")
     groups = read_points(path)
     np.testing.assert_array_equal(groups.points, [[-1, 2, 3], [4, 5, 6]])
+
+
+def cells_of(path: Path, delimiter: str = ",") -> list[str]:
+    """As a spreadsheet cuts a file, which knows no comments."""
+    lines = path.read_text().splitlines()
+    return [cell for row in csv.reader(lines, delimiter=delimiter) for cell in row]
+
+
+def calculated(cells: list[str]) -> list[str]:
+    found = [cell.strip() for cell in cells if cell.strip()[:1] in tuple("=+-@")]
+    return [cell for cell in found if not is_number(cell.rstrip("])"))]
+
+
+def is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+NAME = '=HYPERLINK("http://x")'
+
+
+@pytest.mark.parametrize("form", ["orient", "gems", "gempy", "loopstructural", "stereonet", "csv"])
+def test_tables_for_other_programs_calculate_nothing(form: str, tmp_path: Path) -> None:
+    from tests.specimens.figures import copy_of
+    from vomstudio.document import edits
+    from vomstudio.document.records import Feature
+    from vomstudio.io.project.export import export_project
+    from vomstudio.io.project.folder import Project
+
+    folder = copy_of("schema1", tmp_path)
+    project = Project.open(folder)
+    session = project.session
+    for feature in session.of(Feature):
+        ids = [feature.id]
+        words = {"name": NAME, "notes": "@SUM(1)"}
+        words |= {"set_name": "+A1"} if hasattr(feature, "set_name") else {}
+        session.apply(edits.set_attributes(session.records, ids, **words))
+    session.save()
+    project.close()
+    out = tmp_path / f"out.{form}"
+    export_project(folder, form, out)
+    made = [path for path in tmp_path.glob("out*") if path.suffix != ".json"]
+    sign = "\t" if form in ("orient", "stereonet") else ","
+    told = [cell for path in made for cell in cells_of(path, sign)]
+    assert form == "loopstructural" or any("HYPERLINK" in c or "+A1" in c for c in told)
+    assert calculated(told) == []
+
+
+def test_a_table_with_sets_keeps_its_words_and_numbers(tmp_path: Path) -> None:
+    from vomstudio.cli import main
+
+    path, out = tmp_path / "planes.csv", tmp_path / "sets.csv"
+    rows = [f"{90 + k},{30 + k % 3},-{k}.5,-,'=1+{k}" for k in range(12)]
+    rows += [f"{270 + k},{60 + k % 3},+{k},,@SUM({k})" for k in range(12)]
+    path.write_text("# of a,=1+1,b\ndip_direction,dip,x,none,=notes\n" + "\n".join(rows) + "\n")
+    assert main(["sets", str(path), "-o", str(out)]) == 0
+    assert calculated(cells_of(out)) == ["-"] * 12
+    table, before = read_orientations(out).table, read_orientations(path).table
+    for name in ("x", "none", "=notes"):
+        assert table.cells(table.find(name)) == before.cells(before.find(name))
+
+
+@pytest.mark.parametrize(
+    "words", ["lines of a,=1+1,b.ply", "x; @SUM(1)", 'PROJCRS["a","=1"]', "a,-1+1|x!A0", "a\n=1"]
+)
+def test_what_stands_above_a_table_calculates_nothing(words: str, tmp_path: Path) -> None:
+    path = tmp_path / "head.csv"
+    path.write_text(head_line(words))
+    assert calculated(cells_of(path)) == []
+    assert calculated(cells_of(path, ";")) == []
+
+
+@pytest.mark.parametrize(
+    "words", ["CRS: EPSG:32633", "rotation [0.1, -0.2, -3e-05], north -0.5", "a = b, c@d, -7"]
+)
+def test_numbers_above_a_table_stay_as_they_are(words: str) -> None:
+    assert head_line(words) == f"# {words}\n"

@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.fuzz import faulty_disk
+from tests.fuzz.stopping import until_stopped
 
 ERRORS = (errno.ENOSPC, errno.EROFS, errno.EIO)
 CAUSES = {errno.ENOSPC: "full", errno.EROFS: "read-only"}
@@ -525,7 +526,7 @@ def campaign(kind: str, faults: int, seed: int) -> tuple[Counter[str], list[str]
             works = [Filling(kind, places, out)]
         else:
             works = [Work(kind, places, out)]
-        for fault in range(faults):
+        for fault in until_stopped(range(faults)):
             work = works[fault % len(works)]
             at = chance.randint(1, max(work.calls, 1))
             number, goes_on = chance.choice(ERRORS), chance.random() < 0.7
@@ -559,7 +560,7 @@ def main() -> int:
         parser.error(reason)
     if not faulty_disk.is_loaded():
         words = [sys.executable, "-m", "tests.fuzz.disk_faults", *sys.argv[1:]]
-        return subprocess.run(words, env=faulty_disk.environment(), check=False).returncode
+        os.execve(sys.executable, words, faulty_disk.environment())
     if asked.each:
         print(json.dumps(each_fails(asked.each.resolve())))
         return 0
@@ -567,7 +568,7 @@ def main() -> int:
     # "apart": the disk failed for good between the renames of files that belong together.
     for kind in asked.kinds or KINDS:
         counts, wrong = campaign(kind, asked.faults, asked.seed)
-        print(f"{kind}: {asked.faults} faults, {dict(counts)}", flush=True)
+        print(f"{kind}: {counts.total()} faults, {dict(counts)}", flush=True)
         for line in wrong:
             print("  ", line, flush=True)
         bad += len(wrong)

@@ -437,13 +437,18 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
         "settings": {"quality": "low"}, "versions": {"vomstudio": "1"},
         "registration": {"scale": 1.0, "residuals": []},
     }  # fmt: skip
-    rows = np.eye(4)[:3].tolist()
+    rows = np.eye(4).tolist()
     stream = io.BytesIO()
     np.savez(stream, distance=np.zeros(3))
     comparison = {
         "model_id": "m1", "model_name": "a", "content_hash": "0", "to_world": rows,
         "benchmark": "b", "benchmark_path": "b.ply", "benchmark_to_world": rows, "radius_m": None,
-        "figures": {}, "made": "2024", "version": "1",
+        "made": "2024", "version": "1",
+        "figures": {
+            "n": 3, "beyond": 0, "mean_m": 0.0, "median_m": 0.0, "std_m": None, "mad_m": 0.0,
+            "rms_m": 0.0, "lod95_m": None, "significant_share": None, "warnings": [],
+            "positive_toward": {"trend_deg": 10.0, "plunge_deg": 20.0},
+        },
     }  # fmt: skip
     return {
         "a.obj": with_texture,

@@ -36,6 +36,18 @@ def test_no_file_means_defaults(tmp_path):
         ('[limits]\ngood_K = "x"\n', "limits"),
         ("not toml at all", "settings"),
         ("\x00\x01", "settings"),
+        ("recent" + "[" * 100_000, "settings"),
+        ("x = " + "[" * 100_000, "settings"),
+        ("x = '" + "x" * 2_000_000 + "'", "settings"),
+        ('notation = "none"\n', "notation"),
+        ('theme = "none"\n', "theme"),
+        ('planes_as = "none"\n', "planes_as"),
+        ("recent = [1, 2]\n", "recent"),
+        ("unclosed = [{}]\n", "unclosed"),
+        ('contour_levels = ["a"]\n', "contour_levels"),
+        ("window.geometry = 5\n", "window"),
+        ("point_budget = -5\n", "point_budget"),
+        ("point_budget = true\n", "point_budget"),
     ],
 )
 def test_what_cannot_be_read_is_said_and_has_its_default(tmp_path, text, named):
@@ -131,3 +143,13 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("x")
     with pytest.raises(TargetError, match="file"):
         write_settings(Settings(), tmp_path / "file" / "settings.toml")
+
+
+def test_a_pipe_in_place_of_the_settings_is_not_waited_for(tmp_path):
+    import os
+
+    path = tmp_path / "settings.toml"
+    os.mkfifo(path)
+    settings, problems = read_settings(path)
+    assert settings == Settings()
+    assert len(problems) == 1

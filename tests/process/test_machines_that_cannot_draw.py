@@ -53,3 +53,30 @@ def test_a_library_that_is_missing_is_named_with_its_package() -> None:
     assert "libusb-1.0-0" in str(missing_library("libusb-1.0.so.0: file too short"))
     assert "liboddity.so.3" in str(missing_library("liboddity.so.3: no version information"))
     assert missing_library(ImportError("No module named 'pye57'")) is None
+
+
+@pytest.mark.skipif(not os.environ.get("DISPLAY"), reason="needs a screen")
+@pytest.mark.parametrize(
+    "name", ["libEGL.so.1", "libxcb-cursor.so.0", "libxcb-icccm.so.4", "libGL.so.1"]
+)
+def test_a_damaged_library_is_found_before_the_window(tmp_path: Path, name: str) -> None:
+    """The loader finds the damaged one first."""
+    (tmp_path / name).write_text("cut short")
+    done = window(tmp_path, QT_QPA_PLATFORM="xcb", LD_LIBRARY_PATH=str(tmp_path))
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.count("\n") == 1
+    assert name in done.stderr
+    assert "apt install" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["libEGL.so.1", "libGL.so.1", "libX11.so.6", "libxcb.so.1"])
+def test_commands_need_none_of_them(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text("cut short")
+    folder = Path(__file__).parents[1] / "specimens"
+    words = ["ortho", str(folder / "boulder.ply"), "--trend", "0", "--plunge", "90"]
+    done = subprocess.run(
+        [sys.executable, "-P", "-m", "vomstudio", *words, "--gsd", "0.2", "-o", "map.tif"],
+        env={**os.environ, "DISPLAY": "", "LD_LIBRARY_PATH": str(tmp_path)},
+        capture_output=True, text=True, timeout=120, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -188,10 +188,13 @@ class _Watch:
 
 def _prepare(folder: Path) -> None:
     """An empty folder, or one that an earlier demo made, from which its project is taken away."""
+    from vomstudio.files.inside import make_folder, place_inside
     from vomstudio.io.project.folder import is_free
 
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
+        for name in (MARK, PROJECT):
+            place_inside(folder / name, folder)
         if any(folder.iterdir()) and not (folder / MARK).is_file():
             raise TargetError(tr("This folder holds other files. Name a new one."), file=folder)
         (folder / MARK).write_text("made by vomstudio demo\n", "utf-8")

@@ -15,6 +15,7 @@ from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.files.atomic import write_bytes
+from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.band_figures import BandFigures, band_figures
 from vomstudio.geology.plane_bands import SetPrior, band_of
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -181,10 +182,10 @@ def write_path(
 ) -> None:
     """A row x, y, z for each vertex (n, 3), World, m; whole or not at all. Raises TargetError."""
     head = [
-        f"# VOM Studio {__version__}, followed trace",
-        f"# CRS: {crs or 'none declared, coordinates as given'}",
-        *(f"# {' '.join(note.split())}" for note in notes),
-        "x,y,z",
+        f"VOM Studio {__version__}, followed trace",
+        f"CRS: {crs or 'none declared, coordinates as given'}",
+        *notes,
     ]
     rows = [f"{x:.6f},{y:.6f},{z:.6f}" for x, y, z in points.tolist()]
-    write_bytes(path, ("\n".join([*head, *rows]) + "\n").encode(), force=force)
+    text = "".join(map(head_line, head)) + "\n".join(["x,y,z", *rows]) + "\n"
+    write_bytes(path, text.encode(), force=force)

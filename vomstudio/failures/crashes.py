@@ -58,7 +58,8 @@ def newly_found() -> bool:
     found = False
     for file in _files("*.txt"):
         role, pid = file.name.split("-")[:2]
-        if psutil.pid_exists(int(pid)):
+        # A number that is longer than those of processes is none of ours.
+        if not (pid.isascii() and pid.isdigit() and len(pid) < 10) or psutil.pid_exists(int(pid)):
             continue
         with contextlib.suppress(OSError):
             if file.stat().st_size == 0:

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from vomstudio.errors import TargetError
-from vomstudio.files.regular import is_regular
+from vomstudio.files.regular import is_folder, is_regular
 from vomstudio.words import tr
 
 PROJECT_SUFFIX = ".vom"
@@ -107,8 +107,13 @@ def refuse_links(folder: str | Path) -> None:
 
 
 def links_of(folder: str, names: Iterable[str]) -> set[str]:
-    """Those of `names` in a folder that are links; to be left out by `shutil.copytree`."""
-    return {name for name in names if _is_link(Path(folder, name))}
+    """Those of `names` in a folder that are links, and the pipes and devices, for which nobody
+    waits; to be left out by `shutil.copytree`."""
+    return {name for name in names if _is_odd(Path(folder, name))}
+
+
+def _is_odd(path: Path) -> bool:
+    return _is_link(path) or not (is_regular(path) or is_folder(path))
 
 
 def _is_link(path: Path) -> bool:

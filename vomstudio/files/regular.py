@@ -30,6 +30,23 @@ def is_regular(path: str | Path) -> bool:
         return False
 
 
+def is_folder(path: str | Path) -> bool:
+    """As `Path.is_dir`, which raises where a drive has gone or a name is too long for one."""
+    try:
+        return stat.S_ISDIR(os.stat(path).st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def is_there(path: str | Path) -> bool:
+    """As `Path.exists`, which raises where a drive has gone or a name is too long for one."""
+    try:
+        os.stat(path)
+    except (OSError, ValueError):
+        return False
+    return True
+
+
 def require_regular(path: str | Path) -> None:
     """Raises InputError for a folder, device, pipe or socket; what is not there is left to the
     reader."""

@@ -7,18 +7,31 @@ import threading
 import tomllib
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import Field, asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.errors import TargetError, VomError
+from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.atomic import atomic_write
+from vomstudio.files.regular import read_small_text
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.profiles import Thresholds
 
 _RECENT = 10
+_LARGEST = 1 << 20
+"""Bytes of the file; no settings come near."""
+_INSIDE: dict[str, tuple[type, ...]] = {
+    "list[str]": (str,), "list[float]": (float, int), "dict[str, str]": (str,),
+}  # fmt: skip
+_CHOICES = {
+    "notation": ("dipdir/dip", "strike/dip", "quadrant"),
+    "projection": ("area", "angle"),
+    "planes_as": ("discs", "symbols", "neither"),
+    "theme": ("light", "dark", "system"),
+}
+"""What stands in a panel without a place for anything else."""
 
 
 @dataclass
@@ -92,15 +105,15 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
     path = path or settings_path()
     settings, problems = Settings(), []
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = tomllib.loads(read_small_text(path, _LARGEST))
     except FileNotFoundError:
         return settings, []
-    except (OSError, ValueError) as error:
+    except (InputError, OSError, ValueError, RecursionError) as error:
         return settings, [
             tr(
                 "{file}: The settings cannot be read ({error}). The defaults are used.",
                 file=path,
-                error=error,
+                error=error.message if isinstance(error, InputError) else error,
             )
         ]
     for known in fields(Settings):
@@ -116,8 +129,8 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
 
                 for limits in value.values():
                     Thresholds(**limits)
-            elif not isinstance(value, type(default)):
-                raise TypeError(f"{type(default).__name__} expected")
+            else:
+                _check(known, value, default)
             setattr(settings, known.name, value)
         except (TypeError, ValueError, AttributeError) as error:
             problems.append(
@@ -129,6 +142,21 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
                 )
             )
     return settings, problems
+
+
+def _check(known: Field[Any], value: Any, default: Any) -> None:
+    """Raises TypeError or ValueError where a setting cannot have this value."""
+    if type(value) is not type(default):
+        raise TypeError(f"{type(default).__name__} expected")
+    # The annotations of this module are text.
+    inside = _INSIDE.get(str(known.type))
+    parts = value.values() if isinstance(value, dict) else value
+    if inside is not None and any(type(part) not in inside for part in parts):
+        raise TypeError(f"{known.type} expected")
+    if known.name in _CHOICES and value not in _CHOICES[known.name]:
+        raise ValueError(f"one of {', '.join(_CHOICES[known.name])} expected")
+    if known.name == "point_budget" and value < 1:
+        raise ValueError("a number above 0 expected")
 
 
 def write_settings(settings: Settings, path: Path | None = None) -> None:
@@ -148,8 +176,8 @@ def write_settings(settings: Settings, path: Path | None = None) -> None:
 
 def _text_there(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, ValueError):
+        return read_small_text(path, _LARGEST)
+    except (InputError, OSError, ValueError):
         return ""
 
 
@@ -196,7 +224,7 @@ def _toml(values: dict[str, Any], older: str) -> str:
 
     try:
         document = tomlkit.parse(older)
-    except TOMLKitError:
+    except (TOMLKitError, RecursionError):
         return tomlkit.dumps(values)
     wanted = document.unwrap() | values
     _set(document, values)

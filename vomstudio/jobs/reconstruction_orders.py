@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.files.inside import check_in_project
 from vomstudio.io.control.control_files import find_control, marks_beside
 from vomstudio.io.control.points import MARKS
 from vomstudio.io.gis.crs import typed_crs
@@ -64,6 +65,7 @@ def order_reconstruction(
         raise UsageError(
             tr("A seed is a whole number from 0 to {most}.", most=_MOST_SEED), field="--seed"
         )
+    check_in_project(out)
     if out.resolve() == folder.resolve():
         raise UsageError(
             tr("This is the folder of the photos themselves. Choose another folder."),

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.files.disk_troubles import reason_of
+from vomstudio.files.inside import check_in_project
 from vomstudio.files.names import in_unicode, utf8_name
 from vomstudio.files.regular import read_json
 from vomstudio.progress import Progress, Silent
@@ -372,6 +373,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
     if not folder.name:
         raise TargetError(tr("This does not name a folder."), file=folder)
     target = folder.absolute()
+    check_in_project(target)
     if not target.parent.is_dir():
         raise TargetError(
             tr(

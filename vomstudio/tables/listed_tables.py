@@ -13,6 +13,7 @@ from vomstudio.document.kind import Kind
 from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
+from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.tables.orientation_table import csv_cell
 from vomstudio.tables.project_table import ProjectTable
 from vomstudio.version import __version__
@@ -46,7 +47,7 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
         f"CRS: {table.crs or 'none declared, coordinates as given'}",
         f"units: {table.axes.in_words}",
     ]
-    lines = [f"# {' '.join(line.split())}" for line in head]
+    lines = [head_line(line).rstrip("\n") for line in head]
     lines.append(",".join([*(f.name for f in figures), WKT]))
     for subject in subjects:
         shape = kind.layer.shape(subject)

@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 from vomstudio.files.atomic import write_bytes
-from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.files.spreadsheet_cells import guarded, head_line
 from vomstudio.geology.beds.bed_log import BedLog
 from vomstudio.geology.beds.lithologies import FIELDS
 from vomstudio.geology.notation import format_plane
@@ -24,7 +24,7 @@ COLUMNS = (
 def write_log(path: str | Path, log: BedLog, *, about: str = "", force: bool = False) -> None:
     """CSV. about : for the head, on what the thicknesses rest. Raises TargetError."""
     file = io.StringIO()
-    file.write(f"# VOM Studio {__version__}, log; {' '.join(about.split())}\n")
+    file.write(head_line(f"VOM Studio {__version__}, log; {about}"))
     file.write("# metres across the bedding, errors 95 %, from the oldest bed up\n")
     out = csv.writer(file, lineterminator="\n")
     out.writerow(COLUMNS)

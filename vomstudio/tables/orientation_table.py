@@ -22,7 +22,7 @@ from vomstudio.document import catalogue
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.measurement import Measurement, of_fit
 from vomstudio.files.atomic import write_bytes
-from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.files.spreadsheet_cells import guarded, head_line
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.version import __version__
@@ -158,7 +158,7 @@ def write_orientation_csv(
         *([] if limits is None else [f"profile: {limits.in_words}"]),
         *notes,
     ]
-    lines = [f"# {' '.join(text.split())}" for text in head]
+    lines = [head_line(text).rstrip("\n") for text in head]
     names = (*COLUMNS, *more)
     lines.append(",".join(names))
     rest = iter(rows)

@@ -10,6 +10,7 @@ from vomstudio.document import edits
 from vomstudio.document.photo_edits import reconstruction_in, registration_by
 from vomstudio.document.records import Frame, Model, Record, Registration
 from vomstudio.errors import VomError
+from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.gis.crs import metres_of, world_crs
 from vomstudio.io.photos import cameras_file
@@ -56,9 +57,9 @@ class Models:
     def open_path(self, path: Path) -> None:
         """Open a project folder or a model file; where it is neither, the reason is shown."""
         path = path.expanduser()
-        if not path.exists():
+        if not is_there(path):
             self._notices.warn(tr("{path} does not exist.", path=path), "error")
-        elif is_project(path) or (path.is_dir() and path.suffix == ".vom"):
+        elif is_project(path) or (is_folder(path) and path.suffix == ".vom"):
             try:
                 self._projects.open(path)
             except VomError as error:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.files.regular import is_regular
 from vomstudio.geometry import transform
 from vomstudio.tools.followed_line import Way
 from vomstudio.words import tr
@@ -88,7 +89,7 @@ def _opened(photos: ModelPhotos) -> CalibratedPhotos:
 
     views = photos.views
     paths = {row: photos.path(row) for row in range(len(views.views))}
-    files = {row: path for row, path in paths.items() if path is not None and path.is_file()}
+    files = {row: path for row, path in paths.items() if path is not None and is_regular(path)}
     near = tuple(scaled(view, files.get(row)) for row, view in enumerate(views.views))
     cameras = replace(views.cameras, views=near)
     own = PhotoViews(cameras, views.tree, views.to_world, views.resolution)

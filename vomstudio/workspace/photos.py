@@ -12,6 +12,7 @@ import numpy as np
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
+from vomstudio.files.regular import is_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
@@ -117,7 +118,7 @@ class PhotoLinks:
             return chosen
         file = self._projects.project.find_model(record)
         beside = None if file is None else file.with_name(FILE_NAME)
-        return beside if beside is not None and beside.is_file() else None
+        return beside if beside is not None and is_regular(beside) else None
 
     def _chosen(self, model_id: str, what: str) -> Path | None:
         """Inside the project paths are relative to it: it can be moved."""

@@ -10,6 +10,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.session import Session
+from vomstudio.files.regular import is_regular
 from vomstudio.files.user_folders import home_is_writable
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
 from vomstudio.io.project.journal import NAME as JOURNAL
@@ -119,7 +120,7 @@ class Projects:
     def _read(self, folder: Path) -> tuple[Project, Measurements | None]:
         settings = self._preferences.settings
         journal = folder / JOURNAL
-        if not journal.is_file() or journal.stat().st_size < _LARGE:
+        if not is_regular(journal) or journal.stat().st_size < _LARGE:
             return Project.open(folder, settings=settings.affecting_results), None
         read: list[tuple[Project, Measurements]] = []
 

@@ -12,6 +12,7 @@ import errno
 import json
 import math
 import os
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
@@ -54,19 +55,28 @@ class Output:
     def for_stdout(self) -> str:
         if self.as_json:
             return "" if self._result is None else to_json(self._result) + "\n"
-        return "".join(f"{text}\n" for text in self._text)
+        return for_terminal("".join(f"{text}\n" for text in self._text))
 
     def for_stderr(self) -> str:
         said = self._notes + (self._text if self.as_json else [])
         return "".join(f"{self.line_for_stderr(text)}\n" for text in said)
 
     def line_for_stderr(self, text: str, **more: object) -> str:
-        return to_json({"event": "text", "text": text, **more}) if self.as_events else text
+        if self.as_events:
+            return to_json({"event": "text", "text": text, **more})
+        return for_terminal(text)
+
+
+def for_terminal(text: str) -> str:
+    """Names in a file of somebody else are words: what would steer a terminal, or turn the order of
+    what follows, is shown by its number."""
+    return _STEERING.sub(_numbered, text)
 
 
 def to_json(value: object) -> str:
     """One line of strict JSON: what is undefined or infinite is null."""
-    return json.dumps(_plain(value), ensure_ascii=False, allow_nan=False)
+    text = json.dumps(_plain(value), ensure_ascii=False, allow_nan=False)
+    return for_terminal(text)
 
 
 def _plain(value: object) -> object:
@@ -84,6 +94,14 @@ def _plain(value: object) -> object:
     if isinstance(value, Sequence | set | frozenset):
         return [_plain(item) for item in value]
     raise TypeError(f"{type(value).__name__} has no place in JSON")
+
+
+_STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""Control characters but for tab and line feed, and those that set the direction of text."""
+
+
+def _numbered(found: re.Match[str]) -> str:
+    return f"\\u{ord(found[0]):04x}"
 
 
 class Channel:

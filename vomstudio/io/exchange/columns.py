@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.files.atomic import atomic_group
+from vomstudio.files.plain_characters import plain
+from vomstudio.files.spreadsheet_cells import guarded_word
 
 Row = Mapping[str, Any]
 
@@ -38,7 +40,8 @@ def _cell(value: Any) -> str:
     if isinstance(value, float):
         # Far finer than any measurement; the zeros of rounding say nothing.
         return f"{value:.12g}"
-    return " ".join(str(value).split())
+    text = " ".join(plain(str(value)).split())
+    return guarded_word(text) if isinstance(value, str) else text
 
 
 def degrees(value: float | None) -> float | None:

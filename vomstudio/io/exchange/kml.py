@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.plain_characters import plain
 from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
 from vomstudio.io.exchange.geojson import properties_of
 from vomstudio.io.gis.crs import to_degrees
@@ -58,8 +59,8 @@ def kml_text(
             style = styles[shades[word]]
             _placemark(folder, layer, row, style, _parts(layer, row, size), crs, out)
     ElementTree.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(
-        root, encoding="unicode"
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + plain(
+        ElementTree.tostring(root, encoding="unicode")
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from uuid import NAMESPACE_OID, uuid5
 
+from vomstudio.files.plain_characters import plain
 from vomstudio.io.gis.qml import VERSION, Style, elements
 
 _GEOMETRY = {"point": "Point", "line": "Line", "ring": "Polygon"}
@@ -58,7 +59,7 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
     ElementTree.SubElement(paths, "Absolute", type="bool").text = "false"
     ElementTree.indent(root)
     head = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-    return head + ElementTree.tostring(root, encoding="unicode")
+    return head + plain(ElementTree.tostring(root, encoding="unicode"))
 
 
 def _no_properties(node: ElementTree.Element) -> None:

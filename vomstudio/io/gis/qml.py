@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from vomstudio.files.plain_characters import plain
+
 VERSION = "3.22.16"
 Geometry = Literal["point", "line", "ring"]
 _SYMBOL = {"point": "marker", "line": "line", "ring": "fill"}
@@ -66,7 +68,7 @@ def qml(style: Style) -> str:
     ElementTree.SubElement(root, "layerGeometryType").text = _GEOMETRY_TYPE[style.geometry]
     ElementTree.indent(root)
     head = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-    return head + ElementTree.tostring(root, encoding="unicode")
+    return head + plain(ElementTree.tostring(root, encoding="unicode"))
 
 
 def elements(style: Style) -> list[ElementTree.Element]:

@@ -5,6 +5,7 @@ lost is a comparison that is made again."""
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,12 +18,16 @@ import numpy as np
 from vomstudio.document.records import Model
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import write_bytes
-from vomstudio.files.regular import read_json
+from vomstudio.files.regular import is_regular, read_json
 
 Rows = tuple[tuple[float, ...], ...]
 
 FOLDER = "comparisons"
 """In the project's folder."""
+_KNOWN = ("n", "beyond", "mean_m", "median_m", "mad_m", "rms_m")
+_PERHAPS = ("std_m", "lod95_m", "significant_share")
+_SIDE = ("trend_deg", "plunge_deg")
+_MATRICES = ("to_world", "benchmark_to_world")
 
 
 @dataclass(frozen=True)
@@ -94,13 +99,38 @@ def _read_all(folder: Path) -> list[KeptComparison]:
     found = []
     for path in sorted(folder.glob("*.json")):
         fields = path.with_suffix(".npz")
-        with suppress(InputError, OSError, ValueError, TypeError, KeyError):
+        with suppress(InputError, OSError, ValueError, TypeError, KeyError, OverflowError):
             told = read_json(path)
-            if fields.is_file() and isinstance(told["figures"], dict):
+            if is_regular(fields) and _is_sound(told):
                 found.append(KeptComparison(**{**told, **_matrices(told)}, fields=fields))
     return found
 
 
+def _is_sound(told: Mapping[str, Any]) -> bool:
+    """Whether what a project of somebody else says is of the kinds that a comparison has. Raises
+    KeyError where something is missing."""
+    figures, radius = told["figures"], told["radius_m"]
+    words = [each for each in told if each not in (*_MATRICES, "figures", "radius_m")]
+    return (
+        all(isinstance(told[name], str) for name in words)
+        and isinstance(figures, dict)
+        and isinstance(figures["warnings"], list)
+        and all(_is_number(figures[name]) for name in _KNOWN)
+        and all(figures[name] is None or _is_number(figures[name]) for name in _PERHAPS)
+        and _is_side(figures["positive_toward"])
+        and (radius is None or _is_number(radius))
+        and all(np.shape(told[name]) == (4, 4) for name in _MATRICES)
+    )
+
+
+def _is_side(told: object) -> bool:
+    known = isinstance(told, dict) and all(_is_number(told[name]) for name in _SIDE)
+    return told is None or known
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
+
+
 def _matrices(told: Mapping[str, Any]) -> dict[str, Any]:
-    names = ("to_world", "benchmark_to_world")
-    return {name: tuple(tuple(float(v) for v in row) for row in told[name]) for name in names}
+    return {name: tuple(tuple(float(v) for v in row) for row in told[name]) for name in _MATRICES}

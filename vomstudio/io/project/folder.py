@@ -22,6 +22,7 @@ from vomstudio.errors import DocumentError, InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import not_written, reason_of
 from vomstudio.files.inside import links_of
 from vomstudio.files.lock import ProjectLock
+from vomstudio.files.regular import is_folder, is_regular, is_there
 from vomstudio.files.user_folders import state_folder
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.io.project import compaction
@@ -247,8 +248,8 @@ class Project:
         made = self.folder / RECONSTRUCTIONS
         missing = [
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
-            *(m.photo for m in self.session.of(Mask) if not (self.folder / m.file.path).is_file()),
-            *(r.name for r in self.session.of(Reconstruction) if not (made / r.folder).is_dir()),
+            *(m.photo for m in self.session.of(Mask) if not is_regular(self.folder / m.file.path)),
+            *(r.name for r in self.session.of(Reconstruction) if not is_folder(made / r.folder)),
         ]
         if not missing:
             return []
@@ -322,7 +323,7 @@ class Project:
             self.folder / _MODELS / stored.name,
             self.folder.parent / stored.name,
         ]
-        return next((place for place in places if place.is_file()), None)
+        return next((place for place in places if is_regular(place)), None)
 
 
 def _taken_hold(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
@@ -405,11 +406,11 @@ def _move_reconstructions(source: Path, target: Path) -> None:
 
 def project_folder(path: Path) -> Path:
     """The folder of a project named by its folder or by a file in it. Raises InputError."""
-    if path.is_file() and path.parent.suffix == SUFFIX:
+    if is_regular(path) and path.parent.suffix == SUFFIX:
         path = path.parent
-    if not path.exists():
+    if not is_there(path):
         raise InputError(tr("There is no such project. Check its name."), file=path)
-    if not (path / JOURNAL).is_file():
+    if not is_regular(path / JOURNAL):
         raise InputError(
             tr(
                 "This is not a VOM Studio project (a folder NAME{suffix} with {journal}).",
@@ -422,7 +423,7 @@ def project_folder(path: Path) -> Path:
 
 
 def is_project(path: Path) -> bool:
-    return (path / JOURNAL).is_file() or (path.is_file() and path.parent.suffix == SUFFIX)
+    return is_regular(path / JOURNAL) or (is_regular(path) and path.parent.suffix == SUFFIX)
 
 
 def untitled_folder() -> Path:
@@ -442,7 +443,7 @@ def create_untitled(settings: Callable[[], Mapping[str, Any]] = dict) -> Project
 
 def is_free(folder: Path) -> bool:
     """A project that is there and that no window holds."""
-    if not (folder / JOURNAL).is_file():
+    if not is_regular(folder / JOURNAL):
         return False
     try:
         ProjectLock(folder / "lock").release()

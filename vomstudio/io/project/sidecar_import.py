@@ -22,6 +22,7 @@ from vomstudio.document.photo_edits import (
 )
 from vomstudio.document.records import Asset, Model, PhotoSet, Record, Registration
 from vomstudio.errors import InputError, VomError
+from vomstudio.files.regular import is_folder, is_regular
 from vomstudio.io.control.control_files import crs_of, marks_beside, read_control, read_marks
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
@@ -177,7 +178,7 @@ def _runs(project: Path) -> list[Path]:
 def _found(project: Path, stated: Path) -> Path | None:
     """The folder of the photos; beside the project where both were moved together."""
     places = (stated, project.parent / stated.name)
-    return next((place for place in places if place.is_dir()), None)
+    return next((place for place in places if is_folder(place)), None)
 
 
 def _set_of(project: Path, records: Records, photos: Path) -> PhotoSet | None:
@@ -227,7 +228,7 @@ def _new_set(
 def _given(request: Mapping[str, object]) -> tuple[Path | None, Path | None]:
     """The files that the reconstruction was told to use, where they are there."""
     control, marks = (
-        Path(value) if isinstance(value, str) and Path(value).is_file() else None
+        Path(value) if isinstance(value, str) and is_regular(value) else None
         for value in (request.get("control"), request.get("marks"))
     )
     if control is not None and marks is None:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.spreadsheet_cells import guarded, guarded_word, head_line
 from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_reading import OrientationTable
@@ -115,23 +116,24 @@ def table_with_sets(
     delimiter = "," if text.delimiter == " " else text.delimiter
     out = io.StringIO()
     for line in (*text.comments, *notes):
-        out.write(f"# {line}\n")
+        out.write(head_line(line))
     writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
     names = text.names or _names_of(table)
     new = [SET, PROBABILITY, *([DISCONTINUITY] if discontinuity else [])]
     taken = {plain(name) for name in new}
-    writer.writerow([f"{name}_before" if plain(name) in taken else name for name in names] + new)
+    heads = [f"{name}_before" if plain(name) in taken else name for name in names]
+    writer.writerow([*map(guarded_word, heads), *new])
     cells = [[""] * len(new) for _ in range(len(text))]
     commas = _has_decimal_commas(text.delimiter, text.rows)
     for k, (row, name, share) in enumerate(zip(rows, sets, probability, strict=True)):
         number = f"{share:.6g}"
         cells[int(table.kept[row])] = [
-            name,
+            guarded(name),
             number.replace(".", ",") if commas else number,
-            *([discontinuity[k]] if discontinuity else []),
+            *([guarded(discontinuity[k])] if discontinuity else []),
         ]
     for own, more in zip(text.rows, cells, strict=True):
-        writer.writerow([*own, *more])
+        writer.writerow([*map(guarded_word, own), *more])
     return out.getvalue()
 
 

@@ -17,7 +17,7 @@ from vomstudio.files.disk_troubles import (
     reason_of,
     tells_of_disk,
 )
-from vomstudio.files.inside import refuse_links
+from vomstudio.files.inside import check_in_project, refuse_links
 from vomstudio.files.lock import FolderLock
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
@@ -82,6 +82,7 @@ def claim_folder(out: Path) -> Outputs:
 
     Raises TargetError where something else is in it, or it cannot be made.
     """
+    check_in_project(out)
     try:
         out.mkdir(parents=True, exist_ok=True)
         other_files = [p for p in out.iterdir() if not p.name.startswith(".")]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from vomstudio.errors import UsageError
+from vomstudio.files.plain_characters import plain
 from vomstudio.products.net.style import NetStyle
 from vomstudio.words import tr
 
@@ -52,6 +53,7 @@ def write_figure(
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
     kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
     with _SETTINGS, rc_context(kept | dict(settings or {})):
@@ -59,6 +61,8 @@ def write_figure(
         FigureCanvasAgg(figure)
         figure.set_facecolor(paper)
         drawn = draw(figure)
+        for words in figure.findobj(Text):
+            words.set_text(plain(words.get_text()))
         figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_HOW[format])
     return drawn
 

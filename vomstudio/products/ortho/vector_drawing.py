@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.files.plain_characters import plain
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_writing import write_layer
@@ -104,6 +105,10 @@ def ticks_over(low: float, high: float) -> Array:
     return np.asarray(np.arange(first, last + 1) * step, np.float64)
 
 
+def _escaped(words: str) -> str:
+    return html.escape(plain(words))
+
+
 def svg_text(drawing: Drawing) -> str:
     """The drawing in millimetres, 1 in `paper_scale`. The group `plane` holds everything in metres
     of the plane, y down, so that its coordinates can be read as such."""
@@ -135,7 +140,7 @@ def svg_text(drawing: Drawing) -> str:
         )
     out.append(f'<g id="plane" {place} stroke-width="{0.35 / mm:.6g}" fill="none">')
     for layer in drawing.layers:
-        name = html.escape(layer, quote=True)
+        name = _escaped(layer)
         out.append(f'<g id="{name}" inkscape:groupmode="layer" inkscape:label="{name}">')
         out += [_svg_shape(s, mm) for s in drawing.shapes if s.layer == layer]
         out.append("</g>")
@@ -146,7 +151,7 @@ def svg_text(drawing: Drawing) -> str:
 
 
 def _svg_shape(shape: Shape, mm: float) -> str:
-    title = html.escape(shape.label or str(shape.values.get("name", "")))
+    title = _escaped(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
         parts = [f'<circle cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
@@ -244,7 +249,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
             )
         anchor = ' text-anchor="end"' if label.right else ""
         at = f'x="{x:.3f}" y="{y + 0.35 * _LABEL_MM:.3f}" font-size="{_LABEL_MM}"{anchor}'
-        words = html.escape(label.shape.label)
+        words = _escaped(label.shape.label)
         # A halo of its own: not every program knows paint-order.
         halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
         found.append(f"<text {at} {halo}>{words}</text>")
@@ -278,7 +283,7 @@ def _frame(
     def text(x: float, y: float, words: str, anchor: str, more: str = "") -> None:
         out.append(
             f'<text x="{x:.3f}" y="{y:.3f}" text-anchor="{anchor}" stroke="none" {more}>'
-            f"{html.escape(words)}</text>"
+            f"{_escaped(words)}</text>"
         )
 
     bottom = top + height

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
+from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
@@ -295,8 +296,8 @@ def write_traces(
 
 def _table(found: ExtendedPlane, crs: str | None, model: str) -> str:
     file = io.StringIO()
-    file.write(f"# VOM Studio {__version__}, a plane carried on over {' '.join(model.split())}\n")
-    file.write(f"# CRS: {crs or 'local'}; x East, y North, z Up, metres\n")
+    file.write(head_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
+    file.write(head_line(f"CRS: {crs or 'local'}; x East, y North, z Up, metres"))
     file.write(
         f"# plane {plain_azimuth(found.dip_direction_deg)}/{found.dip_deg:.4f} "
         "(dip direction/dip, deg); error95_m: 95 % of its position, across it\n"

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.files.spreadsheet_cells import guarded, head_line
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
 from vomstudio.products.ortho.vector_drawing import (
@@ -279,7 +280,7 @@ def _head(curtain: Curtain, crs: str | None, model: str, figures: SectionFigures
         )
     if figures.slab_m is not None:
         rows.append(f"points within {figures.slab_m / 2:.6g} m of the section on either side")
-    return "".join(f"# {row}\n" for row in rows)
+    return "".join(map(head_line, rows))
 
 
 def _lines_table(cut: Cut) -> str:
@@ -301,7 +302,7 @@ def _features_table(flats: tuple[Flat, ...]) -> str:
     out.writerow(FEATURE_COLUMNS)
     for flat in flats:
         item = flat.item
-        names = [_guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
+        names = [guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
         angles = [
             "" if angle is None or not math.isfinite(angle) else written(angle)
             for angle, written in (
@@ -314,8 +315,3 @@ def _features_table(flats: tuple[Flat, ...]) -> str:
         ):
             out.writerow([*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}", *angles])
     return file.getvalue()
-
-
-def _guarded(text: str) -> str:
-    """A word that a spreadsheet would take for a formula has a ' before it."""
-    return f"'{text}" if text[:1] in tuple("=+-@\t\r'") and text else text

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
+from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -121,8 +122,9 @@ def write_profiles(
 
 
 def _head(crs: str | None) -> str:
-    return (
-        f"# VOM Studio {__version__}, deviations of a surface from its plane\n"
-        f"# CRS: {crs or 'local'}; x East, y North, z Up, metres; deviations are positive along "
-        "the upward normal\n"
+    return head_line(
+        f"VOM Studio {__version__}, deviations of a surface from its plane"
+    ) + head_line(
+        f"CRS: {crs or 'local'}; x East, y North, z Up, metres; deviations are positive along "
+        "the upward normal"
     )

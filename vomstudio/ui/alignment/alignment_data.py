@@ -18,6 +18,7 @@ from PySide6.QtGui import QImage
 
 from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
+from vomstudio.files.regular import is_regular
 from vomstudio.io.photos.pixels import orientation_of, stored, turned_upright, upright_pixels
 from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Failed
@@ -236,7 +237,7 @@ class AlignmentData(QObject):
         """Where the photos were, or where they are once the folder was moved along with them."""
         were = Path(self.overview.folder or ".")
         places = (were, self.folder.parent / were.name, self.folder / "photos")
-        return next((p / name for p in places if (p / name).is_file()), were / name)
+        return next((p / name for p in places if is_regular(p / name)), were / name)
 
     def photo(self, name: str, then: Callable[[ShownPhoto], None]) -> None:
         """Call `then` with a photo; one that cannot be read says why in its place."""

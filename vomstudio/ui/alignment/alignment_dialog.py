@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QDialog, QLabel, QStackedLayout, QTabWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QStackedLayout, QTabWidget, QVBoxLayout, QWidget
 
 from vomstudio.ui.alignment.alignment_data import AlignmentData
 from vomstudio.ui.alignment.calibration_page import CalibrationPage
@@ -14,6 +14,7 @@ from vomstudio.ui.alignment.match_page import MatchPage
 from vomstudio.ui.alignment.residual_page import ResidualPage
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 
@@ -44,7 +45,7 @@ class AlignmentDialog(QDialog):
             self.tabs.addTab(page, title)
         self._filled: set[int] = set()
         self._ready = False
-        self._note = QLabel(tr("Reading the alignment…"))
+        self._note = Label(tr("Reading the alignment…"))
         self._note.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._note.setWordWrap(True)
         self._stack = QStackedLayout()

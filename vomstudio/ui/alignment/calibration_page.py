@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from html import escape
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QBrush, QColor
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -19,7 +20,7 @@ from vomstudio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.alignment.alignment_data import AlignmentData
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label, rich_label, rich_lines
 from vomstudio.words import tr
 
 _CELL = 72
@@ -36,7 +37,7 @@ class CalibrationPage(QWidget):
         self.camera = ComboBox()
         self.camera.setObjectName("camera")
         self.camera.currentIndexChanged.connect(lambda _: self._show())
-        self._words = QLabel()
+        self._words = rich_label()
         self._words.setObjectName("calibration_words")
         self._words.setWordWrap(True)
         self._words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -46,10 +47,10 @@ class CalibrationPage(QWidget):
         self.correlation.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         self.correlation.horizontalHeader().setStretchLastSection(False)
         self.correlation.verticalHeader().setDefaultSectionSize(_CELL // 2)
-        self._pairing = QLabel()
+        self._pairing = Label()
         self._pairing.setWordWrap(True)
         top = QHBoxLayout()
-        self._title = QLabel(tr("Camera"))
+        self._title = Label(tr("Camera"))
         top.addWidget(self._title)
         top.addWidget(self.camera)
         top.addStretch()
@@ -113,7 +114,7 @@ class CalibrationPage(QWidget):
                 focal=focal,
                 sigma=sigma,
             )
-        lines = [first, as_sentence(camera.reason)]
+        lines = [first, escape(as_sentence(camera.reason))]
         if camera.exif_px is None:
             lines.append(tr("EXIF does not state a focal length."))
         elif not held:
@@ -232,8 +233,8 @@ def _close(table: QTableWidget) -> None:
     table.setFixedHeight(rows + table.horizontalHeader().sizeHint().height() + 4)
 
 
-def _heading(text: str) -> QLabel:
-    label = QLabel(f"<b>{text}</b>")
+def _heading(text: str) -> Label:
+    label = rich_label(rich_lines([text], [text]))
     label.setWordWrap(True)
     return label
 

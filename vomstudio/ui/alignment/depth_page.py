@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QImage, QPainter, QPen
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.jobs.inspection_tasks import DepthFacts
 from vomstudio.rendering.qt.bar_painting import ColorBar
@@ -20,7 +20,7 @@ from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, to_imag
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import Painter
 from vomstudio.ui.common.picture_panes import Picture, PicturePanes
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, column_of, side_by_side
 from vomstudio.words import tr
 
 _WIDTH = 260
@@ -78,7 +78,7 @@ class DepthPage(QWidget):
         right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
-        row.addWidget(QLabel(tr("Show")))
+        row.addWidget(Label(tr("Show")))
         row.addWidget(self.what)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.alignment.pair_matrix import PairMatrix
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import both, dots
 from vomstudio.ui.common.picture_panes import Links, PicturePanes
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, column_of, side_by_side
 from vomstudio.words import tr
 
 _LINES = (60, 250, 1000)
@@ -70,7 +70,7 @@ class MatchPage(QWidget):
         self.lines.addItem(tr("All lines"), 10**9)
         self.lines.addItem(tr("No lines"), 0)
         self.lines.setToolTip(tr("How many of the inliers are drawn as lines."))
-        self._legend = QLabel()
+        self._legend = Label()
         self._said = ElidedLabel()
         for box in (self.features, self.outliers):
             box.toggled.connect(lambda _: self._draw())

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from vomstudio.rendering.qt.painting import system_font
 from vomstudio.rendering.view.scalars import map_table
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 
 _LARGEST, _SMALLEST = 34.0, 2.0
@@ -140,6 +141,6 @@ class PairMatrix(QWidget):
                     matches=tried,
                     inliers=kept,
                 )
-            QToolTip.showText(event.globalPos(), words, self)
+            QToolTip.showText(event.globalPos(), as_words(words), self)
             return True
         return super().event(event)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.jobs.inspection_tasks import AlignmentOverview
 from vomstudio.registration.residual_scale import exaggeration
@@ -16,7 +16,7 @@ from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import vectors
 from vomstudio.ui.common.picture_panes import PicturePanes
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, column_of, side_by_side
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, column_of, side_by_side
 from vomstudio.words import tr
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
@@ -35,7 +35,7 @@ class ResidualPage(QWidget):
         self._photo: ShownPhoto | None = None
         self._arrays: Arrays | None = None
         self._said = ElidedLabel()
-        self._summary = QLabel()
+        self._summary = Label()
         self._summary.setWordWrap(True)
         self.table = NumberTable(
             (
@@ -75,7 +75,7 @@ class ResidualPage(QWidget):
         right, rows = column_of()
         row = QHBoxLayout()
         row.addWidget(self._said, 1)
-        row.addWidget(QLabel(tr("Exaggeration")))
+        row.addWidget(Label(tr("Exaggeration")))
         row.addWidget(self.factor)
         rows.addLayout(row)
         rows.addWidget(self.panes, 1)

@@ -74,10 +74,12 @@ def copy_fit(studio: Studio, parent: QWidget) -> None:
 
     def write(path: Path) -> None:
         from vomstudio.files.atomic import write_bytes
+        from vomstudio.tables.orientation_table import csv_text
 
         rows = ["id,x,y,z"]
         for f in features:
-            rows += [f"{f.id},{numbers_text(p)}" for p in measured[f.id].points.tolist()]
+            named = csv_text(f.id)
+            rows += [f"{named},{numbers_text(p)}" for p in measured[f.id].points.tolist()]
         write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
     def words(path: Path) -> Words:

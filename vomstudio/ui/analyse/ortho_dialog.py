@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QRadioButton,
     QVBoxLayout,
@@ -40,7 +40,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.common.widgets import ComboBox, Label, file_field, rich_label
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Word,
@@ -108,9 +108,10 @@ class OrthoDialog(QDialog):
         chosen = current_model(self._studio)
         if chosen is not None:
             self.model.setCurrentIndex(max(0, self.model.findData(chosen.id)))
-        direction = QLabel(f"<b>{format_line(self._direction, 1)}</b>  {self._words}")
+        shown = f"<b>{format_line(self._direction, 1)}</b>  {escape(self._words)}"
+        direction = rich_label(shown)
         direction.setWordWrap(True)
-        self._cost = QLabel()
+        self._cost = Label()
         self._cost.setWordWrap(True)
         self.flip = QCheckBox(tr("From the opposite side (mirror image)"))
         self.target, file = file_field("ortho_target", tr("Choose…"), self._browse)
@@ -143,11 +144,11 @@ class OrthoDialog(QDialog):
         self.gsd = QLineEdit()
         self.gsd.setObjectName("ortho_gsd")
         self.gsd.setFixedWidth(90)
-        self._size = QLabel()
+        self._size = Label()
         self._size.setWordWrap(True)
         pixel = QHBoxLayout()
         pixel.addWidget(self.gsd)
-        self._unit = QLabel()
+        self._unit = Label()
         pixel.addWidget(self._unit)
         pixel.addSpacing(8)
         pixel.addWidget(self._size, 1)

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QDoubleSpinBox,
     QFormLayout,
-    QLabel,
     QLineEdit,
     QVBoxLayout,
     QWidget,
@@ -27,7 +26,7 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.words import to_translate, tr
 
 _PREVIEWED = 5_000
@@ -83,9 +82,9 @@ class ProfileDialog(QDialog):
         self.name.setObjectName("profile_name")
         self.name.setPlaceholderText(tr("Name of your profile"))
         self.name.textEdited.connect(self._typed)
-        self.says = QLabel()
+        self.says = Label()
         self.says.setWordWrap(True)
-        self.effect = QLabel()
+        self.effect = Label()
         self.effect.setWordWrap(True)
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._arrange()

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPlainTextEdit,
     QTableWidget,
@@ -39,7 +38,7 @@ from vomstudio.io.project.readings import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import length
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow, rich_label, rich_lines
 from vomstudio.words import to_translate, tr, tr_n
 
 _PREVIEW_ROWS = 200
@@ -121,7 +120,7 @@ class ReadingsDialog(QDialog):
         layout.addLayout(self._make_angles())
         layout.addWidget(self._make_preview(), 1)
         layout.addLayout(self._make_rest(type_id, declination))
-        self._says = QLabel()
+        self._says = rich_label()
         self._says.setWordWrap(True)
         self._says.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         layout.addWidget(self._says)
@@ -129,7 +128,7 @@ class ReadingsDialog(QDialog):
         self._bad.setObjectName("readings_bad")
         self._bad.setReadOnly(True)
         self._bad.setMaximumHeight(110)
-        self._bad_title = QLabel()
+        self._bad_title = Label()
         layout.addWidget(self._bad_title)
         layout.addWidget(self._bad)
         self._buttons = QDialogButtonBox(
@@ -150,12 +149,12 @@ class ReadingsDialog(QDialog):
         self._notation.setCurrentIndex(max(0, self._notation.findData(self._guess.notation)))
         self._notation.activated.connect(lambda _: self._read())
         row = QHBoxLayout()
-        label = QLabel(tr("Notation"))
+        label = Label(tr("Notation"))
         label.setBuddy(self._notation)
         row.addWidget(label)
         row.addWidget(self._notation)
         row.addStretch()
-        row.addWidget(QLabel(tr_n("{count:,} row", "{count:,} rows", len(self._table.rows))))
+        row.addWidget(Label(tr_n("{count:,} row", "{count:,} rows", len(self._table.rows))))
         return row
 
     def _make_preview(self) -> QTableWidget:
@@ -217,7 +216,7 @@ class ReadingsDialog(QDialog):
         self._declination.setObjectName("readings_declination")
         self._declination.setPlaceholderText(tr("Degrees east, such as 2.6; west is negative"))
         self._declination.textChanged.connect(lambda _: self._say())
-        self._convergence = QLabel()
+        self._convergence = Label()
         self._convergence.setWordWrap(True)
         right = QFormLayout()
         right.addRow(tr("Azimuths refer to"), self._north)
@@ -283,7 +282,7 @@ class ReadingsDialog(QDialog):
             self._left.addRow(f"“{name}”", combo)
         if len(wanted) > 8:
             self._left.addRow(
-                QLabel(
+                Label(
                     tr_n(
                         "{count} further name becomes a new feature type.",
                         "{count} further names become new feature types.",
@@ -371,20 +370,21 @@ class ReadingsDialog(QDialog):
         ok.setEnabled(turn is not None and n > 0)
         lines: list[str] = []
         if self._missing:
-            lines.append(f"<b>{self._missing}</b>")
+            lines.append(self._missing)
         elif turn is not None:
-            lines.append(f"<b>{turn.sentence()}</b>")
+            lines.append(turn.sentence())
         elif self._north.currentData() is None:
-            lines.append(f"<b>{tr('Choose the north to which the azimuths refer.')}</b>")
+            lines.append(tr("Choose the north to which the azimuths refer."))
         else:
             asked = tr(
                 "Enter the declination at the place and date in degrees, east positive (0 if it "
                 "was set on the compass). It is printed on the map's margin or published by the "
                 "national survey."
             )
-            lines.append(f"<b>{asked}</b>")
+            lines.append(asked)
+        bold = lines[:]
         lines += [*self._guess.remarks, *self._understood.remarks, *self._far()]
-        self._says.setText("<br>".join(lines))
+        self._says.setText(rich_lines(lines, bold))
 
     def _far(self) -> Sequence[str]:
         if not self._place.has_position:

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QBoxLayout,
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QSizePolicy,
@@ -23,6 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.geology.notation import format_plane
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import to_translate, tr, tr_n
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class SlopeResults(QWidget):
         self._answer: SlopeAnswer | None = None
         self.table = _mode_table()
         self.table.itemSelectionChanged.connect(self._list)
-        self.heading = QLabel()
+        self.heading = Label()
         self.heading.setWordWrap(True)
         self.planes = QListWidget()
         self.planes.setAccessibleName(tr("Critical planes"))

@@ -7,7 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QTextBrowser, QToolButton, QVBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayout
 
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import model_of, turns_of
@@ -19,7 +19,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import allow
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
@@ -52,7 +52,7 @@ class StatisticsPanel(SeenPanel):
         )
         row = QHBoxLayout()
         row.setContentsMargins(6, 4, 6, 2)
-        label = QLabel(tr("Of"))
+        label = Label(tr("Of"))
         label.setBuddy(self.of)
         row.addWidget(label)
         row.addWidget(self.of, 1)

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.signals import once_told
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 
 _log = logging.getLogger(__name__)
@@ -169,7 +170,7 @@ def _show(action: QAction, command: Command, state: _State) -> None:
     lines += [line for line in (command.tip, state.what) if line]
     if state.why_not is not None:
         lines.append(tr("Not now: {reason}", reason=as_sentence(state.why_not)))
-    action.setToolTip("\n".join(lines))
+    action.setToolTip(as_words("\n".join(lines)))
     if state.checked is not None:
         action.setChecked(state.checked)
 

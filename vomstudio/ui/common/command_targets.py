@@ -11,8 +11,10 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from vomstudio.document.records import Model, OnAModel, Typed, get_feature
 from vomstudio.errors import VomError
+from vomstudio.files.regular import is_folder
 from vomstudio.paths import resource
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -59,7 +61,7 @@ def start_folder(studio: Studio) -> str:
     own = resource("sample").parent
     for text in studio.settings.recent:
         folder = Path(text).parent
-        if folder.is_dir() and not folder.is_relative_to(own):
+        if is_folder(folder) and not folder.is_relative_to(own):
             return str(folder)
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     return documents if documents and Path(documents).is_dir() else str(Path.home())
@@ -131,7 +133,7 @@ def may_replace(parent: QWidget, names: list[str]) -> bool:
             "{files} already exists. Replace it?",
             "{files} already exist. Replace them?",
             len(names),
-            files=", ".join(names),
+            files=as_words(", ".join(names)),
         ),
     )
     return answer == QMessageBox.StandardButton.Yes

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from vomstudio.document import catalogue
 from vomstudio.document.figures import Figure, Subject
@@ -15,6 +15,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import orientation_text
+from vomstudio.ui.common.widgets import Label, as_words
 from vomstudio.words import to_translate, tr
 
 
@@ -101,15 +102,15 @@ class FitView(QWidget):
     def __init__(self, reasons_shown: int | None = None) -> None:
         super().__init__()
         self._reasons_shown = reasons_shown
-        self._badge = QLabel()
+        self._badge = Label()
         self._badge.setFixedSize(18, 18)
-        self._plane = QLabel("–")
+        self._plane = Label("–")
         font = self._plane.font()
         font.setPointSizeF(font.pointSizeF() * 1.35)
         font.setBold(True)
         self._plane.setFont(font)
         self._plane.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._word = QLabel()
+        self._word = Label()
         head = QHBoxLayout()
         head.addWidget(self._plane)
         head.addStretch()
@@ -118,10 +119,10 @@ class FitView(QWidget):
         grid = QGridLayout()
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(1, 1)
-        self._values: list[QLabel] = []
-        self._titles: list[QLabel] = []
+        self._values: list[Label] = []
+        self._titles: list[Label] = []
         for row, line in enumerate(_LINES):
-            label, value = QLabel(tr(line.title)), QLabel("–")
+            label, value = Label(tr(line.title)), Label("–")
             label.setToolTip(tr(line.tip))
             value.setToolTip(tr(line.tip))
             explain(label, line.first)
@@ -132,10 +133,10 @@ class FitView(QWidget):
             grid.addWidget(value, row, 1)
             self._values.append(value)
             self._titles.append(label)
-        self._more = QLabel()
+        self._more = Label()
         self._more.setWordWrap(True)
         self._more.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._reasons = QLabel()
+        self._reasons = Label()
         self._reasons.setWordWrap(True)
         explain(self._plane, "numbers.md#orientation")
         explain(self._badge, catalogue.QUALITY)
@@ -185,11 +186,11 @@ class FitView(QWidget):
         if len(shown) < len(lines):
             shown[-1] += f"  (+{len(lines) - len(shown)})"
         self._reasons.setText("\n".join(shown))
-        self._reasons.setToolTip("\n".join(lines))
+        self._reasons.setToolTip(as_words("\n".join(lines)))
         self._reasons.setVisible(bool(lines))
 
 
-def _figure_at(value: QLabel, line: _Line, at: QPoint) -> Figure:
+def _figure_at(value: Label, line: _Line, at: QPoint) -> Figure:
     """Which of the two figures of a line lies under a place; the text is on the right."""
     wide = value.fontMetrics().horizontalAdvance
     _, between, second = value.text().partition(line.between)

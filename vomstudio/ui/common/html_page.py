@@ -6,9 +6,10 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QDialog, QLabel, QTextBrowser, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QTextBrowser, QVBoxLayout, QWidget
 
 from vomstudio.ui.common.long_boxes import fit_to_screen
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 
@@ -29,7 +30,7 @@ class HtmlPage(QDialog):
         super().__init__(parent)
         self.setWindowTitle(path.name)
         self.resize(900, 700)
-        where = QLabel(tr("No browser was found, so the page is shown here: {file}", file=path))
+        where = Label(tr("No browser was found, so the page is shown here: {file}", file=path))
         where.setWordWrap(True)
         where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.text = QTextBrowser()

@@ -9,7 +9,6 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QPushButton,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Notice
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 _ICONS = {
@@ -68,8 +68,8 @@ class MessageBar(QFrame):
             parent.installEventFilter(self)
         self.setObjectName("message_bar")
         self.setFrameShape(QFrame.Shape.StyledPanel)
-        self._icon = QLabel()
-        self._text = QLabel()
+        self._icon = Label()
+        self._text = Label()
         self._text.setObjectName("message_text")
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural
+from vomstudio.ui.common.widgets import as_words
 
 _Index = QModelIndex | QPersistentModelIndex
 
@@ -74,7 +75,7 @@ class NumberModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole and column.number:
             return int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return note or None
+            return as_words(note) or None
         if role == Qt.ItemDataRole.DecorationRole and column.icon is not None:
             return column.icon(value)
         if role == Qt.ItemDataRole.DecorationRole and note and index.column() == 0:

@@ -8,7 +8,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, as_words
 from vomstudio.words import tr
 
 SELECTED = "*"
@@ -64,7 +64,7 @@ class PlaneBox(ComboBox):
                 self.setCurrentIndex(self.findData(SELECTED))
             else:
                 self.setCurrentIndex(self.findData(self._shown))
-        self.setToolTip(self.currentText())
+        self.setToolTip(as_words(self.currentText()))
 
     def _text(self, id_: str) -> str:
         record = self._studio.records.get(id_)
@@ -77,7 +77,7 @@ class PlaneBox(ComboBox):
         data = str(self.itemData(index))
         self._follows = data == SELECTED
         self._shown = self._last if self._follows else data
-        self.setToolTip(self.currentText())
+        self.setToolTip(as_words(self.currentText()))
         self.chosen.emit(self._shown)
 
     def _selected(self, ids: tuple[str, ...]) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from html import escape
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QWheelEvent
@@ -28,6 +29,38 @@ from vomstudio.words import tr
 
 # Of what scrolls: some rows, and the arrows of the bar.
 _LEAST_HEIGHT = 100
+
+
+class Label(QLabel):
+    """Shows its text as it is. Qt takes text for HTML where it looks like some, and fetches the
+    pictures that it names: a feature called `<img src="/dev/zero">` would keep the window busy
+    without end."""
+
+    def __init__(self, text: str = "", parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        if text:
+            self.setText(text)
+
+
+def rich_lines(lines: Sequence[str], bold: Collection[str] = ()) -> str:
+    """HTML that shows lines as they are, some of them bold."""
+    shown = ((escape(line), line in bold) for line in lines)
+    return "<br>".join(f"<b>{line}</b>" if heavy else line for line, heavy in shown)
+
+
+def rich_label(text: str = "") -> Label:
+    """For HTML; words in it that are not our own are escaped by whoever puts them there."""
+    label = Label()
+    label.setTextFormat(Qt.TextFormat.RichText)
+    label.setText(text)
+    return label
+
+
+def as_words(text: str) -> str:
+    """For a tooltip or message box, which decide by themselves: text in which Qt sees no HTML. A
+    mark without width stands behind each `<`."""
+    return text.replace("<", "<\N{WORD JOINER}")
 
 
 class ComboBox(QComboBox):
@@ -58,7 +91,7 @@ def allow(widget: QWidget, why_not: str | None) -> None:
     why_not : None where it can be used now, else the reason"""
     now = widget.toolTip()
     own = widget.property("own_tip") if now and now == widget.property("refusal") else now
-    refusal = "" if why_not is None else tr("Not now: {reason}", reason=why_not)
+    refusal = "" if why_not is None else as_words(tr("Not now: {reason}", reason=why_not))
     widget.setProperty("own_tip", own)
     widget.setProperty("refusal", refusal)
     widget.setEnabled(why_not is None)
@@ -78,13 +111,13 @@ def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
     return grid
 
 
-class ElidedLabel(QLabel):
+class ElidedLabel(Label):
     """A label of one line that may be narrower than its text, which then ends in dots; the tooltip
     has all of it."""
 
     def setText(self, text: str) -> None:  # noqa: N802
         super().setText(text)
-        self.setToolTip(text)
+        self.setToolTip(as_words(text))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         return QSize(40, super().minimumSizeHint().height())

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage, QPixmap, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy
+from PySide6.QtWidgets import QSizePolicy
 
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 
-class FittingPicture(QLabel):
+class FittingPicture(Label):
     """A picture as large as there is room for."""
 
     def __init__(self) -> None:

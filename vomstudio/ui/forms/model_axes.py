@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtWidgets import QFormLayout, QLabel, QLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QLayout, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.geometry.units import Axes
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 
@@ -44,7 +45,7 @@ def add_length_row(
     form: QFormLayout, studio: Studio, title: Callable[[str], str], field: QWidget | QLayout
 ) -> None:
     """A row whose title is made of the unit."""
-    label = QLabel()
+    label = Label()
     if isinstance(field, QWidget):
         label.setBuddy(field)
     form.addRow(label, field)

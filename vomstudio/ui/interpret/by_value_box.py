@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QVBoxLayout,
     QWidget,
@@ -19,6 +18,7 @@ from vomstudio.document.records import Model, get
 from vomstudio.geometry import transform
 from vomstudio.tools.select import SelectTool
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 _COLOUR = ""
@@ -48,7 +48,7 @@ class ByValue(QWidget):
             # Or the dock would have room for a thousand million.
             box.setMinimumWidth(_NARROW)
             box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        self._to = QLabel(tr("to"))
+        self._to = Label(tr("to"))
         self.take = QPushButton(tr("Choose"))
         self.take.setObjectName("by_value_take")
         self.take.clicked.connect(self._take)

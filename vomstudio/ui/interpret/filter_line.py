@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QLabel, QLineEdit, QSizePolicy
+from PySide6.QtWidgets import QLineEdit, QSizePolicy
 
 from vomstudio.errors import UsageError
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.interpret.feature_filter import Test, help_text, parse_filter
 
 
@@ -19,7 +20,7 @@ class FilterLine(QLineEdit):
     def __init__(self, placeholder: str, *, wraps: bool = False) -> None:
         super().__init__()
         self.test: Test | None = None
-        self.problem = QLabel()
+        self.problem = Label()
         self.problem.setWordWrap(wraps)
         if not wraps:
             # Cut off rather than make the panel wider; the tip has all of it.

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from html import escape
 
-from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QLineEdit,
     QVBoxLayout,
     QWidget,
@@ -24,7 +23,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, allow, rich_label
 from vomstudio.words import to_translate, tr, tr_n
 
 _NOT_TWO = to_translate("Select two planes first.")
@@ -66,7 +65,7 @@ def keep(studio: Studio) -> None:
 def relation_lines(measured: Measurement) -> list[str]:
     """Angle, intersection line, error and reasons as lines of rich text."""
     if measured.line is None:
-        return [measured.problem or "–"]
+        return [escape(measured.problem or "–")]
     error = measured.max_confidence95_deg
     decimals = 1 if error is not None and error < 1.0 else 0
     line = format_line(measured.line, decimals)
@@ -91,7 +90,7 @@ def relation_lines(measured: Measurement) -> list[str]:
         tr("Angle between the planes: {angle}", angle=degrees(measured.angle_deg)),
         intersection,
         *registered,
-        *(f"• {reason}" for reason in (measured.verdict.reasons if measured.verdict else ())),
+        *(f"• {escape(said)}" for said in (measured.verdict.reasons if measured.verdict else ())),
     ]
 
 
@@ -104,10 +103,9 @@ class IntersectionDialog(QDialog):
         self._studio = studio
         self.setWindowTitle(tr("Intersection of sets"))
         self.first, self.second, self.type_box = ComboBox(), ComboBox(), ComboBox()
-        self.result_text = QLabel()
+        self.result_text = rich_label()
         self.result_text.setWordWrap(True)
         self.result_text.setMinimumWidth(380)
-        self.result_text.setTextFormat(Qt.TextFormat.RichText)
         self.name = QLineEdit()
         self.name.setPlaceholderText(tr("Next free name"))
         buttons = QDialogButtonBox(

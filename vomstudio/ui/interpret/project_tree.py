@@ -18,7 +18,6 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QLabel,
     QMenu,
     QStackedWidget,
     QToolButton,
@@ -37,6 +36,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label, as_words
 from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.tree_menus import TreeMenus
@@ -103,9 +103,7 @@ class ProjectTree(QWidget):
         self.empty_types.setCheckable(True)
         theme.show_toggles(self.empty_types)
         self.empty_types.toggled.connect(lambda _: self._finish())
-        self._empty = QLabel(
-            tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window.")
-        )
+        self._empty = Label(tr("Open an outcrop model\n(Ctrl+O), or drop a file\nonto the window."))
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         page = QWidget()
@@ -221,7 +219,7 @@ class ProjectTree(QWidget):
             | Qt.ItemFlag.ItemIsUserCheckable
         )
         item.setText(ORIENTATION, "" if model.frame.has_north else tr("no frame"))
-        item.setToolTip(NAME, model.path)
+        item.setToolTip(NAME, as_words(model.path))
         if home is not None:
             home.addChild(item)
 
@@ -251,19 +249,19 @@ class ProjectTree(QWidget):
         text = orientation_text(measured, self._studio.settings.notation)
         item.setText(ORIENTATION, f"{text} {_OVERTURNED}" if row.overturned else text)
         item.setText(SET, row.set_name)
-        item.setToolTip(SET, row.set_name)
+        item.setToolTip(SET, as_words(row.set_name))
         judged = measured.verdict is not None or measured.problem is not None
         item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if judged else QIcon())
         says = [tr("Overturned")] if row.overturned else []
         judged_so = measured.verdict
         reasons = (*judged_so.reasons, *judged_so.notes) if judged_so else (measured.problem or "",)
-        item.setToolTip(ORIENTATION, "\n".join([*says, *reasons]))
+        item.setToolTip(ORIENTATION, as_words("\n".join([*says, *reasons])))
         about = [f"{feature.name}: {row.class_name}", *says]
         if row.set_name:
             about.append(tr("Set: {set_name}", set_name=row.set_name))
         if feature.notes:
             about.append(feature.notes)
-        item.setToolTip(NAME, "\n".join(about))
+        item.setToolTip(NAME, as_words("\n".join(about)))
 
     def _finish(self) -> None:
         """Show counts, hide empty types, and apply the filter."""

@@ -31,7 +31,7 @@ from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, Scrolling, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
 from vomstudio.words import tr, tr_n
@@ -44,7 +44,7 @@ class PropertiesPanel(QWidget):
         super().__init__()
         self._studio = studio
         self._shown: list[str] = []
-        self._nothing = QLabel(tr("Select a feature in the outcrop, table, tree or stereonet."))
+        self._nothing = Label(tr("Select a feature in the outcrop, table, tree or stereonet."))
         self._nothing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._nothing.setWordWrap(True)
         self._nothing.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -60,16 +60,15 @@ class PropertiesPanel(QWidget):
 
     def _make_feature(self, keep: QAction) -> QWidget:
         page = QWidget()
-        self._several = QLabel()
+        self._several = Label()
         self._several.setObjectName("several_selected")
         self._several.setWordWrap(True)
         self._fit = FitView()
-        self._about = QLabel()
+        self._about = Label()
         self._about.setWordWrap(True)
         self._about.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._relation = QLabel()
+        self._relation = rich_label()
         self._relation.setWordWrap(True)
-        self._relation.setTextFormat(Qt.TextFormat.RichText)
         self._relation.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._keep = QPushButton(keep.text().replace("&", ""))
         self._keep.setIcon(keep.icon())
@@ -120,7 +119,7 @@ class PropertiesPanel(QWidget):
 
     def _make_model(self, declare: QAction) -> QWidget:
         page = QWidget()
-        self._model = QLabel()
+        self._model = rich_label()
         self._model.setWordWrap(True)
         self._model.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         button = QPushButton(tr("Declare frame…"))
@@ -243,7 +242,7 @@ class PropertiesPanel(QWidget):
         name.setToolTip(tr("Not now: A name belongs to one feature.") if count > 1 else "")
 
     def _show_model(self, model: Model) -> None:
-        lines = [f"<b>{model.name}</b>", model.path]
+        lines, bold = [model.name, model.path], [model.name]
         opened = self._studio.models.get(model.id)
         if opened is None:
             lines.append(tr("The file is not open."))
@@ -272,11 +271,12 @@ class PropertiesPanel(QWidget):
         if model.registration is not None:
             told = summary_of(model.registration)
             lines += [f"{name}: {value}" for name, value in told.facts]
-            lines += [f"<b>{told.sentence}</b>"] if told.sentence else []
+            lines += [told.sentence] if told.sentence else []
+            bold.append(told.sentence)
             lines += [f"• {said}" for said in told.warnings]
         if opened is not None:
             lines += list(opened.warnings)
-        self._model.setText("<br>".join(lines))
+        self._model.setText(rich_lines(lines, bold))
 
 
 def _differ(records: Iterable[Record | None], name: str) -> bool:

@@ -25,6 +25,7 @@ from vomstudio.document.records import Feature, get_feature
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.interpret.feature_row import Row, row_of
 from vomstudio.words import to_translate, tr
 
@@ -230,8 +231,8 @@ class OrientationModel(QAbstractTableModel):
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
             if column is QUALITY and (verdict := row.measured.verdict):
-                return "\n".join(filter(None, (row.reasons, verdict.limits.in_words)))
-            return row.reasons or tr(column.tip)
+                return as_words("\n".join(filter(None, (row.reasons, verdict.limits.in_words))))
+            return as_words(row.reasons or tr(column.tip))
         return None
 
     def flags(self, index: _Index) -> Qt.ItemFlag:

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QMenu,
     QTableView,
     QToolButton,
@@ -28,6 +27,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.ui.common.explained import Explained, explain
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.interpret.copied_rows import as_text
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.sorted_rows import SortedRows
@@ -85,11 +85,11 @@ class TablePanel(QWidget):
         self._filter = FilterLine(tr("Filter: words, or dip>30 quality:good"))
         self._filter.setMaximumWidth(360)
         self._filter.changed.connect(self._filtered)
-        self._count = QLabel()
+        self._count = Label()
         button = QToolButton()
         button.setDefaultAction(export)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._empty = QLabel(
+        self._empty = Label(
             tr("No planes yet. Choose Trace (T) and click along a bed on the outcrop.")
         )
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)

@@ -27,8 +27,9 @@ from PySide6.QtGui import (
     QResizeEvent,
     QShowEvent,
 )
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTreeWidget, QTreeWidgetItem
 
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr_n
 
 ID = Qt.ItemDataRole.UserRole
@@ -144,7 +145,7 @@ class FeatureTree(QTreeWidget):
         data.setData(_FEATURES_MIME, b"")
         drag = QDrag(self)
         drag.setMimeData(data)
-        label = QLabel(
+        label = Label(
             f" {chosen[0].text(NAME)} "
             if len(chosen) == 1
             else " {} ".format(tr_n("{count} feature", "{count} features", len(chosen)))

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QListWidget,
     QListWidgetItem,
@@ -31,7 +30,7 @@ from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Typed
 from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.ui.interpret.symbol_names import SYMBOL_NAMES
 from vomstudio.words import tr, tr_n
 
@@ -62,9 +61,9 @@ class TypesDialog(QDialog):
         self.nature.addItem(tr("Planes (beds, faults, joints)"), "plane")
         self.nature.addItem(tr("Lines (axes, striations)"), "line")
         self.nature.activated.connect(lambda _: self._change(geometry=self.nature.currentData()))
-        self.used = QLabel()
+        self.used = Label()
         self.used.setWordWrap(True)
-        self.says = QLabel()
+        self.says = Label()
         self.says.setWordWrap(True)
         self.add_button = QPushButton(theme.icon("plus"), tr("Add"))
         self.add_button.setObjectName("type_add")

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QGroupBox,
     QHBoxLayout,
-    QLabel,
     QSlider,
     QToolButton,
     QVBoxLayout,
 )
 
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
 from vomstudio.words import tr
 
@@ -32,7 +32,7 @@ class MaskBox(QGroupBox):
     def __init__(self, canvas: MarkCanvas) -> None:
         super().__init__(tr("Mask"))
         self._canvas = canvas
-        self.words = QLabel()
+        self.words = Label()
         self.words.setObjectName("mask_words")
         self.words.setWordWrap(True)
         self.hide_button, self.keep_button = QToolButton(), QToolButton()
@@ -62,11 +62,11 @@ class MaskBox(QGroupBox):
             tr("Radius of the brush in pixels of the photo ([ and ], or Ctrl and the wheel).")
         )
         self.brush_size.valueChanged.connect(self._size_changed)
-        self._size_words = QLabel()
+        self._size_words = Label()
         self._size_words.setMinimumWidth(self.fontMetrics().horizontalAdvance("0000 px"))
         self._size_words.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         brush = QHBoxLayout()
-        brush.addWidget(QLabel(tr("Brush")))
+        brush.addWidget(Label(tr("Brush")))
         brush.addWidget(self.brush_size, 1)
         brush.addWidget(self._size_words)
         more = QGridLayout()

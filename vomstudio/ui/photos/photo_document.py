@@ -25,6 +25,7 @@ from vomstudio.document.photo_edits import (
 )
 from vomstudio.document.records import Asset, ImageMark, MarkedPoint, Mask, PhotoSet, Record
 from vomstudio.errors import VomError
+from vomstudio.files.regular import is_folder
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.project.sidecar_import import stored_path
 from vomstudio.photogrammetry.place.mark_prediction import Marking
@@ -81,7 +82,7 @@ class PhotoDocument(QObject):
         home = self._studio.project.folder
         # A project may have been moved together with its photos.
         places = (home / photo_set.path, home.parent / photo_set.name)
-        return next((place for place in places if place.is_dir()), None)
+        return next((place for place in places if is_folder(place)), None)
 
     def moved_from(self) -> PhotoSet | None:
         """The record of a folder of this name that is not where it was: it is this one, moved."""
@@ -89,7 +90,7 @@ class PhotoDocument(QObject):
             return None
         home = self._studio.project.folder
         sets = [s for s in photo_sets(self._studio.records) if s.name == self.folder.name]
-        gone = [s for s in sets if not (home / s.path).is_dir()]
+        gone = [s for s in sets if not is_folder(home / s.path)]
         return gone[0] if len(gone) == 1 else None
 
     @property

@@ -16,6 +16,7 @@ from vomstudio.errors import TargetError, VomError
 from vomstudio.files.backup import set_aside
 from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import make_folder
+from vomstudio.files.regular import is_regular
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
@@ -152,7 +153,7 @@ class PhotoExports(QObject):
     def table(self, name: str) -> Path | None:
         """Where a table is: beside the photos, or in the project where that cannot be written."""
         places = (folder / name for folder in self._folders)
-        return next((path for path in places if path.is_file()), None)
+        return next((path for path in places if is_regular(path)), None)
 
     def _points_changed(self) -> None:
         if not self._rows or not self._document.taken_in:

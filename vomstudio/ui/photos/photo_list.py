@@ -12,6 +12,7 @@ from vomstudio.photogrammetry.place.mark_prediction import BAD_PX
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.photo_images import THUMBNAIL
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr, tr_n
@@ -85,7 +86,7 @@ class PhotoList(QListWidget):
             item = self._items[name]
             words, bad = self._words(name, counts.get(name, 0))
             item.setText(f"{name.rpartition('/')[2]}\n{words}")
-            item.setToolTip(f"{name}\n{words}")
+            item.setToolTip(as_words(f"{name}\n{words}"))
             color = QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text().color()
             item.setForeground(color)
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
-    QLabel,
     QSplitter,
     QToolBar,
     QToolButton,
@@ -24,7 +23,7 @@ from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.ui.common.studio import Notice
-from vomstudio.ui.common.widgets import ElidedLabel, Scrolling
+from vomstudio.ui.common.widgets import ElidedLabel, Label, Scrolling
 from vomstudio.ui.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.mark_editing import MarkEditing
 from vomstudio.ui.photos.mask_box import MaskBox
@@ -119,7 +118,7 @@ class PhotoPage(QWidget):
         theme.show_toggles(bar)
         bar.setMovable(False)
         actions = self.actions_table.all
-        self._title = QLabel()
+        self._title = Label()
         self._title.setObjectName("photo_title")
         for name in ("previous", "next", "*title", "|", *TOOLS, "|", "undo", "redo", "|",
                      "fit", "one_to_one", "|", "own_window"):  # fmt: skip

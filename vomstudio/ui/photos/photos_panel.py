@@ -8,7 +8,6 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QMenu,
@@ -26,7 +25,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fitting_texts import FittingTexts
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, allow
+from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, allow, as_words
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
@@ -132,7 +131,7 @@ class PhotosPanel(QWidget):
         """The page that is shown while no folder is chosen."""
         page = QWidget()
         column = QVBoxLayout(page)
-        words = QLabel(tr("Choose a folder of overlapping photos, or drop it here."))
+        words = Label(tr("Choose a folder of overlapping photos, or drop it here."))
         words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         row = QHBoxLayout()
         row.addStretch(1)
@@ -169,7 +168,7 @@ class PhotosPanel(QWidget):
                 self._pause = button
             if name == "open_photo":
                 header.addSpacing(8)
-                header.addWidget(QLabel(tr("Quality")))
+                header.addWidget(Label(tr("Quality")))
                 header.addWidget(self.quality)
         header.addWidget(self.results)
         header.addSpacing(8)
@@ -245,11 +244,11 @@ class PhotosPanel(QWidget):
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
             if column == 0:
-                item.setToolTip(row.path)
+                item.setToolTip(as_words(row.path))
                 if row.thumbnail:
                     item.setIcon(theme.picture_icon(row.thumbnail, _THUMBNAIL))
             elif column == _FINDING:
-                item.setToolTip("\n".join(row.findings))
+                item.setToolTip(as_words("\n".join(row.findings)))
             self.table.setItem(number, column, item)
         self.table.setRowHeight(number, _THUMBNAIL.height() + 4)
 

@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr
 
@@ -118,6 +119,6 @@ class PlanView(QWidget):
         if isinstance(event, QHelpEvent):
             row = self._nearest(QPointF(event.pos()))
             words = "" if row is None else "\n".join([row.name, *row.findings])
-            QToolTip.showText(event.globalPos(), words, self)
+            QToolTip.showText(event.globalPos(), as_words(words), self)
             return True
         return super().event(event)

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QGroupBox,
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QLineEdit,
     QTableWidget,
     QTableWidgetItem,
@@ -33,7 +32,7 @@ from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTRO
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow, as_words
 from vomstudio.ui.photos.mark_canvas import COLORS
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.words import tr
@@ -56,7 +55,7 @@ class PointsBox(QGroupBox):
         self._labels: tuple[str, ...] = ()
         self._buttons: dict[str, QToolButton] = {}
         self.table = self._make_table()
-        self.missing = QLabel()
+        self.missing = Label()
         self.missing.setObjectName("missing")
         self.missing.setWordWrap(True)
         layout = QVBoxLayout(self)
@@ -216,7 +215,9 @@ class PointsBox(QGroupBox):
         bad = worst is not None and worst[1] > BAD_PX
         last.setIcon(theme.icon("alert-outline") if bad else theme.verdict_icon(None))
         last.setForeground(QColor(VERDICT_COLORS["poor"]) if bad else self.palette().text())
-        last.setToolTip("" if worst is None else tr("Largest residual in {photo}", photo=worst[0]))
+        last.setToolTip(
+            "" if worst is None else tr("Largest residual in {photo}", photo=as_words(worst[0]))
+        )
 
     def show_photo(self, name: str, width: int, height: int) -> None:
         """Show the mark in this photo, of so many pixels as stored."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.document.photo_edits import add_reconstruction
-from vomstudio.errors import TargetError, VomError, WorkerError
+from vomstudio.errors import InputError, TargetError, VomError, WorkerError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import check_beside, make_folder
+from vomstudio.files.regular import is_folder, is_regular, read_json, read_small
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.reconstructions import REQUEST, RESULT, read_reconstruction
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
@@ -64,8 +64,8 @@ def tell_failure(studio: Studio, out: Path, reason: str) -> None:
 def failure(out: Path) -> str:
     """Why the last run failed, as a sentence; "" where it did not."""
     try:
-        return (out / _FAILURE).read_text(encoding="utf-8", errors="replace").strip()
-    except OSError:
+        return read_small(out / _FAILURE).decode("utf-8", "replace").strip()
+    except (InputError, OSError):
         return ""
 
 
@@ -73,7 +73,8 @@ def aligned(out: Path, photos: Path) -> Path | None:
     """A reconstruction of these photos with cameras: in `out`, else the newest one."""
     if (out / FILE_NAME).exists():
         return out
-    folders = [each.parent for each in out.parent.glob(f"*/{FILE_NAME}")]
+    cameras = out.parent.glob(f"*/{FILE_NAME}")
+    folders = [each.parent for each in cameras if is_regular(each)]
     asked = {each: asked_for(each / REQUEST) for each in folders}
     mine = [each for each, found in asked.items()
             if found is not None and _same_photos(found[0], photos)]  # fmt: skip
@@ -82,13 +83,14 @@ def aligned(out: Path, photos: Path) -> Path | None:
 
 def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Photos and settings of the newest reconstruction, where the photos are to be found."""
-    requests = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
+    found_requests = (project / RECONSTRUCTIONS).glob(f"*/{REQUEST}")
+    requests = [path for path in found_requests if is_regular(path)]
     for request in sorted(requests, key=lambda path: -path.stat().st_mtime)[:1]:
         if (found := asked_for(request)) is not None:
             folder, settings = found
             # A project that was moved together with its photos.
             for place in (folder, project.parent / folder.name):
-                if place.is_dir():
+                if is_folder(place):
                     return place, settings
     return None
 
@@ -96,7 +98,7 @@ def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
 def earlier_survey(out: Path) -> SurveyReport | None:
     """The survey report of a finished reconstruction; None where there is none."""
     try:
-        found = json.loads((out / RESULT).read_text(encoding="utf-8"))
+        found = read_json(out / RESULT)
         return serialisation.decode(SurveyReport, found["survey"])
     except (OSError, ValueError, TypeError, KeyError, WorkerError):
         return None

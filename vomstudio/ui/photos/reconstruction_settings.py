@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from vomstudio.files.regular import is_regular, read_json
 from vomstudio.io.control.control_files import find_control
 from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 from vomstudio.photogrammetry.base import settings as steps
@@ -66,14 +66,14 @@ class ReconstructionSettings:
 def asked_for(request: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Photos and settings that a reconstruction noted down; None where they cannot be read."""
     try:
-        asked = json.loads(request.read_text(encoding="utf-8"))
+        asked = read_json(request)
         quality, threads, seed = asked["quality"], asked.get("threads"), asked.get("seed", 0)
         files = [asked.get(name) and Path(asked[name]) for name in ("control", "marks")]
         if quality not in steps.QUALITIES or not all(
             isinstance(n, int | None) for n in (threads, seed)
         ):
             return None
-        control, marks = files if files[0] and files[0].is_file() else (None, None)
+        control, marks = files if files[0] and is_regular(files[0]) else (None, None)
         settings = ReconstructionSettings(
             quality, control or None, marks or None, False, asked.get("crs"), threads, seed or 0
         )

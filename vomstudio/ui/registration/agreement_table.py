@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from vomstudio.geology.agreement import Agreement, OrientedPlane, agreement
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.interpret.measured_planes import measured_planes
 from vomstudio.words import to_translate, tr
 
@@ -23,7 +24,7 @@ class AgreementTable(QWidget):
         self._studio = studio
         self._shown: tuple[str, str] | None = None
         self.agreement: Agreement | None = None
-        self.said = QLabel()
+        self.said = Label()
         self.said.setObjectName("agreement")
         self.said.setWordWrap(True)
         self.table = NumberTable(

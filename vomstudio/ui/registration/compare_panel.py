@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QWidget,
@@ -41,7 +40,7 @@ from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
@@ -103,7 +102,7 @@ class ComparePanel(QWidget):
         self.export.clicked.connect(self._ask_for_file)
         self.copy = CopyCommandButton(self._copy_command, tr("the command that compares these two"))
         self.said = hint_label()
-        self.figures = QLabel()
+        self.figures = Label()
         self.figures.setObjectName("compare_figures")
         self.figures.setTextInteractionFlags(self.said.textInteractionFlags())
         self.histogram = Histogram()
@@ -420,7 +419,7 @@ def _read_kept(path: Path) -> tuple[dict[str, Any], float, Any] | None:
     """In a thread; None for a file that cannot be read."""
     try:
         return _read(path)
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, TypeError, KeyError):
         return None
 
 
@@ -429,6 +428,8 @@ def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
     with open_arrays(path) as arrays:
         fields = dict(arrays)
     distances = fields[FIELD]
+    if any(values.ndim != 1 or values.dtype.kind not in "fiu" for values in fields.values()):
+        raise ValueError("not the fields of points")
     left = np.abs(distances[np.isfinite(distances)])
     reach = max(float(np.percentile(left, _COLORED_PERCENT)), 1e-9) if len(left) else 1.0
     return fields, reach, counts_of(distances, reach)

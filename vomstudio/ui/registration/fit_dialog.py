@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QSplitter,
     QVBoxLayout,
@@ -29,7 +28,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import allow
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.registration.fit_command import FitCopyButton
 from vomstudio.ui.registration.other_model import OtherModel, OtherModelBox, of_project
 from vomstudio.ui.registration.pair_table import (
@@ -83,13 +82,13 @@ class FitDialog(QDialog):
             side = QWidget()
             column = QVBoxLayout(side)
             column.setContentsMargins(0, 0, 0, 0)
-            label = QLabel(title)
+            label = Label(title)
             self._titles.append(label)
             column.addWidget(label)
             column.addWidget(view, 1)
             sides.addWidget(side)
         sides.setChildrenCollapsible(False)
-        self.step = QLabel()
+        self.step = Label()
         self.step.setObjectName("fit_step")
         self.table = PairTable()
         self.undo = QPushButton(theme.icon("undo"), tr("Undo"))
@@ -103,7 +102,7 @@ class FitDialog(QDialog):
         for button in buttons:
             # Enter in a field is no wish to leave.
             button.setAutoDefault(False)
-        self.said = QLabel()
+        self.said = Label()
         self.said.setObjectName("fit_said")
         self.said.setWordWrap(True)
         self.said.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -115,9 +114,9 @@ class FitDialog(QDialog):
         left.addWidget(self.table, 1)
         left.addLayout(edit)
         form = QGridLayout()
-        form.addWidget(QLabel(tr("Fitted to")), 0, 0)
+        form.addWidget(Label(tr("Fitted to")), 0, 0)
         form.addWidget(self.other, 0, 1)
-        form.addWidget(QLabel(tr("Stable part")), 1, 0)
+        form.addWidget(Label(tr("Stable part")), 1, 0)
         form.addWidget(self.stable, 1, 1)
         form.setColumnStretch(1, 1)
         last = QHBoxLayout()

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QGroupBox,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QToolButton,
@@ -41,7 +40,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, Scrolling, allow, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, as_words, narrow_form
 from vomstudio.ui.forms.model_axes import axes_of
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace import display
@@ -172,7 +171,7 @@ class DisplayPanel(QWidget):
         grid = QGridLayout(self.clip)
         grid.setContentsMargins(8, 4, 8, 6)
         grid.setSpacing(3)
-        self._axes = [QLabel() for _ in range(3)]
+        self._axes = [Label() for _ in range(3)]
         self.faces: list[QDoubleSpinBox] = []
         for k, (axis, side) in enumerate(FACES):
             spin = QDoubleSpinBox()
@@ -323,7 +322,7 @@ class DisplayPanel(QWidget):
             if why is not None and models:
                 reasons.append(f"{tr(display.MODES[value])}: {why}")
         self.mode.setCurrentIndex(self.mode.findData(mode))
-        self.mode.setToolTip("\n".join(reasons))
+        self.mode.setToolTip(as_words("\n".join(reasons)))
         allow(self.mode, why_no_model(self._studio))
         with QSignalBlocker(self.points):
             self.points.setValue(shown.point_size or 0.0)
@@ -403,7 +402,7 @@ def _pair(first: QWidget, second: QWidget, between: str, after: QWidget | None =
     layout = QHBoxLayout(row)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.addWidget(first, 1)
-    layout.addWidget(QLabel(between))
+    layout.addWidget(Label(between))
     layout.addWidget(second, 1)
     if after is not None:
         layout.addWidget(after)

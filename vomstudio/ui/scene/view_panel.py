@@ -4,6 +4,7 @@ plane."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from itertools import islice
 
 import numpy as np
@@ -15,7 +16,6 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QVBoxLayout,
@@ -40,6 +40,7 @@ from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label, rich_label
 from vomstudio.ui.scene.bedding_axis import BeddingAxis
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.saved_views_box import SavedViewsBox
@@ -72,7 +73,7 @@ class ViewPanel(QWidget):
         self._asked = NewestResult(self, self._came, lambda: None)
         self._bedding = BeddingAxis(studio, lambda: self.only_selected.isChecked())
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
-        self.now = QLabel("–")
+        self.now = Label("–")
         font = self.now.font()
         font.setPointSizeF(font.pointSizeF() * 1.2)
         font.setBold(True)
@@ -111,14 +112,14 @@ class ViewPanel(QWidget):
             button.clicked.connect(call)
             self._buttons[name] = button
             grid.addWidget(button, i // 2, i % 2)
-        self._cost = QLabel()
+        self._cost = Label()
         self._cost.setObjectName("view_cost")
         self._cost.setWordWrap(True)
         self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.only_selected = QCheckBox(tr("Fold axis of selected bedding only"))
         self.only_selected.toggled.connect(self._bedding.forget)
         self.only_selected.toggled.connect(self.refresh)
-        self._verdict = QLabel()
+        self._verdict = rich_label()
         self._verdict.setWordWrap(True)
         self._verdict.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         layout = QVBoxLayout(self)
@@ -399,9 +400,9 @@ class ViewPanel(QWidget):
                 valid=axis.valid,
             )
             reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.doubts()))
-            self._verdict.setText("<br>".join([text, *reasons]))
+            self._verdict.setText("<br>".join([text, *map(escape, reasons)]))
         else:
-            self._verdict.setText(axis)
+            self._verdict.setText(escape(axis))
 
     def _offer(self, name: str, found: Direction | str | None) -> None:
         """A button that says, before it is pressed, where it looks and what that costs."""

@@ -26,6 +26,7 @@ from vomstudio.document.measurement import Measurement, scatter_of
 from vomstudio.document.records import Picked, get_feature
 from vomstudio.errors import GeometryError, InputError, VomError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -390,7 +391,7 @@ def _write_points(answered: Answered, path: Path) -> None:
     out.writerow(["name", *sides])
     for name, cut in zip(answered.names, answered.cuts, strict=True):
         points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
-        out.writerow([name, *numbers_text(points).split(",")])
+        out.writerow([guarded(name), *numbers_text(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)
 
 

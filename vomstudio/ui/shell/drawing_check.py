@@ -10,8 +10,6 @@ from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.words import tr
 
 _NEEDED = (3, 2)
-# What Qt's plugin for X11 is linked with and distributions leave out; without it Qt aborts.
-_OF_X11 = ("libxcb.so.1", "libxcb-cursor.so.0", "libxkbcommon-x11.so.0")
 
 
 def why_no_screen() -> str | None:
@@ -29,8 +27,9 @@ def why_no_screen() -> str | None:
             "one: vomstudio --help lists them."
         )
     try:
-        xcb, *_ = [ctypes.CDLL(name) for name in _OF_X11]
-    except OSError as error:
+        xcb = ctypes.CDLL("libxcb.so.1")
+        ctypes.CDLL(_plugin())
+    except (ImportError, OSError) as error:
         return missing_library(error) or str(error)
     xcb.xcb_connect.restype = ctypes.c_void_p
     connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
@@ -43,6 +42,15 @@ def why_no_screen() -> str | None:
         "The commands work without one: vomstudio --help lists them.",
         display=display,
     )
+
+
+def _plugin() -> str:
+    """What Qt shows windows by on X11. Distributions leave out some of the libraries that it is
+    linked with, and Qt aborts where one of them is missing."""
+    from PySide6.QtCore import QLibraryInfo
+
+    plugins = QLibraryInfo.path(QLibraryInfo.LibraryPath.PluginsPath)
+    return os.path.join(plugins, "platforms", "libqxcb.so")
 
 
 def why_not_drawn() -> str | None:

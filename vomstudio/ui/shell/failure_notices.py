@@ -14,6 +14,7 @@ from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
 from vomstudio.failures.error_collector import ERRORS, Failure
 from vomstudio.files.atomic import write_bytes
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 from vomstudio.workspace.notices import Notice
 
@@ -92,7 +93,7 @@ class FailureNotices(QObject):
             tr(
                 "The program cannot start because of an internal error ({kind}: {error}).",
                 kind=type(error).__name__,
-                error=error,
+                error=as_words(str(error)),
             ),
             QMessageBox.StandardButton.Close,
             self._parent,
@@ -135,7 +136,7 @@ def save_report(host: Host, parent: QWidget) -> None:
         if host.filled:
             host.studio.fail(error)
         else:
-            QMessageBox.critical(parent, "VOM Studio", str(error))
+            QMessageBox.critical(parent, "VOM Studio", as_words(str(error)))
         return
     if host.filled:
         host.studio.info(

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QRadioButton,
     QVBoxLayout,
     QWidget,
@@ -25,7 +24,7 @@ from vomstudio.io.gis.crs import crs_name, parse_crs
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
-from vomstudio.ui.common.widgets import allow
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
 
@@ -54,14 +53,14 @@ class FrameDialog(QDialog):
         self._pause.setSingleShot(True)
         self._pause.setInterval(300)
         self._pause.timeout.connect(self._check)
-        intro = QLabel(
+        intro = Label(
             tr(
                 "The file states no frame. Dip directions and lengths are correct only if the "
                 "frame declared here is correct. It can be changed later, and undone."
             )
         )
         intro.setWordWrap(True)
-        size = QLabel(_size(opened)) if opened is not None else QLabel()
+        size = Label(_size(opened)) if opened is not None else Label()
         size.setWordWrap(True)
         self._buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
@@ -101,7 +100,7 @@ class FrameDialog(QDialog):
         self._crs.setPlaceholderText(tr("EPSG:32633"))
         self._crs.setObjectName("frame_crs")
         self._crs.textChanged.connect(self._typed)
-        self._crs_says = QLabel()
+        self._crs_says = Label()
         self._crs_says.setWordWrap(True)
         return (self._crs_button, self._crs, self._crs_says, *buttons[1:])
 

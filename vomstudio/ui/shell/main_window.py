@@ -16,12 +16,13 @@ from PySide6.QtGui import (
     QKeySequence,
     QShortcut,
 )
-from PySide6.QtWidgets import QLabel, QMainWindow, QWidget
+from PySide6.QtWidgets import QMainWindow, QWidget
 
 from vomstudio.document.records import Model
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.shell import thread_switching
 from vomstudio.ui.shell.background_imports import BackgroundImports
 from vomstudio.ui.shell.drag_and_drop import dragged_files
@@ -63,7 +64,7 @@ class MainWindow(QMainWindow):
         self.setAcceptDrops(True)
         self.setDockNestingEnabled(True)
         restore_geometry(self, geometry_of(settings.window))
-        starting = QLabel(tr("VOM Studio is starting…"))
+        starting = Label(tr("VOM Studio is starting…"))
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
 

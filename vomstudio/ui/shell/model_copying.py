@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from vomstudio.document.records import Model
 from vomstudio.io.models.model_copy import photos_of
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.photos import PhotoLinks
 
@@ -27,7 +28,7 @@ def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model:
                 "Copy the {count} photo of {model} as well?",
                 "Copy the {count} photos of {model} as well?",
                 count,
-                model=model.name,
+                model=as_words(model.name),
             )
         )
         box.setInformativeText(

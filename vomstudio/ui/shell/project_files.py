@@ -13,6 +13,7 @@ from shiboken6 import isValid
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import VomError
+from vomstudio.files.regular import is_there
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project
@@ -27,6 +28,7 @@ from vomstudio.ui.common.command_targets import (
 )
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.forms.copied_command import copy_command
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
@@ -262,14 +264,14 @@ class Files(QObject):
         if studio.worth_asking:
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
-            box.setText(tr("Save the changes to {project}?", project=self.project_name()))
+            box.setText(tr("Save the changes to {project}?", project=as_words(self.project_name())))
             trouble = studio.project.trouble
             box.setInformativeText(
                 tr("Discarded changes stay in the project's history and can be restored with "
                    "Undo.")
                 if trouble is None
                 else tr("{trouble} What is in memory only is lost unless you save the project "
-                        "elsewhere.", trouble=trouble.sentence)
+                        "elsewhere.", trouble=as_words(trouble.sentence))
             )  # fmt: skip
             box.setStandardButtons(
                 QMessageBox.StandardButton.Save
@@ -343,8 +345,8 @@ class Files(QObject):
                 tr(
                     "{model} is placed by its registration ({registration}). The declared frame "
                     "replaces it. Undo restores the registration.",
-                    model=model.name,
-                    registration=registration.name,
+                    model=as_words(model.name),
+                    registration=as_words(registration.name),
                 ),
             )
             if answer != QMessageBox.StandardButton.Yes:
@@ -378,7 +380,7 @@ class Files(QObject):
         menu.clear()
         for text in self._studio.settings.recent:
             action = menu.addAction(text)
-            action.setEnabled(Path(text).exists())
+            action.setEnabled(is_there(text))
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
         if menu.isEmpty():
             menu.addAction(tr("No recent projects or models")).setEnabled(False)

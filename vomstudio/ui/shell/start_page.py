@@ -7,10 +7,11 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QToolButton, QVBoxLayout, QWidget
 
+from vomstudio.files.regular import is_there
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Scrolling
+from vomstudio.ui.common.widgets import Label, Scrolling, as_words
 from vomstudio.words import tr
 
 
@@ -26,7 +27,7 @@ class StartPage(QFrame):
         self.setObjectName("start_page")
         self.setAutoFillBackground(True)
         self.setFrameShape(QFrame.Shape.StyledPanel)
-        title = QLabel(tr("VOM Studio"))
+        title = Label(tr("VOM Studio"))
         font = title.font()
         font.setPointSizeF(font.pointSizeF() * 1.8)
         title.setFont(font)
@@ -35,7 +36,7 @@ class StartPage(QFrame):
         layout.setContentsMargins(28, 22, 28, 22)
         layout.setSpacing(8)
         layout.addWidget(title)
-        layout.addWidget(QLabel(tr("From photos of an outcrop to orientations with their errors")))
+        layout.addWidget(Label(tr("From photos of an outcrop to orientations with their errors")))
         layout.addSpacing(6)
         for name in ("open", "choose_photos", "open_sample", "open_project"):
             button = QToolButton()
@@ -53,7 +54,7 @@ class StartPage(QFrame):
         self._recent = QVBoxLayout()
         layout.addSpacing(6)
         layout.addLayout(self._recent)
-        layout.addWidget(QLabel(tr("or drop a file or a folder of photos onto the window")))
+        layout.addWidget(Label(tr("or drop a file or a folder of photos onto the window")))
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(Scrolling(page))
@@ -68,12 +69,12 @@ class StartPage(QFrame):
         while (item := self._recent.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.deleteLater()
-        existing = [Path(p) for p in self._studio.settings.recent if Path(p).exists()][:5]
+        existing = [Path(p) for p in self._studio.settings.recent if is_there(p)][:5]
         if existing:
-            self._recent.addWidget(QLabel(tr("Recent")))
+            self._recent.addWidget(Label(tr("Recent")))
         for path in existing:
             button = QPushButton(path.name)
-            button.setToolTip(str(path))
+            button.setToolTip(as_words(str(path)))
             button.setFlat(True)
             button.setStyleSheet("text-align: left; padding: 2px 6px;")
             button.clicked.connect(lambda _=False, p=path: self._open_path(p))

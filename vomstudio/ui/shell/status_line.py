@@ -7,7 +7,6 @@ from datetime import datetime
 from PySide6.QtCore import QRect, Qt, QTimer
 from PySide6.QtGui import QAction, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
-    QLabel,
     QProgressBar,
     QStatusBar,
     QStyle,
@@ -21,7 +20,7 @@ from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ElidedLabel
+from vomstudio.ui.common.widgets import ElidedLabel, Label, as_words
 from vomstudio.words import tr
 
 _MARGIN = 6
@@ -37,13 +36,13 @@ class StatusLine(QStatusBar):
         self._layers_time: datetime | None = None
         self._hint = ElidedLabel()
         self._of_photo = ""
-        self._position = QLabel()
+        self._position = Label()
         self._badge = QToolButton()
         self._badge.setObjectName("frame_badge")
         self._badge.setAutoRaise(True)
         self._badge.clicked.connect(declare.trigger)
-        self._selected = QLabel()
-        self._layers = QLabel()
+        self._selected = Label()
+        self._layers = Label()
         self._job = ElidedLabel()
         self._bar = QProgressBar()
         self._bar.setFixedWidth(110)
@@ -134,7 +133,8 @@ class StatusLine(QStatusBar):
             if known
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
-        self._badge.setToolTip("\n".join([*(each.known_in_words() for each in frames), what]))
+        said = [*(each.known_in_words() for each in frames), what]
+        self._badge.setToolTip(as_words("\n".join(said)))
         self._badge.setStyleSheet(
             "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
         )
@@ -190,7 +190,7 @@ class StatusLine(QStatusBar):
         if path:
             self._layers_time = datetime.now()
             self._layers.setText("")
-            self._layers.setToolTip(path)
+            self._layers.setToolTip(as_words(path))
         elif self._layers_time:
             self._layers.setText(tr("GIS layers written at {time:%H:%M}", time=self._layers_time))
         else:

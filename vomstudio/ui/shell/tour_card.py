@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 WIDTH = 264
@@ -52,7 +53,7 @@ class TourCard(QFrame):
         self.setBackgroundRole(QPalette.ColorRole.ToolTipBase)
         self.setForegroundRole(QPalette.ColorRole.ToolTipText)
         self.setFixedWidth(WIDTH)
-        self._count, self._text = QLabel(), QLabel()
+        self._count, self._text = Label(), Label()
         font = self._count.font()
         font.setBold(True)
         self._count.setFont(font)

@@ -30,11 +30,7 @@ def run_window(paths: Sequence[str]) -> int:
         from PySide6.QtGui import QIcon
         from PySide6.QtWidgets import QApplication, QMessageBox
     except ImportError as error:
-        said = missing_library(error)
-        if said is None:
-            raise
-        print(said, file=sys.stderr)
-        return 2
+        return _say_missing(error)
 
     _ask_for_opengl()
     application = QApplication([sys.argv[0]])
@@ -44,11 +40,15 @@ def run_window(paths: Sequence[str]) -> int:
     application.setDesktopFileName("vomstudio")
     application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
 
-    from vomstudio.errors import VomError
-    from vomstudio.io.settings import read_settings
-    from vomstudio.ui.common import qt_messages, theme
-    from vomstudio.ui.shell.failure_notices import FailureNotices
-    from vomstudio.ui.shell.main_window import MainWindow
+    try:
+        from vomstudio.errors import VomError
+        from vomstudio.io.settings import read_settings
+        from vomstudio.ui.common import qt_messages, theme
+        from vomstudio.ui.common.widgets import as_words
+        from vomstudio.ui.shell.failure_notices import FailureNotices
+        from vomstudio.ui.shell.main_window import MainWindow
+    except ImportError as error:
+        return _say_missing(error)
 
     theme.at_least_nine_points(application)
     settings, problems = read_settings()
@@ -68,7 +68,7 @@ def run_window(paths: Sequence[str]) -> int:
             window.begin([Path(p) for p in paths])
         except VomError as error:
             # Without a place for the project's journal no work could be kept.
-            QMessageBox.critical(window, "VOM Studio", str(error))
+            QMessageBox.critical(window, "VOM Studio", as_words(str(error)))
             application.exit(error.exit_code)
             return
         except Exception as error:  # noqa: BLE001 - a window that is half there helps nobody
@@ -95,6 +95,15 @@ def run_window(paths: Sequence[str]) -> int:
     notices.close()
     qt_messages.uninstall()
     return code
+
+
+def _say_missing(error: ImportError) -> int:
+    """Where a library of the system is missing or damaged; any other error goes on."""
+    said = missing_library(error)
+    if said is None:
+        raise error
+    print(said, file=sys.stderr)
+    return 2
 
 
 def _tell(refused: str) -> None:

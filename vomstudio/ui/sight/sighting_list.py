@@ -11,6 +11,7 @@ from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
 from vomstudio.ui.common.photo_images import THUMBNAIL, PhotoImages
+from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class SightingList(QListWidget):
                 item = QListWidgetItem(QIcon(blank), f"{name.rpartition('/')[2]}\n{words}".strip())
                 item.setData(Qt.ItemDataRole.UserRole, name)
                 item.setSizeHint(QSize(0, THUMBNAIL.height() + 6))
-                item.setToolTip(self._tip(name, words))
+                item.setToolTip(as_words(self._tip(name, words)))
                 self.addItem(item)
                 file = files.get(name)
                 if file is not None and (image := self._images.thumbnail(Path(file))) is not None:

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
     QSizePolicy,
@@ -36,7 +35,7 @@ from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.model_axes import axes_of, follow_axes, unit_of
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
@@ -203,14 +202,14 @@ class FacetsPanel(SeenPanel):
         ):
             box.setMinimumWidth(_LEAST_WIDTH)
             box.setAccessibleName(text)
-            limits.addWidget(QLabel(text), k // 2, 2 * (k % 2))
+            limits.addWidget(Label(text), k // 2, 2 * (k % 2))
             # Both columns the same: a distance in metres is as wide as an angle.
             wide = QSizePolicy.Policy.Expanding
             box.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
         self.coplanarity.setMinimumWidth(_LEAST_WIDTH)
         self.coplanarity.setAccessibleName(tr("Coplanarity"))
-        limits.addWidget(QLabel(tr("Coplanarity")), 2, 0, 1, 2)
+        limits.addWidget(Label(tr("Coplanarity")), 2, 0, 1, 2)
         limits.addWidget(self.coplanarity, 2, 2, 1, 2)
         limits.addWidget(self.start, 3, 0, 1, 3)
         limits.addWidget(self.copy, 3, 3)
@@ -221,7 +220,7 @@ class FacetsPanel(SeenPanel):
             part.setMinimumWidth(_LEAST_WIDTH)
         for choice in (self.colours, self.type):
             choice.setMinimumWidth(_LEAST_WIDTH)
-        self._choose = _row(self.colours, QLabel(tr("as")), self.type)
+        self._choose = _row(self.colours, Label(tr("as")), self.type)
         self._decide = _row(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
         column.addWidget(self.title)

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
     QSizePolicy,
@@ -34,7 +33,7 @@ from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, file_field
+from vomstudio.ui.common.widgets import ComboBox, Label, file_field
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command, model_words
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
@@ -157,13 +156,13 @@ class TracesPanel(SeenPanel):
         grid = QGridLayout()
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setSpacing(3)
-        grid.addWidget(QLabel(tr("Look for")), 0, 0)
+        grid.addWidget(Label(tr("Look for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
         for k, (text, box) in enumerate(((tr("Length"), self.length), (tr("At most"), self.most))):
             box.setMinimumWidth(_LEAST_WIDTH)
             box.setAccessibleName(text)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            grid.addWidget(QLabel(text), 1, 2 * k)
+            grid.addWidget(Label(text), 1, 2 * k)
             grid.addWidget(box, 1, 2 * k + 1)
         self.cost.setAccessibleName(tr("Look for"))
         grid.addWidget(self._network_row, 2, 0, 1, 4)
@@ -175,7 +174,7 @@ class TracesPanel(SeenPanel):
         for part in (self.accept, self.edit, self.reject, self.forget, self.cost, self.type):
             part.setMinimumWidth(_LEAST_WIDTH)
         self._decide = _row(self.accept, self.edit, self.reject, self.forget)
-        self._as = _row(QLabel(tr("Accept as")), self.type, self.forgive)
+        self._as = _row(Label(tr("Accept as")), self.type, self.forgive)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(grid)
@@ -431,7 +430,7 @@ class TracesPanel(SeenPanel):
         return super().eventFilter(watched, event)
 
 
-class _Wrapped(QLabel):
+class _Wrapped(Label):
     """A label that is never given less height than its lines need, where a panel is squeezed."""
 
     def __init__(self) -> None:

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QSizePolicy,
@@ -39,7 +38,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
 from vomstudio.words import to_translate, tr
@@ -160,7 +159,7 @@ class PlannerDialog(QDialog):
             self.target.addItem(tr(title), key)
         self.target.currentIndexChanged.connect(self._target_chosen)
         self.value = self._number("plan_value")
-        self._unit = QLabel()
+        self._unit = Label()
         self.overlap = QSpinBox()
         self.overlap.setObjectName("plan_overlap")
         self.overlap.setRange(round(100 * LEAST_OVERLAP), round(100 * MOST_OVERLAP))
@@ -187,20 +186,20 @@ class PlannerDialog(QDialog):
         form.addRow(tr("Camera"), _row((self.camera, 1), (photo, 0)))
         form.addRow(
             tr("Lens"),
-            _row((self.focal, 0), (QLabel(tr("mm   f/")), 0), (self.aperture, 0)),
+            _row((self.focal, 0), (Label(tr("mm   f/")), 0), (self.aperture, 0)),
         )
         form.addRow(
             tr("Outcrop"),
-            _row((self.width_, 0), (QLabel(tr("m wide")), 0), (self.height_, 0),
-                 (QLabel(tr("m high")), 0)),
+            _row((self.width_, 0), (Label(tr("m wide")), 0), (self.height_, 0),
+                 (Label(tr("m high")), 0)),
         )  # fmt: skip
         form.addRow(tr("Method"), self.manner)
         form.addRow(tr("Target"), _row((self.target, 0), (self.value, 0), (self._unit, 0)))
         form.addRow(tr("Overlap"), _row((self.overlap, 0)))
         form.addRow(
             tr("Accuracy"),
-            _row((self.receiver, 0), (QLabel(tr("m receiver")), 0), (self.control, 0),
-                 (QLabel(tr("m control")), 0)),
+            _row((self.receiver, 0), (Label(tr("m receiver")), 0), (self.control, 0),
+                 (Label(tr("m control")), 0)),
         )  # fmt: skip
         return form
 
@@ -220,17 +219,17 @@ class PlannerDialog(QDialog):
         self._grid.setColumnStretch(1, 1)
         self._grid.setHorizontalSpacing(14)
         self._grid.setVerticalSpacing(3)
-        self.problem = QLabel()
+        self.problem = Label()
         self.problem.setObjectName("plan_problem")
         self.problem.setWordWrap(True)
-        self.warnings = QLabel()
+        self.warnings = Label()
         self.warnings.setObjectName("plan_warnings")
         self.warnings.setWordWrap(True)
         column.addWidget(self.problem)
         column.addLayout(self._grid)
         column.addWidget(self.warnings)
         column.addStretch(1)
-        self.figures: dict[str, QLabel] = {}
+        self.figures: dict[str, Label] = {}
         return box
 
     def _make_buttons(self) -> QDialogButtonBox:
@@ -351,10 +350,10 @@ class PlannerDialog(QDialog):
                 widget.deleteLater()
         self.figures = {}
         for line, (name, value) in enumerate(rows):
-            value_label = QLabel(value)
+            value_label = Label(value)
             value_label.setWordWrap(True)
             value_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-            self._grid.addWidget(QLabel(name), line, 0, Qt.AlignmentFlag.AlignTop)
+            self._grid.addWidget(Label(name), line, 0, Qt.AlignmentFlag.AlignTop)
             self._grid.addWidget(value_label, line, 1)
             self.figures[name] = value_label
 

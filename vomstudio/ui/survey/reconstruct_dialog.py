@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
     QGroupBox,
     QHBoxLayout,
     QHeaderView,
-    QLabel,
     QLineEdit,
     QRadioButton,
     QSpinBox,
@@ -37,7 +36,7 @@ from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, allow, file_field
+from vomstudio.ui.common.widgets import ComboBox, Label, allow, file_field, rich_label, rich_lines
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
 from vomstudio.words import tr, tr_n
@@ -93,7 +92,7 @@ class ReconstructDialog(QDialog):
             len(survey.rows),
             folder=html.escape(name),
         )
-        form.addRow(tr("Photos"), QLabel(photos))
+        form.addRow(tr("Photos"), rich_label(photos))
         self.quality = ComboBox()
         self.quality.setObjectName("make_quality")
         for title, key, tip in QUALITIES:
@@ -122,7 +121,7 @@ class ReconstructDialog(QDialog):
         self.crs.textEdited.connect(self._typing)
         self.crs.setMaximumWidth(170)
         self.crs.setPlaceholderText(tr("Automatic"))
-        self._crs_words = QLabel()
+        self._crs_words = Label()
         self._crs_words.setWordWrap(True)
         crs_row = QHBoxLayout()
         crs_row.addWidget(self.crs)
@@ -142,7 +141,7 @@ class ReconstructDialog(QDialog):
         self.points.verticalHeader().setMinimumSectionSize(height)
         self.points.verticalHeader().setDefaultSectionSize(height)
         self.points.setFixedHeight(height * (_ROWS + 1) + 8)
-        self.verdict = QLabel()
+        self.verdict = rich_label()
         self.verdict.setObjectName("control_verdict")
         self.verdict.setWordWrap(True)
         self.verdict.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -172,7 +171,7 @@ class ReconstructDialog(QDialog):
         self.threads.setSpecialValueText(tr("All {count}", count=processors))
         self.threads.setToolTip(tr("Number of threads; fewer need less memory."))
         self.threads.valueChanged.connect(self._typing)
-        self.memory = QLabel()
+        self.memory = Label()
         self.memory.setObjectName("make_memory")
         self.memory.setWordWrap(True)
         self.seed = QSpinBox()
@@ -195,7 +194,7 @@ class ReconstructDialog(QDialog):
         second = QHBoxLayout()
         second.addWidget(self.seed)
         second.addSpacing(16)
-        second.addWidget(QLabel(tr("Cluster")))
+        second.addWidget(Label(tr("Cluster")))
         second.addWidget(self.scheduler, 1)
         form = QFormLayout(box)
         form.addRow(tr("Threads"), first)
@@ -298,10 +297,10 @@ class ReconstructDialog(QDialog):
         if self._survey.forecasting:
             return tr("Checking the control points…")
         if facts is None:
-            return self._survey.control_note
+            return html.escape(self._survey.control_note)
         first = facts.problem or facts.summary
         said = [as_sentence(text) for text in (first, *facts.warnings)]
-        return "<br>".join([f"<b>{html.escape(said[0])}</b>", *map(html.escape, said[1:])])
+        return rich_lines(said, said[:1])
 
     def _no_file(self) -> str | None:
         if self.by_control.isChecked() and not self.control.text().strip():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from pathlib import Path
 
 from PySide6.QtCore import Qt
@@ -13,7 +14,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QMessageBox,
     QProgressBar,
     QVBoxLayout,
@@ -28,7 +28,7 @@ from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.common.widgets import file_field
+from vomstudio.ui.common.widgets import Label, as_words, file_field, rich_label
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
 
@@ -48,7 +48,7 @@ class VideoDialog(QDialog):
         self.setMinimumWidth(620)
         self._studio, self._open_photos = studio, open_photos
         self._job: RunningJob | None = None
-        about = QLabel(
+        about = Label(
             tr(
                 "The sharpest frame of each interval is kept, unless it is blurred or nearly the "
                 "same as the previous one. Photos are better than frames of a video: they are "
@@ -67,7 +67,7 @@ class VideoDialog(QDialog):
         self.fps.setToolTip(tr("1 to 4 are usual, more for a fast camera."))
         rate = QHBoxLayout()
         rate.addWidget(self.fps)
-        rate.addWidget(QLabel(tr("per second (1 to 4 are usual)")))
+        rate.addWidget(Label(tr("per second (1 to 4 are usual)")))
         rate.addStretch()
         form = QFormLayout()
         form.addRow(tr("Video"), video)
@@ -75,7 +75,7 @@ class VideoDialog(QDialog):
         form.addRow(tr("Folder"), folder)
         self.bar = QProgressBar()
         self.bar.hide()
-        self.said = QLabel()
+        self.said = rich_label()
         self.said.setObjectName("video_said")
         self.said.setWordWrap(True)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -146,7 +146,7 @@ class VideoDialog(QDialog):
                 tr("Folder is not empty"),
                 tr(
                     "{folder} contains other files. Write the frames into this folder?",
-                    folder=folder.name,
+                    folder=as_words(folder.name),
                 ),
             )
             if answer != QMessageBox.StandardButton.Yes:
@@ -165,7 +165,7 @@ class VideoDialog(QDialog):
             if event.cancelled:
                 self._ended(tr("Stopped. Nothing was written."))
                 return
-            self._ended(event.message)
+            self._ended(escape(event.message))
             studio.warn(event.message, "error")
 
         self._job = studio.jobs.submit(
@@ -219,6 +219,6 @@ def report_words(result: TakenFrames) -> str:
         if len(gaps) > _SHOWN_GAPS:
             shown += " …"
         lines.append(tr("Gaps at {times}: frames may not overlap there.", times=shown))
-    lines += [f"⚠ {as_sentence(text)}" for text in result.warnings]
+    lines += [f"⚠ {escape(as_sentence(text))}" for text in result.warnings]
     lines.append(f"<b>{as_sentence(result.verdict)}</b>")
     return "<br>".join(lines)

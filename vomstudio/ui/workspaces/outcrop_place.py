@@ -4,10 +4,11 @@ for, and what the program says."""
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer, Signal
-from PySide6.QtWidgets import QFrame, QLabel, QTabBar, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QTabBar, QToolButton, QVBoxLayout, QWidget
 
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.messages_panel import MessageBar
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 # Of Qt, which does not export it.
@@ -37,7 +38,7 @@ class OutcropPlace(QWidget):
         for column in (self._column, whole):
             column.setContentsMargins(0, 0, 0, 0)
             column.setSpacing(0)
-        self._purpose = QLabel()
+        self._purpose = Label()
         self._purpose.setObjectName("workspace_purpose")
         self._purpose.setWordWrap(True)
         self._purpose.setContentsMargins(8, 4, 8, 4)

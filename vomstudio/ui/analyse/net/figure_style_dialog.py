@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QVBoxLayout,
     QWidget,
@@ -29,7 +28,7 @@ from vomstudio.products.net.style import PRINT
 from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.words import to_translate, tr
 
 _USUAL = {
@@ -86,7 +85,7 @@ class FigureStyleDialog(QDialog):
         form.addRow("", self.grey)
         self.colors: dict[str, QPushButton] = {}
         form.addRow(tr("Colours"), self._color_buttons())
-        self.preview = QLabel()
+        self.preview = Label()
         self.preview.setMinimumSize(_PREVIEW)
         self.preview.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.preview.setAccessibleName(tr("Preview"))
@@ -129,7 +128,7 @@ class FigureStyleDialog(QDialog):
             line.addWidget(button)
             self.colors[s.color] = button
         if not self.colors:
-            line.addWidget(QLabel(tr("There is nothing on the net.")))
+            line.addWidget(Label(tr("There is nothing on the net.")))
         line.addStretch(1)
         return row
 

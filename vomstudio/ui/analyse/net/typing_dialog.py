@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QLineEdit,
     QPushButton,
     QVBoxLayout,
@@ -30,6 +29,7 @@ from vomstudio.products.net.net_options import (
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import to_translate, tr
 
 Made = TypeVar("Made")
@@ -76,7 +76,7 @@ class NetTypingDialog(QDialog):
         self.take = QPushButton(tr("Untilt by the selected plane"))
         self.take.clicked.connect(self._take)
         form.addRow("", self.take)
-        self.said = QLabel()
+        self.said = Label()
         self.said.setWordWrap(True)
         self.said.setObjectName("net_said")
         buttons = QDialogButtonBox()

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QLineEdit,
     QVBoxLayout,
     QWidget,
@@ -36,6 +35,7 @@ from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.words import tr, tr_n
 
@@ -62,7 +62,7 @@ class ExtendDialog(QDialog):
         unit = unit_of(axes_of(studio))
         form.addRow(tr("Repeat at a thickness of ({unit})", unit=unit), self.thickness)
         form.addRow(tr("95 % error of the thickness ({unit})", unit=unit), self.error)
-        self.said = QLabel(
+        self.said = Label(
             tr("Places on the outcrop that lie within the 95 % error of the plane are coloured by "
                "their distance from it.")
         )  # fmt: skip

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QLineEdit,
     QVBoxLayout,
     QWidget,
@@ -39,6 +38,7 @@ from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
+from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.words import tr
 
@@ -56,7 +56,7 @@ class SurfaceDialog(QDialog):
         self._studio, self._patch = studio, patch
         self._part: Mesh | PointCloud | None = None
         self.found: SurfaceFigures | None = None
-        self.picture = QLabel(tr("Looking at the patch…"))
+        self.picture = Label(tr("Looking at the patch…"))
         self.picture.setMinimumSize(*_SIZE)
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.noise = QLineEdit()
@@ -68,7 +68,7 @@ class SurfaceDialog(QDialog):
         form = QFormLayout()
         unit = unit_of(axes_of(studio))
         form.addRow(tr("Noise of the model ({unit})", unit=unit), self.noise)
-        self.said = QLabel()
+        self.said = Label()
         self.said.setWordWrap(True)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)

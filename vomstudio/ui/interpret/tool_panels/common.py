@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFormLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
-from vomstudio.ui.common.widgets import action_buttons
+from vomstudio.ui.common.widgets import Label, action_buttons
 from vomstudio.words import tr
 
 _PICKING = ("finish", "cancel", "continue_trace", "delete_vertex")
@@ -21,9 +21,9 @@ def set_field(typed: Callable[[], None]) -> QLineEdit:
     return field
 
 
-def hint_label(text: str = "") -> QLabel:
+def hint_label(text: str = "") -> Label:
     """A label of several lines."""
-    label = QLabel(text)
+    label = Label(text)
     label.setWordWrap(True)
     return label
 
@@ -42,7 +42,7 @@ def lay_out_picking(
     form: QFormLayout,
     figures: QWidget,
     table: QWidget,
-    hint: QLabel,
+    hint: Label,
 ) -> None:
     """Panel of a tool that picks vertices: fields, live figures, vertices, hint, buttons."""
     column = narrow_column(panel)

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
     QLineEdit,
     QVBoxLayout,
     QWidget,
@@ -19,7 +18,7 @@ from vomstudio.document.records import Compass, Model, NorthKind, ReadNorth, com
 from vomstudio.errors import UsageError, VomError
 from vomstudio.registration.north import North
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.words import to_translate, tr
 
 _NORTHS: tuple[tuple[NorthKind, str], ...] = (
@@ -68,7 +67,7 @@ class CompassDialog(QDialog):
             tr("One standard error. What the compass is off for all readings alike does not "
                "become less by more readings.")
         )  # fmt: skip
-        self.says = QLabel()
+        self.says = Label()
         self.says.setWordWrap(True)
         self.says.setMinimumHeight(3 * self.says.fontMetrics().lineSpacing())
         self.buttons = QDialogButtonBox(

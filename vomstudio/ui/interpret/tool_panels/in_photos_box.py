@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtWidgets import QCheckBox, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.tools.followed_line import AUTO
 from vomstudio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label
 from vomstudio.words import tr
 
 
@@ -23,7 +24,7 @@ class InPhotosBox(QWidget):
         self.check = QCheckBox(tr("In the pixels of photos"))
         self.check.setObjectName(f"{tool.name}_in_photos")
         self.check.toggled.connect(tool.follow_in_photos)
-        self.votes = QLabel()
+        self.votes = Label()
         self.votes.setObjectName(f"{tool.name}_votes")
         self.votes.setWordWrap(True)
         layout = QVBoxLayout(self)

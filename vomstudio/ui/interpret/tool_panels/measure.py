@@ -15,7 +15,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form, rich_lines
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
 from vomstudio.words import to_translate, tr
 
@@ -82,14 +82,11 @@ class MeasurePanel(QWidget):
         for field in (self.kind_box, self.plane_box):
             allow(field, keeps if tool.continued else None)
         measured = tool.measurement
-        lines = []
-        if measured and measured.dimension:
-            lines = words(measured)
-        if lines:
-            lines[0] = f"<b>{lines[0]}</b>"
-        elif tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:
+        lines = words(measured) if measured and measured.dimension else []
+        bold = lines[:1]
+        if not lines and tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:
             lines = [tool.measurement.problem]
-        self.figures.setText("<br>".join(lines))
+        self.figures.setText(rich_lines(lines, bold))
         self.figures.setVisible(bool(lines))
         self._hint.setText(tr(_HINTS[tool.kind]))
         self._hint.setVisible(not tool.open)

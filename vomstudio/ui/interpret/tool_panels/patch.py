@@ -8,7 +8,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QSizePolicy,
     QToolButton,
     QWidget,
@@ -20,7 +19,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import narrow_form, rich_label, rich_lines
 from vomstudio.ui.interpret.tool_panels import patch_commands
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
@@ -59,7 +58,7 @@ class PatchPanel(QWidget):
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
 
-        self._name = QLabel()
+        self._name = rich_label()
         self.fit_view = FitView()
         self._hint = hint_label(
             tr(
@@ -109,7 +108,7 @@ class PatchPanel(QWidget):
                 if tool.continued
                 else ""
             )
-        self._name.setText(f"<b>{patch.name}</b>" if patch else "")
+        self._name.setText(rich_lines([patch.name], [patch.name]) if patch else "")
         self._name.setVisible(patch is not None)
         self._show_fit()
 

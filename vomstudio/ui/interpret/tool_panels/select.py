@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QSizePolicy,
     QToolButton,
     QWidget,
@@ -25,7 +24,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import Label, narrow_form
 from vomstudio.ui.interpret.by_value_box import ByValue
 from vomstudio.ui.interpret.tool_panels import select_commands
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column, set_field
@@ -61,7 +60,7 @@ class SelectPanel(QWidget):
         form = narrow_form()
         form.addRow(tr("Type"), self.type_box)
         form.addRow(tr("Set"), self.set_edit)
-        self.count = QLabel()
+        self.count = Label()
         self.count.setObjectName("selected_count")
         self.fit_view = FitView()
         self._hint = hint_label()
