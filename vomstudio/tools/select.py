@@ -86,9 +86,8 @@ class SelectTool:
 
     @property
     def redo_label(self) -> str | None:
-        if self._shape is not None or self._chosen is None:
-            return None
-        return self._chosen.next_step
+        chosen = None if self._shape is not None else self._chosen
+        return None if chosen is None else chosen.next_step
 
     @property
     def measurement(self) -> Measurement | None:
