@@ -1,26 +1,33 @@
-"""A model bent by a wrong lens, told by the gimbals of its photos."""
+"""A model bent by a wrong lens, told by points, by positions or by the gimbals of its photos."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from vomstudio.geology.orientation import Line
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.attitude_tables import attitude_table
-from vomstudio.io.control.observation_tables import Positions
+from vomstudio.io.control.observation_tables import Pairs, Positions
 from vomstudio.registration.evidence import Evidence, register
 
 LENS = Intrinsics("PINHOLE", 4000, 3000, (3000.0, 3000.0, 2000.0, 1500.0))
+
+
+def over_ground() -> np.ndarray:
+    x, y = np.meshgrid(np.linspace(-50, 50, 6), np.linspace(-50, 50, 6))
+    return np.stack([x.ravel(), y.ravel(), np.full(36, 40.0)], axis=1)
 
 
 def bent(curvature: float, seed: int = 3) -> Evidence:
     """36 photos over flat ground; in the model both their places and how they look are bent by
     z = c r^2. Their positions are those of a cheap receiver, which shows nothing of that."""
     rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.linspace(-50, 50, 6), np.linspace(-50, 50, 6))
-    world = np.stack([x.ravel(), y.ravel(), np.full(36, 40.0)], axis=1)
+    world = over_ground()
     angles = np.stack(
         [rng.uniform(0, 360, 36), rng.normal(-90, 3, 36), rng.normal(0, 3, 36)], axis=1
     )
@@ -51,6 +58,52 @@ def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
     assert "bowed: by the verticals of 36 photos" in said
     side = float(said.split("differ by ")[1].split("°")[0])
     assert side == pytest.approx(np.degrees(2 * 0.0004 * np.hypot(50, 50)), abs=0.25)
+
+
+def bent_points(curvature: float, n: int, turned: np.ndarray) -> Evidence:
+    """By ten control points and the rest as check, on ground that is bent by w = c r^2 in the model
+    and stands as it is turned."""
+    rng = np.random.default_rng(n)
+    flat = np.column_stack([rng.uniform(-50, 50, (n, 2)), np.zeros(n)])
+    model = flat.copy()
+    model[:, 2] = curvature * (flat[:, :2] ** 2).sum(axis=1)
+    labels = tuple(f"P{i}" for i in range(n))
+    world = flat @ turned.T + rng.normal(0, 0.02, (n, 3)) + [5000.0, 7000.0, 100.0]
+    pairs = Pairs(labels, model, world, np.full((n, 3), np.nan), np.arange(n) >= 10)
+    return Evidence(pairs=pairs)
+
+
+@pytest.mark.parametrize("source", ["control", "positions", "verticals"])
+@pytest.mark.parametrize(("curvature", "word"), [(0.0004, "dish"), (-0.0004, "dome")])
+def test_a_dome_is_told_from_a_dish(source: str, curvature: float, word: str) -> None:
+    """z = c r^2: the edges of a dome are below its middle."""
+    if source == "control":
+        evidence = bent_points(curvature, 16, np.eye(3))
+    else:
+        evidence = bent(curvature)
+        if source == "positions":
+            assert evidence.positions is not None
+            rng = np.random.default_rng(8)
+            good = over_ground() + rng.normal(0, 0.05, (36, 3))
+            positions = replace(evidence.positions, places=good)
+            evidence = replace(evidence, attitudes=None, positions=positions)
+    said = next(text for text in register(evidence).warnings if "is bowed" in text)
+    assert ("verticals" in said) == (source == "verticals")
+    assert f"(a {word})" in said
+    assert ("below it" in said) == (word == "dome")
+
+
+@pytest.mark.parametrize(("curvature", "azimuth"), [(0.0004, 217), (-0.0004, 37)])
+def test_a_wall_says_towards_where_its_edges_bend(curvature: float, azimuth: int) -> None:
+    """Its normal w, by which c counts, looks to 217 degrees and up by 5."""
+    w = Line(217.0, -5.0).vector()
+    along = np.cross([0.0, 0.0, 1.0], w)
+    along /= np.linalg.norm(along)
+    turned = np.column_stack([along, np.cross(w, along), w])
+    said = next(
+        text for text in register(bent_points(curvature, 16, turned)).warnings if "is bowed" in text
+    )
+    assert f"on its side towards {azimuth:03d}" in said
 
 
 def test_a_straight_model_is_not() -> None:

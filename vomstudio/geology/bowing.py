@@ -39,7 +39,7 @@ class Bowing:
     """n : points, or photos; curvature_per_m : c, along the normal that points up: negative of a
     dome, positive of a dish; error95_per_m : of that; reach_m : from the middle to the edge of the
     model; significant : c differs from nothing, wrongly so said of one model in twenty that is not
-    bowed
+    bowed; normal : unit vector, of the mean plane
     """
 
     n: int
@@ -47,6 +47,7 @@ class Bowing:
     error95_per_m: float
     reach_m: float
     significant: bool
+    normal: tuple[float, float, float]
 
     @property
     def side_deg(self) -> float:
@@ -66,6 +67,11 @@ class Bowing:
     def rise_m(self) -> float:
         """How far the edge is off the plane that touches the middle."""
         return abs(self.curvature_per_m) * self.reach_m**2
+
+    @property
+    def edges_toward(self) -> Array:
+        """(3,) unit vector, along which the edges are off the plane that touches the middle."""
+        return np.array(self.normal) * (1.0 if self.curvature_per_m > 0.0 else -1.0)
 
 
 @dataclass(frozen=True)
@@ -190,7 +196,7 @@ def bowing_of(
     out = (residuals @ normal) * weight
     # Fitted less given is the model's bend itself.
     bend, error = _last_of(rows, out, rest)
-    return Bowing(n, bend / size**2, error / size**2, reach, abs(bend) > error)
+    return _bowing(n, bend / size**2, error / size**2, reach, normal)
 
 
 def bowing_of_turns(
@@ -227,7 +233,7 @@ def bowing_of_turns(
     if float(rest @ rest) < _THIN**2 * float(rows[:, 5] @ rows[:, 5]):
         return None
     bend, error = _last_of(rows, turns[:, :2].ravel(), rest)
-    return Bowing(n, bend / size, error / size, reach, abs(bend) > error)
+    return _bowing(n, bend / size, error / size, reach, axes[2])
 
 
 def model_shape(points: Array) -> tuple[Array, Array, float]:
@@ -241,6 +247,11 @@ def model_shape(points: Array) -> tuple[Array, Array, float]:
     axes[1] = np.cross(axes[2], axes[0])
     away = np.linalg.norm((points - middle) @ axes[:2].T, axis=1)
     return middle, axes, float(np.quantile(away, _EDGE, method="higher"))
+
+
+def _bowing(n: int, curvature: float, error: float, reach: float, normal: Array) -> Bowing:
+    x, y, z = (float(v) for v in normal)
+    return Bowing(n, curvature, error, reach, abs(curvature) > error, (x, y, z))
 
 
 def _shape(places: Array, extent: Array | None) -> tuple[Array, Array, float]:

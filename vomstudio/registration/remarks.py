@@ -10,6 +10,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.geology.notation import format_azimuth
+from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, Without, chosen
 from vomstudio.registration.combined import Combined
@@ -30,6 +31,8 @@ _WORTH_TELLING_DEG = 0.1
 # What may be, and has not been seen, from edge to edge.
 _WORTH_ASKING_DEG = 1.0
 _NO_TURN_RAD = 1e-7
+# Of the normal's upward part, below which a mean plane is a wall.
+_UPRIGHT = np.sqrt(0.5)
 # Residuals that are left, and the chance of misses as small, below which accuracies are doubted.
 _FEWEST_LEFT, _HARDLY = 3.0, 1e-6
 # A reading agrees with the others if it is nearer than this; the more if these say little.
@@ -336,17 +339,30 @@ def said_of_bowing(found: Bowing | None, *, photos: bool = False) -> list[str]:
     return [
         tr(
             "The model is bowed: by {evidence} its edges are {rise:.2g} m off "
-            "the plane through its middle, so that dips at an edge differ by {side:.1f}° ± "
-            "{error:.1f}° (95 %) from those in the middle, and by {across:.1f}° from those at the "
-            "opposite edge. A fold whose limbs differ by less may be the bowing. Calibrate the "
-            "lens, add oblique photos or control, and reconstruct again.",
+            "the plane through its middle, {where}, so that dips at an edge differ by "
+            "{side:.1f}° ± {error:.1f}° (95 %) from those in the middle, and by {across:.1f}° from "
+            "those at the opposite edge. A fold whose limbs differ by less may be the bowing. "
+            "Calibrate the lens, add oblique photos or control, and reconstruct again.",
             evidence=by,
             rise=found.rise_m,
+            where=where_edges_lie(found),
             side=found.side_deg,
             error=found.side_error95_deg,
             across=found.across_deg,
         )
     ]
+
+
+def where_edges_lie(found: Bowing) -> str:
+    """Beside the plane through the middle of a bowed model: a dome is a false anticline, a dish a
+    false syncline, and of a wall neither word says to which side it bends."""
+    toward = found.edges_toward
+    if abs(float(toward[2])) < _UPRIGHT:
+        return tr(
+            "on its side towards {azimuth}",
+            azimuth=format_azimuth(Line.from_vector(toward, directed=True).trend_deg),
+        )
+    return tr("above it (a dish)") if toward[2] > 0.0 else tr("below it (a dome)")
 
 
 def said_of_lenses(bend: LensBend | None, seen: Bowing | None) -> list[str]:

@@ -10,7 +10,12 @@ from vomstudio.document.records import ReadNorth, Registration
 from vomstudio.document.registration_errors import bowing_of_registration
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
-from vomstudio.registration.remarks import said_of_bowing, said_of_lens_bend, said_of_turn
+from vomstudio.registration.remarks import (
+    said_of_bowing,
+    said_of_lens_bend,
+    said_of_turn,
+    where_edges_lie,
+)
 from vomstudio.registration.scatter import scale_warning
 from vomstudio.words import to_translate, tr
 
@@ -72,9 +77,10 @@ def summary_of(registration: Registration) -> Summary:
     if bowing is not None:
         said = (
             tr(
-                "dips at the edge {side:.2g}° ± {error:.2g}° from the middle",
+                "dips at the edge {side:.2g}° ± {error:.2g}° from the middle; edges {where}",
                 side=bowing.side_deg,
                 error=bowing.side_error95_deg,
+                where=where_edges_lie(bowing),
             )
             if bowing.significant
             else tr("none shown, to ± {error:.2g}° at the edge", error=bowing.side_error95_deg)

@@ -116,6 +116,22 @@ def test_a_wrong_lens_is_in_the_stated_error() -> None:
     assert side < bend.side_deg
 
 
+@pytest.mark.parametrize(("k2", "word"), [(0.1, "dome"), (-0.1, "dish")])
+def test_the_path_of_the_cameras_bends_as_the_ground_does(k2: float, word: str) -> None:
+    """Ceres adjusts a block without the k2 that its lens has; positions to a decimetre, too few to
+    enter the adjustment, tell what that did to the ground: the way it bends, and how much."""
+    params = (1500.0, 800.0, 600.0, -0.05, k2)
+    flight = Flight((45.0,), replace(LENS, model="RADIAL", params=params), 1500.0)
+    scene = in_truth(flight.scene, flight.points)
+    true = shape_change(flight.points, scene.points - flight.points).curvature_per_m
+    _, report = flight.placed(0.1, 2.0)
+    assert not report.adjusted
+    assert report.bowing is not None
+    assert true * -np.sign(k2) > 1e-4
+    assert report.bowing.curvature_per_m == pytest.approx(true, rel=0.35)
+    assert any(f"(a {word})" in said for said in report.warnings)
+
+
 @pytest.mark.slow
 def test_nineteen_wrong_lenses_of_twenty_are_in_the_stated_error() -> None:
     """Walls of photos abreast, whose focal length from EXIF is wrong by 2 % (1 sigma)."""

@@ -139,8 +139,11 @@ def _bowing(found: Bowing | None) -> dict[str, Any] | None:
     """By residuals, with degrees of dip."""
     if found is None:
         return None
+    facts = asdict(found)
+    # That of the model, which stands beside it.
+    del facts["normal"]
     return {
-        **asdict(found),
+        **facts,
         "edge_from_middle_deg": found.side_deg,
         "edge_from_middle_error95_deg": found.side_error95_deg,
         "edge_to_edge_deg": found.across_deg,
