@@ -230,13 +230,13 @@ def _cost(
     robust: bool = False,
 ) -> float:
     """The sum of squares, each by its usual error; robust : by Cauchy's function of them."""
-    rows, _ = _all_rows(kinds, fit, fit(centre)[0])
+    rows, _ = all_rows(kinds, fit, fit(centre)[0])
     squares = (rows.misses / _usual(rows, size * fit.scale)) ** 2
     return float((_CAUCHY**2 * np.log1p(squares / _CAUCHY**2) if robust else squares).sum())
 
 
 # --- one start --------------------------------------------------------------------------------
-def _all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Rows, list[int]]:
+def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Rows, list[int]]:
     each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
     begins = [0]
     for rows in each:
@@ -307,7 +307,7 @@ def _step(rows: Rows, sigma: Array, size: float, turn_first: Array) -> Array:
     return np.asarray((step * units)[:7], np.float64)
 
 
-def _moved(fit: Similarity, step: Array, centre: Array) -> Similarity:
+def moved(fit: Similarity, step: Array, centre: Array) -> Similarity:
     """After a turn step[:3] (rad) about World axes, a relative scale step[3], a shift step[4:]."""
     from scipy.spatial.transform import Rotation
 
@@ -329,7 +329,7 @@ def _followed(
     """Where a start leads to with usual errors, and the cost there; robust : as in `_cost`."""
     for _ in range(_STEPS):
         at = fit(centre)[0]
-        rows, _ = _all_rows(kinds, fit, at)
+        rows, _ = all_rows(kinds, fit, at)
         sigma = _usual(rows, size * fit.scale)
         if robust:
             sigma = np.hypot(sigma, rows.misses / _CAUCHY)
@@ -337,7 +337,7 @@ def _followed(
         length = np.linalg.norm(step[:3])
         if length > 0.7:
             step = step * (0.7 / length)
-        fit = _moved(fit, step, at)
+        fit = moved(fit, step, at)
         if np.abs(step[:4]).max() < _SMALL:
             break
     return fit, _cost(kinds, fit, centre, size, robust=robust)
@@ -354,23 +354,23 @@ def _preference(rows: Rows) -> Array:
 def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float) -> Adjusted:
     from scipy.stats import chi2
 
-    rows, begins = _all_rows(kinds, fit, fit(centre)[0])
+    rows, begins = all_rows(kinds, fit, fit(centre)[0])
     sigma = _usual(rows, size * fit.scale)
     groups = np.array(rows.groups)
     unstated = [str(g) for g in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
     free_of: dict[str, float] = {}
     for _ in range(_STEPS):
         at = fit(centre)[0]
-        rows, begins = _all_rows(kinds, fit, at)
+        rows, begins = all_rows(kinds, fit, at)
         before = sigma.copy()
         if unstated:
             sigma, free_of = _estimated(rows, sigma, size * fit.scale, unstated)
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
-        fit = _moved(fit, step, at)
+        fit = moved(fit, step, at)
         if np.abs(step[:4]).max() < _SMALL and np.allclose(before, sigma, rtol=1e-6):
             break
     at = fit(centre)[0]
-    rows, begins = _all_rows(kinds, fit, at)
+    rows, begins = all_rows(kinds, fit, at)
     length = size * fit.scale
     moves, misses, units = _system(rows, sigma, length)
     information = moves.T @ moves

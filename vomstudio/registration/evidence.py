@@ -71,7 +71,8 @@ from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
-_UNSURE_DEG = 60.0
+# Up to which 93 % of simulated placements by cameras along a line lie within their stated error.
+_UNSURE_DEG = 40.0
 _SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
 
 

@@ -16,6 +16,7 @@ from vomstudio.registration.agreement import compass_turn, said_of_disagreement
 from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out, left_out
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.length_evidence import kept_scale
+from vomstudio.registration.likelihood import widened
 from vomstudio.registration.observations import Observed, Points
 from vomstudio.registration.remarks import (
     said_of_blunders,
@@ -83,7 +84,7 @@ def place(
     if points is not None and len(kinds) == 1:
         _require_enough(points)
     centre, size = _extent(kinds, extent)
-    found = adjust(kinds, centre, size)
+    found = widened(kinds, adjust(kinds, centre, size), centre)
     known = _known(found)
     turned = compass_turn(kinds, centre, size)
     judged, by = (kinds, found) if turned is None else (turned.freed, found)
