@@ -10,8 +10,8 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from vomstudio.jobs.inspection_tasks import AlignmentOverview
-from vomstudio.ui.alignment.residual_scale import exaggeration
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
+from vomstudio.ui.alignment.residual_scale import exaggeration
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import vectors
 from vomstudio.ui.common.picture_panes import PicturePanes
