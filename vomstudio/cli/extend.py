@@ -10,6 +10,7 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, declared_of
 from vomstudio.cli.common.labelled_models import write_labelled
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr, tr_n
@@ -82,14 +83,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
         thickness_error_m=args.thickness_error or 0.0,
         spacing=spacing,
     )
-    write_traces(args.output, found, crs=model.crs, model=Path(args.model).name, force=args.force)
+    write_traces(
+        args.output, found, crs=model.crs, model=Path(args.model).name, force=args.force,
+        axes=model.axes,
+    )  # fmt: skip
     warnings = [*model.warnings, *said, *found.warnings]
     result: dict[str, Any] = {"file": args.output, **found.as_dict()}
     if args.labels is not None:
         warnings += write_labelled(args, model, found.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(in_words(found))
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
@@ -85,12 +86,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         flats,
         crs=model.crs,
         model=str(model.loaded.path),
-        metric=model.metric or model.placed,
+        metric=model.in_metres,
         north_known=model.placed,
         warnings=(*model.warnings, *warnings),
         force=args.force,
     )
-    out.result(made.as_dict())
+    out.result(named_by_unit(made.as_dict(), metric=model.in_metres))
     out.warn(made.warnings)
     out.text(_in_words(made.as_dict()))
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError, VomError
 from vomstudio.words import tr
@@ -75,12 +76,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     except VomError as error:
         raise type(error)(error.message, file=args.model, field=error.field) from error
     warnings = [*model.warnings, *found.warnings]
-    warnings += write_deviations(args.output, found, patch, crs=model.crs, force=args.force)
+    warnings += write_deviations(
+        args.output, found, patch, crs=model.crs, force=args.force, axes=model.axes
+    )
     if args.profiles is not None:
-        write_profiles(args.profiles, found, crs=model.crs, force=args.force)
+        write_profiles(args.profiles, found, crs=model.crs, force=args.force, axes=model.axes)
     result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **found.as_dict()}
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(in_words(result))
 

@@ -20,6 +20,7 @@ from vomstudio.cli.common import (
 )
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.words import tr
@@ -154,7 +155,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
     write_path(args.output, found.points, crs=model.crs, notes=notes, force=args.force)
     result: dict[str, Any] = {**found.as_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *noticed, *found.warnings]
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])
     out.text(in_words(found))
 
