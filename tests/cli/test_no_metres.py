@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import ezdxf
 import numpy as np
 import pytest
 
@@ -100,6 +101,16 @@ def test_without_scale_no_figure_is_called_metres(  # type: ignore[no-untyped-de
         name = last.removesuffix("_m2").removesuffix("_m")
         assert inside[last] is None
         assert value == pytest.approx(inside[name], rel=1e-6, nan_ok=True)
+
+
+def test_a_drawing_states_metres_where_it_has_them(  # type: ignore[no-untyped-def]
+    run, pair: tuple[Path, Path], tmp_path: Path
+) -> None:
+    for model, unit in zip(pair, (ezdxf.units.M, 0), strict=True):
+        out = tmp_path / f"{unit}.dxf"
+        ran = run("section", model, "--plane", "180/90", "--through", "5,5,0", "-o", out)
+        assert ran.code == 0, ran.err
+        assert ezdxf.readfile(out).units == unit
 
 
 def test_naming_loses_no_figure() -> None:

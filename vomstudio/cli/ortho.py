@@ -199,6 +199,7 @@ def _fold(args: argparse.Namespace) -> TableFold:
 
 def _in_words(result: dict[str, Any]) -> str:
     files = [result[key] for key in ("image", "depth", "sidecar", "world_file", "sheet")]
+    cost = (result["fold"] or {}).get("cost")
     return "\n".join(
         [
             tr(
@@ -215,6 +216,7 @@ def _in_words(result: dict[str, Any]) -> str:
                 sense=tr(result["sense"]),
                 reason=result["sense_reason"],
             ),
+            *([] if cost is None or cost in result["warnings"] else [cost]),
             *(str(file) for file in files if file is not None),
             *(result["drawing"] or {}).values(),
         ]

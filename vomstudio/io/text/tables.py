@@ -71,6 +71,23 @@ class TextTable:
         """How to speak of a column: its header, or `column 3`."""
         return self.names[column] if self.names else f"column {column + 1}"
 
+    @property
+    def header_doubt(self) -> str:
+        """A sentence, after a blank, where the header may be a row of data: some of its cells are
+        numbers. Else ""."""
+        names, line = self.names or (), self.header_line
+        comma = self.delimiter in ";\t"
+        read = [parse_number(name, decimal_comma=comma) for name in names]
+        words = [name for name, value in zip(names, read, strict=True) if value is None]
+        if line is None or not words or not any(v is not None and v == v for v in read):
+            return ""
+        return " " + tr(
+            "Line {line} was taken for the header because of its cell '{cell}', which is not a "
+            "number. If it is data, write a header above it.",
+            line=line,
+            cell=shortened(words[0], 40),
+        )
+
     @cached_property
     def rows(self) -> list[list[str]]:
         """All cells, stripped; every row has `width` of them."""
@@ -150,7 +167,7 @@ class TextTable:
                 cell=shortened(cell),
             )
         return InputError(
-            said,
+            said + self.header_doubt,
             file=self.path,
             line=int(self.line_numbers[row]),
             field=self.label(column),
@@ -200,6 +217,7 @@ class TextTable:
                 key=key,
                 columns=", ".join(self.names),
             )
+            said += self.header_doubt
         raise UsageError(said, file=self.path, line=self.header_line, field=key)
 
     def has(self, name: str) -> bool:
@@ -418,13 +436,16 @@ def coordinate_columns(table: TextTable) -> list[int]:
                 field=letter,
             )
         if not matches:
+            what_to_do = table.header_doubt or " " + tr(
+                "Name the columns x, y, z, or leave the header out."
+            )
+            said = tr(
+                "There is no column {letter} in the header ({names}).",
+                letter=letter,
+                names=shortened(", ".join(table.names), 80),
+            )
             raise InputError(
-                tr(
-                    "There is no column {letter} in the header ({names}). Name the columns x, y, "
-                    "z, or leave the header out.",
-                    letter=letter,
-                    names=shortened(", ".join(table.names), 80),
-                ),
+                said + what_to_do,
                 file=table.path,
                 line=table.header_line,
                 field=letter,
