@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +89,8 @@ def test_without_scale_no_figure_is_called_metres(  # type: ignore[no-untyped-de
             rows = table.name == "f.csv"
             if command in ("section", "surface", "extend") or rows:
                 assert metres == (model == pair[0] or rows), table
+        if command not in ("facets", "measurable", "compare"):  # these warn
+            assert bool(re.search(r"\d m\b|\bm +m\b", ran.err)) == (model == pair[0]), ran.err
     stated, bare = said
     named = {k: v for k, v in lengths(stated).items() if v is not None}
     assert named, "the command tells lengths"

@@ -14,7 +14,7 @@ from vomstudio.cli.common.arguments import (
     progress_of,
 )
 from vomstudio.cli.common.frames_of_models import add_project
-from vomstudio.cli.common.lengths import named_by_unit
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
 from vomstudio.errors import UsageError
@@ -150,7 +150,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
     out.result(named_by_unit(found.as_dict(), metric=place.in_metres))
     out.warn(found.warnings)
-    out.text(_in_words(found.as_dict()))
+    out.text(_in_words(found.as_dict(), unit_of(place.in_metres)))
 
 
 class _Place(NamedTuple):
@@ -197,13 +197,14 @@ def _fold(args: argparse.Namespace) -> TableFold:
     return table_fold(read_orientations(args.fold, args.azimuth))
 
 
-def _in_words(result: dict[str, Any]) -> str:
+def _in_words(result: dict[str, Any], unit: str) -> str:
     files = [result[key] for key in ("image", "depth", "sidecar", "world_file", "sheet")]
     cost = (result["fold"] or {}).get("cost")
     return "\n".join(
         [
             tr(
-                "{width} x {height} pixels of {gsd:g} m, {coverage:.0f} % covered",
+                "{width} x {height} pixels of {gsd:g} {unit}, {coverage:.0f} % covered",
+                unit=unit,
                 width=result["width"],
                 height=result["height"],
                 gsd=result["gsd_m"],

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vomstudio.geometry.units import without_metres
+from vomstudio.words import tr
 
 # A row of the orientation table keeps its columns, whatever the unit: the table's header names it.
 _ROW = {"pole_trend_deg", "n_points", "extent_m"}
@@ -20,6 +21,11 @@ def named_by_unit(result: Mapping[str, Any], *, metric: bool) -> dict[str, Any]:
     each `NAME_m` and `NAME_m2` is null then, and `NAME` holds the figure, or `NAME_units` where
     `NAME` is something else."""
     return dict(result) if metric else _bare(result)
+
+
+def unit_of(metric: bool) -> str:
+    """For sentences: the unit of lengths."""
+    return "m" if metric else tr("units")
 
 
 def _bare(value: Any) -> Any:

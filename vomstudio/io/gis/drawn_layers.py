@@ -15,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.files.regular import read_json
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
-from vomstudio.io.gis.layer_reading import layers_of
+from vomstudio.io.gis.layer_reading import layers_of, names_no_crs
 from vomstudio.words import tr, tr_n
 
 Shapes = npt.NDArray[np.object_]
@@ -161,7 +160,7 @@ def _axes(path: Path, crs: str | None, shapes: Shapes) -> StatedAxes:
     if not len(shapes):
         return axes
     bounds = np.asarray(shapely.total_bounds(shapes), np.float64).reshape(2, 2)
-    if axes.kind == "geographic" and _names_no_crs(path):
+    if axes.kind == "geographic" and names_no_crs(path):
         if np.nanmax(np.abs(bounds)) > MOST_DEGREES:
             said = tr(
                 "GeoJSON that names no coordinate reference system is in degrees, and these "
@@ -179,18 +178,6 @@ def _axes(path: Path, crs: str | None, shapes: Shapes) -> StatedAxes:
     if refused is not None:
         raise InputError(refused, file=path)
     return axes
-
-
-def _names_no_crs(path: Path) -> bool:
-    """Whether this is a GeoJSON without a `crs` member, which GDAL takes to be in degrees."""
-    if path.suffix.lower() not in (".json", ".geojson"):
-        return False
-    try:
-        told = read_json(path)
-    except (OSError, ValueError):
-        # Lines of GeoJSON one after the other have no place for the member.
-        return True
-    return not (isinstance(told, dict) and told.get("crs"))
 
 
 def _factor(path: Path, axes: StatedAxes) -> tuple[float, list[str]]:

@@ -236,7 +236,7 @@ def section_drawing(
         np.stack([low - pad, high + pad]),
         ends,
         (tr("distance along the section ({unit})", unit=unit), height),
-        (section_words(curtain, cut), *([Path(model).name] if model else [])),
+        (section_words(curtain, cut, unit), *([Path(model).name] if model else [])),
         metric=metric,
     )
 
@@ -250,7 +250,7 @@ def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
     return wind(left), wind(right)
 
 
-def section_words(curtain: Curtain, cut: Cut) -> str:
+def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:
     plane = curtain.plane
     if plane is None:
         said = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
@@ -261,7 +261,7 @@ def section_words(curtain: Curtain, cut: Cut) -> str:
             dip=plane.dip_deg,
         )
     if cut.slab_m is not None:
-        said += "; " + tr("points of a slab {slab:.3g} m thick", slab=cut.slab_m)
+        said += "; " + tr("points of a slab {slab:.3g} {unit} thick", slab=cut.slab_m, unit=unit)
     return said
 
 
