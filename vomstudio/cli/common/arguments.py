@@ -93,7 +93,7 @@ class Parser(argparse.ArgumentParser):
         said = tr("unrecognized arguments: {words}", words=option)
         # Without what all of them begin with, which would make them alike.
         bare = {name.lstrip("-"): name for name in self._option_string_actions}
-        if nearest := nearest_of(option.lstrip("-").casefold(), [*bare]):
+        if nearest := nearest_of(option.lstrip("-").casefold(), [*bare], 0.7):
             said = f"{said}. " + tr("Did you mean '{nearest}'?", nearest=bare[nearest])
         raise self._wrong(said, option)
 

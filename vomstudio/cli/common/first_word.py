@@ -71,11 +71,12 @@ def _is_there(word: str) -> bool:
     return os.path.exists(word)
 
 
-def nearest_of(word: str, names: Sequence[str]) -> str | None:
-    """The name that a misspelt word is nearest to; None where none is near."""
+def nearest_of(word: str, names: Sequence[str], alike: float = 0.6) -> str | None:
+    """The name that a misspelt word is nearest to; None where none is near. alike : share of
+    letters in common, of difflib"""
     import difflib
 
-    found = difflib.get_close_matches(word, names, 1, 0.6)
+    found = difflib.get_close_matches(word, names, 1, alike)
     return found[0] if found else None
 
 
