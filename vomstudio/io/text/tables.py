@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import doubt_of_header, plain
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
@@ -73,20 +73,8 @@ class TextTable:
 
     @property
     def header_doubt(self) -> str:
-        """A sentence, after a blank, where the header may be a row of data: some of its cells are
-        numbers. Else ""."""
-        names, line = self.names or (), self.header_line
-        comma = self.delimiter in ";\t"
-        read = [parse_number(name, decimal_comma=comma) for name in names]
-        words = [name for name, value in zip(names, read, strict=True) if value is None]
-        if line is None or not words or not any(v is not None and v == v for v in read):
-            return ""
-        return " " + tr(
-            "Line {line} was taken for the header because of its cell '{cell}', which is not a "
-            "number. If it is data, write a header above it.",
-            line=line,
-            cell=shortened(words[0], 40),
-        )
+        """As of `doubt_of_header`."""
+        return doubt_of_header(self.names or (), self.header_line, self.delimiter)
 
     @cached_property
     def rows(self) -> list[list[str]]:

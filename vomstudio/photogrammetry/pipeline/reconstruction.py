@@ -420,9 +420,7 @@ class _Run:
                     + (" …" if len(part.views) > 5 else ""),
                 )
             )
-        registration = report_data.at_the_edge(
-            placed.registration, textured, self.log.note, metric=scene.scaled
-        )
+        registration = report_data.at_the_edge(placed.registration, scene, textured, self.log.note)
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
         cameras = report_data.as_placed(alignment.cameras, scene, registration)

@@ -167,18 +167,17 @@ def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
 
 
 def at_the_edge(
-    registration: Mapping[str, Any], mesh: Mesh, tell: Callable[[str], object], *, metric: bool
+    registration: Mapping[str, Any], scene: SparseScene, mesh: Mesh, tell: Callable[[str], object]
 ) -> dict[str, Any]:
     """What a registration says, with the bowing at the edge of the finished model: tie points, from
-    which it was found, do not reach as far. tell : hears it in words; metric : whether the mesh has
-    metres"""
+    which it was found, do not reach as far. tell : hears it in words"""
     from vomstudio.document.registration_errors import bowing_of_registration
     from vomstudio.geology.bowing import LensBend, model_shape
     from vomstudio.io.project.reconstructions import registration_of
     from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 
     _, axes, reach = model_shape(mesh.vertices)
-    shape = {"reach_m" if metric else "reach": reach, "normal": axes[2].tolist()}
+    shape = {"reach_m" if scene.scaled else "reach": reach, "normal": axes[2].tolist()}
     facts: dict[str, Any] = {**registration, "shape": shape}
     bowing, bend = bowing_of_registration(registration_of({"registration": facts}, "")), None
     if lens := registration.get("lens_bowing"):
