@@ -200,11 +200,8 @@ class TextTable:
                 last=self.width,
             )
         else:
-            said = tr(
-                "There is no column '{key}'. The columns are {columns}.",
-                key=key,
-                columns=", ".join(self.names),
-            )
+            names = ", ".join(self.names)
+            said = tr("There is no column '{key}'. The columns are {names}.", key=key, names=names)
             said += self.header_doubt
         raise UsageError(said, file=self.path, line=self.header_line, field=key)
 
