@@ -144,7 +144,7 @@ def test_a_file_its_table_and_its_arrays_say_the_same(data_dir: Path) -> None:
     [
         (([10, 20], [95, 20]), "95 is outside 0 to 90"),
         (([10, 20], [-5, 20]), "-5 is outside 0 to 90"),
-        (([10, 900], [5, 20]), "900 is outside 0 to 360"),
+        (([10, 900], [5, 20]), "900 is outside -360 to 720"),
         (([10, 20], [5]), "do not form pairs"),
         (([10, np.nan], [5, 5]), "Row 1 has no finite number"),
         ((["N", "S"], [5, 5]), "Numbers are needed"),

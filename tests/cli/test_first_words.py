@@ -57,6 +57,62 @@ def test_a_misspelt_command_is_answered_with_the_nearest(
     assert done.out == ""
 
 
+@pytest.mark.parametrize(
+    ("words", "nearest", "page"),
+    [
+        ("ortho m.obj --trned 3 -o o.tif", "--trend", "ortho"),
+        ("ortho m.obj --trned 3", "--trend", "ortho"),
+        ("ortho m.obj --trned=3", "--trend", "ortho"),
+        ("section m.obj --plane 30/40 --throuhg -5,3,2 -o s.csv", "--through", "section"),
+        ("fit p.csv --Method pca", "--method", "fit"),
+        ("fit p.csv --method pcaa", "pca", "fit"),
+        ("project P lsit", "list", "project"),
+        ("project P ad-model m.obj", "add-model", "project"),
+        ("project P --jsn", "--json", "project"),
+        ("project P undo --jsn", "--json", "project PROJECT undo"),
+        ("project P add-picks t.csv --tpye bedding", "--type", "project PROJECT add-picks"),
+        ("--verison", "--version", ""),
+    ],
+)
+def test_misspelt_options_and_actions_are_answered_with_the_nearest(
+    run: Any, words: str, nearest: str, page: str
+) -> None:
+    done = run(*words.split())
+    assert done.code == 2
+    assert (
+        f"Did you mean '{nearest}'? See {' '.join(['vomstudio', *page.split()])} --help."
+        in done.said
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
+        ("fit p.csv --wxyz", "fit"),
+        ("project P undo extra", "project PROJECT undo"),
+        ("project P dance", "project"),
+        ("fit a.csv b.csv", "fit"),
+    ],
+)
+def test_what_is_near_nothing_leads_to_the_page_of_its_command(
+    run: Any, words: str, page: str
+) -> None:
+    done = run(*words.split())
+    assert done.code == 2
+    assert f"See vomstudio {page} --help." in done.said
+    assert "Did you mean" not in done.said
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["fit --wrong --help", "fit -- --method", "ortho m.obj --trend -5 --plunge -.5 -oo.png"],
+)
+def test_help_values_and_words_after_two_dashes_are_no_misspelt_options(
+    run: Any, words: str
+) -> None:
+    assert "Unrecognized" not in run(*words.split()).err
+
+
 @pytest.mark.parametrize("words", [["dance"], ["wxyz", "--json"], ["wxyz", "cliff.obj"]])
 def test_an_unknown_word_is_answered_with_the_list(here: Path, run: Any, words: list[str]) -> None:
     done = run(*words)

@@ -145,6 +145,17 @@ def test_degrees_are_refused(run, tmp_path: Path) -> None:
     metres = geojson(tmp_path / "m.geojson", ladder(), None)
     ran = run("fractures", metres)
     assert (ran.code, "'crs' member" in ran.said) == (2, True)
+    # In numbers that could be degrees the missing member is why, and either way out is named.
+    said = run("fractures", bare).said
+    assert all(
+        words in said for words in ("names no coordinate", "'crs' member", "Reproject".lower())
+    )
+    stated = geojson(tmp_path / "s.geojson", here, "urn:ogc:def:crs:OGC:1.3:CRS84")
+    said = run("fractures", stated).said
+    assert "'crs' member" not in said
+    assert "Reproject the file" in said
+    large = geojson(tmp_path / "l.geojson", ladder(), "urn:ogc:def:crs:OGC:1.3:CRS84")
+    assert "names a coordinate reference system in degrees" in run("fractures", large).said
 
 
 def test_another_reference_system_of_the_area_is_refused(run, tmp_path: Path) -> None:

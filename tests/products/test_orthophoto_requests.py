@@ -34,6 +34,7 @@ from vomstudio.products.ortho.requests import (
 )
 from vomstudio.products.ortho.view_directions import (
     cost_of_direction,
+    is_costly,
     view_along_axis,
     view_along_line,
 )
@@ -184,9 +185,44 @@ def test_a_fold_is_looked_at_along_its_axis_and_its_error_has_a_cost(tmp_path: P
     along = asked.fold
     assert along is not None
     assert along.cost == cost_of_direction(fold.beta.max_confidence95_deg, depth)
-    assert asked.warnings == (along.cost,)
     assert (along.beta, along.valid, along.verdict) == (fold.beta, fold.valid, fold.verdict)
     assert (along.reasons, along.used, along.left_out) == (fold.reasons, 30, ())
+
+
+@pytest.mark.parametrize(
+    ("error_deg", "depth", "costs"),
+    [
+        # Tables of sines and cosines: sin 0.5 = 0.0087, sin 0.6 = 0.0105, sin 5.7 = 0.0993,
+        # cos 8.1 = 0.9900, cos 8.2 = 0.9898.
+        (0.5, 10.0, False), (0.6, 10.0, True), (5.0, 1.0, False), (5.8, 1.0, True),
+        (8.1, 0.0, False), (8.2, 0.0, True), (0.0, 50.0, False), (None, 0.0, True),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_seen_on_a_picture_is_negligible(
+    error_deg: float | None, depth: float, costs: bool
+) -> None:
+    """A picture 10 m long: its hundredth is 0.1 m."""
+    assert is_costly(error_deg, depth, 10.0) == costs
+
+
+@pytest.mark.parametrize(("deep", "warned"), [(0.05, False), (60.0, True)])
+def test_the_cost_of_an_axis_is_a_warning_where_it_is_more_than_negligible(
+    tmp_path: Path, deep: float, warned: bool
+) -> None:
+    fold = replace(cylinder(tmp_path), valid="yes")
+    axis = lines_to_vectors(fold.beta.trend_deg, fold.beta.plunge_deg)
+    across = np.cross(axis, (0.0, 0.0, 1.0))
+    across /= np.linalg.norm(across)
+    up = np.cross(across, axis)
+    corners = [20 * a * across + 10 * b * up for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    wall = Mesh(
+        np.array([*corners, corners[2] + deep * axis]),
+        np.array([[0, 1, 2], [0, 2, 3], [1, 2, 4]], np.int32),
+    )
+    asked = ask(wall, Direction(None, fold), gsd_m=0.5)
+    assert asked.fold is not None
+    assert asked.fold.cost
+    assert asked.warnings == ((asked.fold.cost,) if warned else ())
 
 
 def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:

@@ -119,7 +119,8 @@ class _Model:
         with it; what the format cannot hold is a Python warning.
 
         force : replace a file that is there. Raises vs.errors.UsageError for an ending that is not
-        known, vs.errors.TargetError where the file cannot be written or is there already.
+        known, vs.errors.GeometryError for coordinates that are not finite, vs.errors.TargetError
+        where the file cannot be written or is there already.
 
         >>> import tempfile, pathlib
         >>> import vomstudio as vs

@@ -64,20 +64,23 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _in_words(report: SurveyReport) -> str:
+    unit, sizes = "mm", [None if p.gsd_m is None else 1000 * p.gsd_m for p in report.photos]
+    if report.gsd is not None:
+        unit, sizes = tr("units"), [p.gsd for p in report.photos]
     rows = [
         (
             photo.name,
-            text_tables.number(None if photo.gsd_m is None else 1000 * photo.gsd_m, 2),
+            text_tables.number(size, 2 if unit == "mm" else 4),
             text_tables.number(photo.blur, 2),
             text_tables.number(photo.views, 1),
             text_tables.number(None if photo.overlap is None else 100 * photo.overlap, 0),
         )
-        for photo in report.photos
+        for photo, size in zip(report.photos, sizes, strict=True)
     ]
     lines = []
     if rows:
         heads = (tr("photo"), tr("GSD"), tr("blur"), tr("views"), tr("overlap"))
-        lines = [text_tables.table(heads, ("", "mm", "px", "", "%"), rows), ""]
+        lines = [text_tables.table(heads, ("", unit, "px", "", "%"), rows), ""]
     for finding in report.findings:
         lines.append(f"{finding.severity}: {finding.text}")
     lines += ["", report.verdict]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -80,6 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings.append(
             tr("Neither file states its unit: what is said in metres is in the unit of both.")
         )
+    metric = model.in_metres or benchmark.in_metres
     error = args.registration_error
     if error is None and args.m3c2 is not None:
         error = placing_error_m(Path(args.model))
@@ -96,7 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if agreed is not None:
         result["orientations"] = agreed.as_dict()
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=metric))
     out.warn(warnings)
     out.text(in_words(found))
     if agreed is not None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, add_project
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
@@ -76,7 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     try:
         plan = plan_heights(
-            model.data, plane, to_world=np.eye(4), gsd=args.gsd, metric=model.metric or model.placed
+            model.data, plane, to_world=np.eye(4), gsd=args.gsd, metric=model.in_metres
         )
         heights, limit = draw_heights(model.data, plan, args.limit, progress)
         figures = writing.figures_of(heights, plan, limit, model.crs)
@@ -95,18 +96,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings=(*model.warnings, *plan.notes),
         force=args.force,
     )
-    out.result(made.as_dict())
+    out.result(named_by_unit(made.as_dict(), metric=model.in_metres))
     out.warn(made.warnings)
-    out.text(_in_words(made.as_dict()))
+    out.text(_in_words(made.as_dict(), unit_of(model.in_metres)))
 
 
-def _in_words(result: dict[str, Any]) -> str:
+def _in_words(result: dict[str, Any], unit: str) -> str:
     files = [result[k] for k in ("raster", "sidecar", "hillshade", "slope", "aspect", "contours")]
     return "\n".join(
         [
             tr(
-                "{width} x {height} cells of {gsd:g} m, {coverage:.0f} % with a height, from "
-                "{low:.3f} to {high:.3f} m",
+                "{width} x {height} cells of {gsd:g} {unit}, {coverage:.0f} % with a height, from "
+                "{low:.3f} to {high:.3f} {unit}",
+                unit=unit,
                 width=result["width"],
                 height=result["height"],
                 gsd=result["gsd_m"],

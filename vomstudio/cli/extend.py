@@ -10,6 +10,7 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, declared_of
 from vomstudio.cli.common.labelled_models import write_labelled
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr, tr_n
@@ -82,16 +83,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
         thickness_error_m=args.thickness_error or 0.0,
         spacing=spacing,
     )
-    write_traces(args.output, found, crs=model.crs, model=Path(args.model).name, force=args.force)
+    write_traces(
+        args.output, found, crs=model.crs, model=Path(args.model).name, force=args.force,
+        axes=model.axes,
+    )  # fmt: skip
     warnings = [*model.warnings, *said, *found.warnings]
     result: dict[str, Any] = {"file": args.output, **found.as_dict()}
     if args.labels is not None:
         warnings += write_labelled(args, model, found.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(in_words(found))
+    out.text(in_words(found, unit_of(model.in_metres)))
 
 
 def _belief(args: argparse.Namespace) -> tuple[PlaneBelief, tuple[str, ...]]:
@@ -122,7 +126,7 @@ def _belief(args: argparse.Namespace) -> tuple[PlaneBelief, tuple[str, ...]]:
     return belief_of_attitude(plane, through, args.error, args.through_error or 0.0), ()
 
 
-def in_words(found: ExtendedPlane) -> str:
+def in_words(found: ExtendedPlane, unit: str) -> str:
     """The planes that meet the model, and how well their place is known."""
     rows = [
         [
@@ -142,7 +146,7 @@ def in_words(found: ExtendedPlane) -> str:
             f"{text_tables.inclination(found.dip_deg, 1)}",
             error=text_tables.number(found.max_error95_deg, 2),
         ),
-        text_tables.table(heads, ["", "m", "m", "m", "m"], rows),
+        text_tables.table(heads, ["", *[unit] * 4], rows),
     ]
     more = len(found.beds) - _SHOWN
     if more > 0:

@@ -10,6 +10,7 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_project
 from vomstudio.cli.common.labelled_models import write_labelled
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -106,7 +107,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=found.more, force=args.force
     )
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(in_words(found))
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.angles import plane_of
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError, VomError
@@ -86,22 +87,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
         with atomic_write(args.plot, args.force) as temporary:
             write_log_figure(temporary, found, format=format_, about=about, metric=made.metric)
     if args.output is not None:
-        write_log(args.output, found, about=about, force=args.force)
-    out.result(
-        {
-            **found.as_dict(),
-            "table": args.output,
-            "image": args.plot,
-            "dropped_lines": list(made.dropped),
-            "line": args.line,
-            "bed": {
-                "dip_direction_deg": made.bed.dip_direction_deg,
-                "dip_deg": made.bed.dip_deg,
-                "error95_deg": made.bed95_deg,
-            },
-            "sigma_m": made.sigma_m,
-        }
-    )
+        write_log(args.output, found, about=about, metric=made.metric, force=args.force)
+    result = {
+        **found.as_dict(),
+        "table": args.output,
+        "image": args.plot,
+        "dropped_lines": list(made.dropped),
+        "line": args.line,
+        "bed": {
+            "dip_direction_deg": made.bed.dip_direction_deg,
+            "dip_deg": made.bed.dip_deg,
+            "error95_deg": made.bed95_deg,
+        },
+        "sigma_m": made.sigma_m,
+    }
+    out.result(named_by_unit(result, metric=made.metric))
     out.warn(found.warnings)
     heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), "+-", tr("lithology"), tr("notes")]
     rows = [
@@ -109,10 +109,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
          text_tables.number(i.thickness_m.error95, 3), i.lithology, i.notes]
         for i in reversed(found.intervals)
     ]  # fmt: skip
-    out.text(
-        tr("Metres across the bedding, errors 95 %, the youngest bed on top")
-        + "\n" + text_tables.table(heads, [""] * len(heads), rows)
-    )  # fmt: skip
+    lead = tr("Metres across the bedding, errors 95 %, the youngest bed on top")
+    if not made.metric:
+        lead = tr("Model units across the bedding, errors 95 %, the youngest bed on top")
+    out.text(lead + "\n" + text_tables.table(heads, [""] * len(heads), rows))
 
 
 class _Made(NamedTuple):

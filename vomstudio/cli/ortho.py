@@ -14,6 +14,7 @@ from vomstudio.cli.common.arguments import (
     progress_of,
 )
 from vomstudio.cli.common.frames_of_models import add_project
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
 from vomstudio.errors import UsageError
@@ -147,18 +148,20 @@ def run(args: argparse.Namespace, out: Output) -> None:
         legend=LEGEND in parts,
     )
     found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
-    out.result(found.as_dict())
+    out.result(named_by_unit(found.as_dict(), metric=place.in_metres))
     out.warn(found.warnings)
-    out.text(_in_words(found.as_dict()))
+    out.text(_in_words(found.as_dict(), unit_of(place.in_metres)))
 
 
 class _Place(NamedTuple):
-    """How the model stands in World. placed : north is known; metric : the unit is, too"""
+    """How the model stands in World. placed : north is known; metric : the unit is, too
+    in_metres : as of `WorldModel`"""
 
     to_world: Matrix
     crs: str | None
     placed: bool
     metric: bool
+    in_metres: bool
 
 
 def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
@@ -171,16 +174,19 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
         model = model_in(args.project, loaded)
         frame = model.frame
         crs = world_crs(frame.crs, frame.unit_m)
-        return _Place(model.to_world, crs, frame.has_north, frame.has_metres)
+        metric = frame.has_metres
+        return _Place(model.to_world, crs, frame.has_north, metric, metric)
     stated = loaded.unit_m or 1.0
     unit = stated if args.unit is None else METRES[args.unit]
     up: UpAxis = args.up or "z"
+    placed = loaded.crs is not None or scale_known(loaded.path) is not False
     return _Place(
         Frame(unit_m=unit, up_axis=up).to_world(),
         # Other axes or units than the file's are no longer coordinates of its CRS.
         world_crs(loaded.crs, unit) if up == "z" and unit == stated else None,
-        loaded.crs is not None or scale_known(loaded.path) is not False,
+        placed,
         unit != 1.0,
+        placed or args.unit is not None,
     )
 
 
@@ -191,12 +197,14 @@ def _fold(args: argparse.Namespace) -> TableFold:
     return table_fold(read_orientations(args.fold, args.azimuth))
 
 
-def _in_words(result: dict[str, Any]) -> str:
+def _in_words(result: dict[str, Any], unit: str) -> str:
     files = [result[key] for key in ("image", "depth", "sidecar", "world_file", "sheet")]
+    cost = (result["fold"] or {}).get("cost")
     return "\n".join(
         [
             tr(
-                "{width} x {height} pixels of {gsd:g} m, {coverage:.0f} % covered",
+                "{width} x {height} pixels of {gsd:g} {unit}, {coverage:.0f} % covered",
+                unit=unit,
                 width=result["width"],
                 height=result["height"],
                 gsd=result["gsd_m"],
@@ -209,6 +217,7 @@ def _in_words(result: dict[str, Any]) -> str:
                 sense=tr(result["sense"]),
                 reason=result["sense_reason"],
             ),
+            *([] if cost is None or cost in result["warnings"] else [cost]),
             *(str(file) for file in files if file is not None),
             *(result["drawing"] or {}).values(),
         ]

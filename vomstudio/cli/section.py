@@ -8,6 +8,7 @@ from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
@@ -85,14 +86,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
         flats,
         crs=model.crs,
         model=str(model.loaded.path),
-        metric=model.metric or model.placed,
+        metric=model.in_metres,
         north_known=model.placed,
         warnings=(*model.warnings, *warnings),
         force=args.force,
     )
-    out.result(made.as_dict())
+    out.result(named_by_unit(made.as_dict(), metric=model.in_metres))
     out.warn(made.warnings)
-    out.text(_in_words(made.as_dict()))
+    out.text(_in_words(made.as_dict(), unit_of(model.in_metres)))
 
 
 def _curtain(args: argparse.Namespace) -> tuple[Any, tuple[str, ...]]:
@@ -133,10 +134,11 @@ def _direction(text: str | None) -> Any:
         raise UsageError(error.message, field="--along") from error
 
 
-def _in_words(result: dict[str, Any]) -> str:
+def _in_words(result: dict[str, Any], unit: str) -> str:
     said = [
         tr(
-            "{count} lines, {length:.3f} m in all",
+            "{count} lines, {length:.3f} {unit} in all",
+            unit=unit,
             count=result["polylines"],
             length=result["length_m"],
         )
@@ -144,7 +146,8 @@ def _in_words(result: dict[str, Any]) -> str:
     if result["slab_m"] is not None:
         said.append(
             tr(
-                "{count} points of a slab {slab:.3g} m thick",
+                "{count} points of a slab {slab:.3g} {unit} thick",
+                unit=unit,
                 count=result["points"],
                 slab=result["slab_m"],
             )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError, VomError
 from vomstudio.words import tr
@@ -75,14 +76,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     except VomError as error:
         raise type(error)(error.message, file=args.model, field=error.field) from error
     warnings = [*model.warnings, *found.warnings]
-    warnings += write_deviations(args.output, found, patch, crs=model.crs, force=args.force)
+    warnings += write_deviations(
+        args.output, found, patch, crs=model.crs, force=args.force, axes=model.axes
+    )
     if args.profiles is not None:
-        write_profiles(args.profiles, found, crs=model.crs, force=args.force)
+        write_profiles(args.profiles, found, crs=model.crs, force=args.force, axes=model.axes)
     result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **found.as_dict()}
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(in_words(result))
+    out.text(in_words(result, unit_of(model.in_metres)))
 
 
 def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mesh | PointCloud:
@@ -93,13 +96,14 @@ def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mes
     return data if args.facet is None else of_facet(data, args.facet)
 
 
-def in_words(found: dict[str, Any]) -> str:
+def in_words(found: dict[str, Any], unit: str) -> str:
     """What the patch shows beyond its plane."""
     plane, figures = found["plane"], text_tables.figures
     said = [
         tr(
-            "Plane {plane}: deviations from {low} to {high} m, RMS {rms} m; the model's noise "
-            "is {noise} m.",
+            "Plane {plane}: deviations from {low} to {high} {unit}, RMS {rms} {unit}; the model's "
+            "noise is {noise} {unit}.",
+            unit=unit,
             plane=f"{text_tables.azimuth(plane['dip_direction_deg'], 1)}/"
             f"{text_tables.inclination(plane['dip_deg'], 1)}",
             low=figures(found["lowest_m"]),
@@ -114,7 +118,8 @@ def in_words(found: dict[str, Any]) -> str:
     else:
         said.append(
             tr(
-                "Hurst's exponent {H:.2f} ± {error:.2f} (95 %) from {from_} to {to} m.",
+                "Hurst's exponent {H:.2f} ± {error:.2f} (95 %) from {from_} to {to} {unit}.",
+                unit=unit,
                 H=hurst["H"],
                 error=hurst["error95"],
                 from_=figures(hurst["from_m"]),

@@ -20,6 +20,7 @@ from vomstudio.cli.common import (
 )
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.words import tr
@@ -154,9 +155,9 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
     write_path(args.output, found.points, crs=model.crs, notes=notes, force=args.force)
     result: dict[str, Any] = {**found.as_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *noticed, *found.warnings]
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])
-    out.text(in_words(found))
+    out.text(in_words(found, unit_of(model.in_metres)))
 
 
 def _way_points(args: argparse.Namespace) -> tuple[npt.NDArray[np.float64], Sequence[str]]:
@@ -225,12 +226,13 @@ def _require_on_model(
     raise InputError(why_off(row + 1, far, resolution), file=path, line=line)
 
 
-def in_words(found: FollowedTrace) -> str:
+def in_words(found: FollowedTrace, unit: str) -> str:
     """How long it is, and its plane."""
     said = [
         tr(
-            "The trace has {count} vertices and is {length:.3g} m long; the farthest way-point "
-            "lies {snap:.3g} m from it.",
+            "The trace has {count} vertices and is {length:.3g} {unit} long; the farthest "
+            "way-point lies {snap:.3g} {unit} from it.",
+            unit=unit,
             count=found.vertices,
             length=found.length_m,
             snap=found.snap_m,

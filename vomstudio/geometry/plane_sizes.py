@@ -46,14 +46,17 @@ def _confidence95_deg(spread: float, noise: float, free: float) -> float:
 
 @dataclass(frozen=True)
 class PlaneError:
-    """size_m : diameter of a plane, in metres where the model has them, else in its units
-    error95_deg : expected 95 % half-angle of its normal"""
+    """size_m : diameter of a plane, None where the model has no metres
+    error95_deg : expected 95 % half-angle of its normal
+    size : the diameter in the unit of the model, where that is not the metre"""
 
-    size_m: float
+    size_m: float | None
     error95_deg: float
+    size: float | None = None
 
-    def as_dict(self) -> dict[str, float]:
-        return {"size_m": self.size_m, "error95_deg": self.error95_deg}
+    def as_dict(self) -> dict[str, float | None]:
+        told: dict[str, float | None] = {"size_m": self.size_m, "error95_deg": self.error95_deg}
+        return told if self.size is None else {**told, "size": self.size}
 
 
 @dataclass(frozen=True)
@@ -122,8 +125,13 @@ class PlaneSizes:
                 high = middle
         return high
 
-    def curve(self) -> tuple[PlaneError, ...]:
-        """From 10 to 1000 resolutions, the textbook's limit of 100 among them."""
+    def curve(self, *, metric: bool = True) -> tuple[PlaneError, ...]:
+        """From 10 to 1000 resolutions, the textbook's limit of 100 among them. metric : whether the
+        sizes are in metres"""
         sizes = [times * self.resolution for times in _TOLD]
         errors = [(size, self.error_deg(size)) for size in sizes]
-        return tuple(PlaneError(size, error) for size, error in errors if error is not None)
+        return tuple(
+            PlaneError(size, error) if metric else PlaneError(None, error, size)
+            for size, error in errors
+            if error is not None
+        )

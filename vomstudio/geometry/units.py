@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 
 from vomstudio.words import tr
@@ -61,6 +62,24 @@ UNPLACED = Axes(metric=False, north=False)
 
 NOTHING_M = 1e-7
 """A length below this is rounding, not measurement."""
+
+
+def without_metres(name: str, beside: Container[str] = ()) -> str:
+    """For a column or figure that is called `NAME_m`, `NAME_m2` or `NAME_1_per_m` where nobody
+    knows the unit: `NAME`, or `NAME_units` where that is the name of another one `beside` it."""
+    for ending, instead in _OF_UNITS:
+        if name.endswith(ending):
+            bare = name.removesuffix(ending) + instead
+            return f"{bare}_units" if bare in beside else bare
+    return name
+
+
+def columns_of(names: Sequence[str], *, metric: bool) -> list[str]:
+    """The names over a table's columns; metric : its lengths are in metres"""
+    return [name if metric else without_metres(name, names) for name in names]
+
+
+_OF_UNITS = (("_1_per_m2", "_1_per_area"), ("_1_per_m", "_1_per_length"), ("_m2", ""), ("_m", ""))
 
 
 def length_text(value_m: float | None, digits: int = 3, *, metric: bool = True) -> str:

@@ -46,8 +46,9 @@ class Reconstruction(Shown):
     frame : "EPSG:n" or "local"; unit : of the model's coordinates, "m" or "unknown"; unseen_share :
     of the surface, in no photo; texel, photo_pixel : sizes on the rock, medians, in that unit;
     device : "cpu" or "cuda", on which the depth maps were computed; seconds : by stage;
-    dense_gsd_m : a pixel of the depth maps on the rock; what is left open in its type is for the
-    report, as the stages have told it
+    dense_gsd_m : a pixel of the depth maps on the rock, None where the model has no metres;
+    dense_gsd : in its unit then; what is left open in its type is for the report, as the stages
+    have told it
     """
 
     photos: int
@@ -86,6 +87,7 @@ class Reconstruction(Shown):
     versions: Mapping[str, str]
     drawing: Mapping[str, Any]
     work_mb: float
+    dense_gsd: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         plain: dict[str, Any] = serialisation.encode(self)

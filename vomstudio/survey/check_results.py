@@ -39,7 +39,8 @@ class Finding:
 @dataclass(frozen=True)
 class PhotoFigures:
     """gsd_m : metres per pixel on the rock; blur : sigma of edges, pixels; views : median number of
-    photos that see a place of it (before), or mean number that see its tie points (after)"""
+    photos that see a place of it (before), or mean number that see its tie points (after); gsd : in
+    the unit of the model, where that is not the metre"""
 
     name: str
     gsd_m: float | None = None
@@ -48,6 +49,7 @@ class PhotoFigures:
     brightness: float | None = None
     overlap: float | None = None
     oblique_deg: float | None = None
+    gsd: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -58,6 +60,7 @@ class PhotoFigures:
             "brightness": self.brightness,
             "overlap": self.overlap,
             "oblique_deg": self.oblique_deg,
+            **_where_known(gsd=self.gsd),
         }
 
 
@@ -66,7 +69,8 @@ class SurveyReport:
     """stage : "before" or "after" the alignment; next_time : what to shoot, the gravest first
     smallest_plane_m : the textbook's limit for a plane worth measuring, 100 times the resolution
     plane_error : the expected one of planes against their size, empty where no pixel size is
-    known"""
+    known
+    gsd, smallest_plane : in the unit of the model, where that is not the metre"""
 
     stage: str
     photos: tuple[PhotoFigures, ...]
@@ -76,6 +80,8 @@ class SurveyReport:
     smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
     plane_error: tuple[PlaneError, ...] = ()
+    gsd: float | None = None
+    smallest_plane: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -87,7 +93,12 @@ class SurveyReport:
             "smallest_plane_m": self.smallest_plane_m,
             "plane_error": [plane.as_dict() for plane in self.plane_error],
             "next_time": list(self.next_time),
+            **_where_known(gsd=self.gsd, smallest_plane=self.smallest_plane),
         }
+
+
+def _where_known(**values: float | None) -> dict[str, float]:
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:

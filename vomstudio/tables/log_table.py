@@ -12,6 +12,7 @@ from vomstudio.geology.beds.bed_log import BedLog
 from vomstudio.geology.beds.lithologies import FIELDS
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.units import Axes, columns_of
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
@@ -21,13 +22,17 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def write_log(path: str | Path, log: BedLog, *, about: str = "", force: bool = False) -> None:
-    """CSV. about : for the head, on what the thicknesses rest. Raises TargetError."""
+def write_log(
+    path: str | Path, log: BedLog, *, about: str = "", metric: bool = True, force: bool = False
+) -> None:
+    """CSV. about : for the head, on what the thicknesses rest; metric : lengths are in metres, else
+    in units of a model whose scale is not known. Raises TargetError."""
     file = io.StringIO()
     file.write(head_line(f"VOM Studio {__version__}, log; {about}"))
-    file.write("# metres across the bedding, errors 95 %, from the oldest bed up\n")
+    unit = Axes(metric=metric).unit
+    file.write(f"# {unit} across the bedding, errors 95 %, from the oldest bed up\n")
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(COLUMNS)
+    out.writerow(columns_of(COLUMNS, metric=metric))
     for each in log.intervals:
         error = each.thickness_m.error95
         words = [each.lithology, *(each.strabospot.get(f, "") for f in FIELDS), each.notes]

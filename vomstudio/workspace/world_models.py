@@ -13,6 +13,7 @@ from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
+from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
@@ -45,6 +46,17 @@ class WorldModel:
         if self.in_project is not None:
             return self.in_project.frame.has_north
         return self.crs is not None or scale_known(self.loaded.path) is not False
+
+    @property
+    def in_metres(self) -> bool:
+        """Whether lengths may be called metres: a file that says nothing is taken to be in them, a
+        model that was made of photos without scale is not."""
+        return self.metric or (self.in_project is None and self.placed)
+
+    @property
+    def axes(self) -> Axes:
+        """What files and labels say of World's axes."""
+        return Axes(self.in_metres, self.placed)
 
 
 def read_in_world(

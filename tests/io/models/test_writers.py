@@ -21,7 +21,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from vomstudio.errors import Cancelled, TargetError, UsageError
+from vomstudio.errors import Cancelled, GeometryError, TargetError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models import writing
@@ -340,6 +340,25 @@ def test_what_is_there_is_kept_unless_forced(tmp_path: Path, ending: str) -> Non
     assert path.read_text() == "precious"
     write_model(mesh, None, path, force=True)
     assert path.read_bytes()[:8] != b"precious"
+
+
+@pytest.mark.parametrize(
+    "ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz", ".csv", ".dxf", ".shp"]
+)
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("kind", ["mesh", "cloud"])
+def test_coordinates_that_are_not_finite_are_refused_before_anything_is_written(
+    tmp_path: Path, ending: str, value: float, kind: str
+) -> None:
+    (tmp_path / "in").mkdir()
+    data = textured(tmp_path / "in") if kind == "mesh" else cloud(5)
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    points[2, 1] = value
+    path = tmp_path / f"m{ending}"
+    with pytest.raises(GeometryError, match=r"1 point has .* row 2") as told:
+        write_model(data, "EPSG:32615", path)
+    assert told.value.file == str(path)
+    assert [p.name for p in tmp_path.iterdir()] == ["in"]
 
 
 @pytest.mark.parametrize("beside", ["m.mtl", "m.prj", "m.offset.txt"])

@@ -6,6 +6,7 @@ import contextlib
 import shutil
 import struct
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import ezdxf
@@ -29,6 +30,7 @@ from vomstudio.errors import Cancelled, TargetError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.patches import moments, outline, runs_of
+from vomstudio.geometry.units import Axes
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writing import write_model
 from vomstudio.io.project.export import export_records
@@ -156,6 +158,24 @@ def test_the_faces_of_a_mesh_stand_on_a_layer_for_each_material(tmp_path: Path) 
     bare = Mesh(mesh.vertices, mesh.faces)
     write_model(bare, None, tmp_path / "bare.dxf")
     assert len(ezdxf.readfile(tmp_path / "bare.dxf").modelspace().query("3DFACE")) == 6
+
+
+@pytest.mark.parametrize("metric", [True, False])
+def test_a_drawing_states_the_metre_where_it_is_the_unit(tmp_path: Path, metric: bool) -> None:
+    said = ezdxf.units.M if metric else 0
+    write_model(cloud(5), None, tmp_path / "c.dxf", axes=Axes(metric=metric, north=False))
+    assert ezdxf.readfile(tmp_path / "c.dxf").units == said
+    # Coordinates of a CRS in feet are no metres.
+    write_model(cloud(5), "EPSG:2236", tmp_path / "feet.dxf")
+    assert ezdxf.readfile(tmp_path / "feet.dxf").units == 0
+    records = features()
+    if not metric:
+        records = {
+            key: replace(each, placement=Frame()) if isinstance(each, Model) else each
+            for key, each in records.items()
+        }
+    export_records(records, "dxf", tmp_path / "o.dxf")
+    assert ezdxf.readfile(tmp_path / "o.dxf").units == said
 
 
 def test_names_of_layers_are_such_as_dxf_allows() -> None:

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vomstudio.cli import main
 from vomstudio.errors import InputError, UsageError
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.tables import PointGroups, read_points, read_table
@@ -418,3 +419,29 @@ def test_labels_in_scientific_notation_are_the_whole_numbers_they_stand_for(tabl
     assert read_points(path, "4").ids == ("1", "20")
     names = "\n".join(f"{x},{y},{z},12E4" for x, y, z in TRIANGLE)
     assert read_points(table(f"x,y,z,sample\n{names}"), "sample").ids == ("12E4",)
+
+
+@pytest.mark.parametrize(
+    ("content", "command", "line"),
+    [
+        ("A 1 2 3\nB 2 3 5\nC 4 4 1\nD 7 1 2\n", "fit {t}", 1),
+        ("# survey\nA,1,2,3\nB,2,3,5\nC,4,4,1\n", "threepoint {t}", 2),
+        ("A;1,5;2;3\nB;2;3;5\nC;4;4;1\n", "log {t} --bed 90/30", 1),
+        ("A,45,30\nB,50,33\n", "stats {t}", 1),
+        ("A,45,30\nB,50,33\n", "fit {t} --by trace", 1),
+        ("A,45,30,20,N\nB,50,33,2,R\n", "slip {t}", 1),
+    ],
+)
+def test_a_row_of_data_that_was_taken_for_a_header_is_said_to_be_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str, command: str, line: int
+) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(content)
+    assert main(command.format(t=path).split()) == 2
+    said = capsys.readouterr().err
+    assert f"Line {line} was taken for the header because of its cell 'A'" in said
+    assert "leave the header out" not in said
+    # Of a header of words alone there is no doubt.
+    path.write_text("name,colour,size\nA,2,3\nB,3,4\nC,5,6\n")
+    assert main(command.format(t=path).split()) == 2
+    assert "was taken for the header" not in capsys.readouterr().err

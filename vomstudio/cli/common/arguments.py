@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from vomstudio.cli.common.first_word import nearest_of
 from vomstudio.errors import UsageError
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
@@ -53,14 +54,72 @@ class Parser(argparse.ArgumentParser):
         same = [c for c in action.choices if isinstance(c, str) and c == str(value).casefold()]
         return same[0] if same else value
 
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """What is left over is refused by the parser whose words they are: it knows its options,
+        and where its help is. Misspelt options come first, since they may be what is missing."""
+        words = list(args or ())
+        if unknown := next(self._unknown_options(words), None):
+            self._refuse_option(unknown)
+        found, left = super().parse_known_args(words, namespace)
+        if left:
+            said = tr("unrecognized arguments: {words}", words=" ".join(left))
+            raise self._wrong(said, " ".join(left))
+        return found, left
+
+    def _unknown_options(self, words: Sequence[str]) -> Iterator[str]:
+        """Options that this parser does not have, up to a word that another one reads."""
+        options = self._option_string_actions
+        deeper = self._subparsers_choices()
+        if not {"-h", "--help"}.isdisjoint(words):
+            return
+        for word in words:
+            if word == "--" or word in deeper:
+                return
+            if not word.startswith("-") or " " in word or word == "-":
+                continue
+            if self._negative_number_matcher.match(word):
+                continue
+            option = word.partition("=")[0]
+            if option not in options and (word.startswith("--") or word[:2] not in options):
+                yield option
+
+    def _subparsers_choices(self) -> frozenset[str]:
+        within = [a for a in self._actions if isinstance(a, argparse._SubParsersAction)]
+        return frozenset(name for action in within for name in action.choices)
+
+    def _refuse_option(self, option: str) -> NoReturn:
+        said = tr("unrecognized arguments: {words}", words=option)
+        # Without what all of them begin with, which would make them alike.
+        bare = {name.lstrip("-"): name for name in self._option_string_actions}
+        if nearest := nearest_of(option.lstrip("-").casefold(), [*bare], 0.7):
+            said = f"{said}. " + tr("Did you mean '{nearest}'?", nearest=bare[nearest])
+        raise self._wrong(said, option)
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            names = [str(choice) for choice in action.choices or ()]
+            nearest = nearest_of(str(value).casefold(), names)
+            if nearest is None:
+                raise
+            said = tr("Did you mean '{nearest}'?", nearest=nearest)
+            raise argparse.ArgumentError(action, f"{error.message}. {said}") from None
+
     def error(self, message: str) -> NoReturn:
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
         field, said = found.groups() if found else (_last_words(message), message)
+        raise self._wrong(said, field)
+
+    def _wrong(self, said: str, field: str | None) -> UsageError:
         said = " ".join(said.split())
-        raise UsageError(
+        stop = "" if said.endswith("?") else "."
+        return UsageError(
             tr(
-                "{problem}. See {program} --help.",
-                problem=said[:1].upper() + said[1:],
+                "{problem} See {program} --help.",
+                problem=said[:1].upper() + said[1:] + stop,
                 program=self.prog,
             ),
             field=field,

@@ -38,7 +38,7 @@ def check_first_word(words: Sequence[str]) -> None:
         )
     if missing != words[0] or _looks_like_a_path(missing):
         raise UsageError(_no_such_file(missing), file=missing)
-    nearest = _nearest(missing.casefold(), COMMANDS)
+    nearest = nearest_of(missing.casefold(), COMMANDS)
     commands = ", ".join(COMMANDS)
     if nearest:
         raise UsageError(
@@ -71,10 +71,12 @@ def _is_there(word: str) -> bool:
     return os.path.exists(word)
 
 
-def _nearest(word: str, names: Sequence[str]) -> str | None:
+def nearest_of(word: str, names: Sequence[str], alike: float = 0.6) -> str | None:
+    """The name that a misspelt word is nearest to; None where none is near. alike : share of
+    letters in common, of difflib"""
     import difflib
 
-    found = difflib.get_close_matches(word, names, 1, 0.6)
+    found = difflib.get_close_matches(word, names, 1, alike)
     return found[0] if found else None
 
 
@@ -88,7 +90,7 @@ def _no_such_file(word: str) -> str:
         beside = sorted(other.name for other in path.parent.iterdir())
     except OSError:
         return tr("The folder of this file does not exist. Check its name.")
-    nearest = _nearest(path.name, beside)
+    nearest = nearest_of(path.name, beside)
     if nearest:
         return tr(
             "There is no such file or folder. Did you mean '{nearest}'?",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Parser, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr, tr_n
@@ -94,7 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
     )
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(
         tr_n(

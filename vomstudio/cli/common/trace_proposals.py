@@ -9,6 +9,7 @@ from typing import Any
 
 from vomstudio.cli.common.arguments import Parser, progress_of
 from vomstudio.cli.common.frames_of_models import declared_of
+from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError
 from vomstudio.words import tr, tr_n
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     result: dict[str, Any] = {**found.as_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *found.warnings]
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])
     said = [
         tr_n(
@@ -86,7 +87,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     ]
     said += [
         tr(
-            "{line}: {length:.3g} m, evidence {evidence:.1f}, doubt {doubt:.2f}",
+            "{line}: {length:.3g} {unit}, evidence {evidence:.1f}, doubt {doubt:.2f}",
+            unit=unit_of(model.in_metres),
             line=one.line,
             length=one.length_m,
             evidence=one.evidence,

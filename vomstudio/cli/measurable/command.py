@@ -17,6 +17,7 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
 from vomstudio.cli.common.labelled_models import write_labelled
+from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
@@ -128,7 +129,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         args.labels = args.output
         warnings += write_labelled(args, model, found.as_fields())
     result["warnings"] = warnings
-    out.result(result)
+    out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(in_words(found))
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
-from vomstudio.io.gis.layer_reading import layers_of
+from vomstudio.io.gis.layer_reading import layers_of, names_no_crs
 from vomstudio.words import tr, tr_n
 
 Shapes = npt.NDArray[np.object_]
@@ -160,15 +160,20 @@ def _axes(path: Path, crs: str | None, shapes: Shapes) -> StatedAxes:
     if not len(shapes):
         return axes
     bounds = np.asarray(shapely.total_bounds(shapes), np.float64).reshape(2, 2)
-    is_json = path.suffix.lower() in (".json", ".geojson")
-    if axes.kind == "geographic" and is_json and np.nanmax(np.abs(bounds)) > MOST_DEGREES:
-        raise InputError(
-            tr(
+    if axes.kind == "geographic" and names_no_crs(path):
+        if np.nanmax(np.abs(bounds)) > MOST_DEGREES:
+            said = tr(
                 "GeoJSON that names no coordinate reference system is in degrees, and these "
                 "numbers cannot be. Write its 'crs' member, or save it as GeoPackage."
-            ),
-            file=path,
-        )
+            )
+        else:
+            said = tr(
+                "GeoJSON that names no coordinate reference system is in degrees, which have no "
+                "true scale. If these numbers are metres, write its 'crs' member, or save it as "
+                "GeoPackage; if they are degrees, reproject it first into a projected system, such "
+                "as a UTM zone (EPSG:326xx)."
+            )
+        raise InputError(said, file=path)
     refused = why_refused(axes, np.nan_to_num(bounds))
     if refused is not None:
         raise InputError(refused, file=path)

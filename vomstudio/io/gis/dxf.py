@@ -26,6 +26,7 @@ Array = npt.NDArray[Any]
 APPLICATION = "VOMSTUDIO"
 LONGEST_NAME, LONGEST_TEXT = 31, 250
 WHITE = 7
+METRES = 6
 POLYLINE_3D, CLOSED, VERTEX_3D = 8, 1, 32
 
 
@@ -65,14 +66,24 @@ class Drawing:
     """Writes a drawing into an open file: the constructor its head, `close` its end."""
 
     def __init__(
-        self, file: TextIO, layers: Mapping[str, int], bounds: Array | None, comment: str = ""
+        self,
+        file: TextIO,
+        layers: Mapping[str, int],
+        bounds: Array | None,
+        comment: str = "",
+        *,
+        metric: bool,
     ) -> None:
-        """layers : colour number by name, as from `layer_names`; bounds : (2, 3)"""
+        """layers : colour number by name, as from `layer_names`; bounds : (2, 3); metric : the unit
+        is the metre, else nobody knows it"""
         self._file = file
         say = self._say
         if comment:
             say((999, plain_text(comment)[:LONGEST_TEXT]))
         say((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"))
+        if metric:
+            # Of later releases; a program that knows it not passes over it.
+            say((9, "$INSUNITS"), (70, METRES))
         if bounds is not None:
             for name, corner in zip(("$EXTMIN", "$EXTMAX"), bounds.tolist(), strict=True):
                 say((9, name), *zip((10, 20, 30), corner, strict=True))

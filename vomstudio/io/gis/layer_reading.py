@@ -16,7 +16,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import require_regular, require_regular_beside
+from vomstudio.files.regular import read_json, require_regular, require_regular_beside
 from vomstudio.words import tr
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
@@ -92,3 +92,15 @@ def _refuse_views(path: Path) -> None:
             ),
             file=path,
         )
+
+
+def names_no_crs(path: Path) -> bool:
+    """Whether this is a GeoJSON without a `crs` member, which GDAL takes to be in degrees."""
+    if path.suffix.lower() not in (".json", ".geojson"):
+        return False
+    try:
+        told = read_json(path)
+    except (OSError, ValueError):
+        # Lines of GeoJSON one after the other have no place for the member.
+        return True
+    return not (isinstance(told, dict) and told.get("crs"))

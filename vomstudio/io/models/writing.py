@@ -10,7 +10,9 @@ import functools
 from collections.abc import Iterable
 from pathlib import Path
 
-from vomstudio.errors import UsageError
+import numpy as np
+
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -18,7 +20,7 @@ from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 GROUP = "vomstudio.writers"
 
@@ -66,10 +68,29 @@ def write_model(
     axes : what is known of x, y and z, which the file says
 
     Returns one sentence for each thing that the format cannot hold. Raises UsageError for an
-    unknown ending, TargetError, or Cancelled.
+    unknown ending, GeometryError for coordinates that are not finite, TargetError, or Cancelled.
     """
     path = Path(path)
     writer = choose_writer(path)
     given = tuple(inputs)
     check_target(path, force=force, inputs=given)
+    _require_places(data, path)
     return writer.write(Outgoing(data, crs, path, force, progress or Silent(), given, axes))
+
+
+def _require_places(data: Mesh | PointCloud, path: Path) -> None:
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    # By columns, which is many times faster than along rows of three.
+    bad = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in points.T]))
+    if len(bad):
+        raise GeometryError(
+            tr_n(
+                "{count} point has a coordinate that is not finite: row {first}, counted from 0. "
+                "Leave it out, or correct it, before the model is saved.",
+                "{count} points have coordinates that are not finite, the first in row {first}, "
+                "counted from 0. Leave them out, or correct them, before the model is saved.",
+                len(bad),
+                first=bad[0],
+            ),
+            file=path,
+        )

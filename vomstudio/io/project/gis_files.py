@@ -119,7 +119,7 @@ def write_dxf(
             prj.write_text(text or "", encoding="utf-8")
         with open(temporary, "w", encoding="ascii", newline="\n") as file:
             comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
-            drawing = dxf.Drawing(file, shades, bounds, comment)
+            drawing = dxf.Drawing(file, shades, bounds, comment, metric=axes.metric)
             for layer in layers:
                 kinds = layer.classes
                 for row, shape in enumerate(layer.shapes):

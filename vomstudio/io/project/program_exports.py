@@ -20,11 +20,21 @@ from vomstudio.tables.project_table import ProjectTable
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 
-_NO_ORIENTATION = _("it has no orientation")
-_NO_PLACE = _("it has no place")
-_NO_PLANE = _("it is no plane")
-_NO_SLIP = _("it is no line on a plane with a slip")
-_NO_FAULT = _("it is no line on a plane")
+# Of one feature, and of all of them.
+_NO_ORIENTATION = (_("it has no orientation"), _("none of its features has an orientation"))
+_NO_PLACE = (_("it has no place"), _("none of its features has a place"))
+_NO_PLANE = (
+    _("it is not a plane with a place"),
+    _("none of its features is a plane with a place"),
+)
+_NO_SLIP = (
+    _("it is not a line on a plane whose slip is known"),
+    _("none of its features is a line on a plane whose slip is known"),
+)
+_NO_FAULT = (
+    _("it is not a line on a plane"),
+    _("none of its features is a line on a plane"),
+)
 
 
 def write_for_program(
@@ -48,15 +58,16 @@ def write_for_program(
         }
         text = kml_text(out, layers, crs, colors, out.stem)
         return replace(table, files=tuple(write_tables({out: text}, force=force)))
-    wanted, why = _TAKES[format_]
+    wanted, (why, none) = _TAKES[format_]
     rows = [row for row in table.rows if wanted(row)]
     left = [row for row in table.rows if not wanted(row)]
     if not rows:
         raise InputError(
             tr(
-                "Nothing of the project can be written for {program}: of each feature, {reason}.",
+                "Nothing of the project can be written for {program}: {reason}. Measure one first, "
+                "or choose another format.",
                 program=format_,
-                reason=tr(why),
+                reason=tr(none),
             ),
             file=out,
         )
@@ -120,7 +131,7 @@ def _slip(row: Mapping[str, Any]) -> bool:
     return fault_slips.on_a_fault(row) and row["slip_rake_deg"] is not None
 
 
-_TAKES: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], str]] = {
+_TAKES: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[str, str]]] = {
     "stereonet": (_all, _NO_ORIENTATION),
     "orient": (_all, _NO_ORIENTATION),
     "faultkin": (_slip, _NO_SLIP),

@@ -100,7 +100,8 @@ class NamedTable:
                     "There is no column '{called}'. The columns are {columns}.",
                     called=called,
                     columns=shortened(", ".join(self.table.names or ()), 120),
-                ),
+                )
+                + self.table.header_doubt,
                 file=self.path,
                 line=self.table.header_line,
                 field=called,

@@ -20,6 +20,9 @@ from vomstudio.words import tr, tr_n
 
 Azimuth = Literal["strike", "dipdir"]
 
+# An azimuth of a table is taken modulo 360 up to a whole turn beyond.
+_LEAST_DEG, _MOST_DEG = -360.0, 720.0
+
 ALIASES: dict[str, set[str]] = {
     "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
     | {"dipazimuth", "dipazi", "dipaz", "dipdirectionazimuth", "directionofdip"},
@@ -123,9 +126,11 @@ class Columns:
         """(n,) in [0, 360); 0 where the direction is `undefined`, whatever is written there."""
         values = np.where(undefined, 0.0, self._angles(column, parse_azimuth))
         outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
-        hopeless = np.isinf(values) | (outside & ((values < -360.0) | (values > 720.0)))
+        hopeless = outside & ((values < _LEAST_DEG) | (values > _MOST_DEG))
         if hopeless.any():
-            raise self._outside(int(np.argmax(hopeless)), column, values, "0 to 360")
+            raise self._outside(
+                int(np.argmax(hopeless)), column, values, f"{_LEAST_DEG:g} to {_MOST_DEG:g}"
+            )
         self.say_wrapped(column, [int(n) for n in self.table.line_numbers[outside]])
         return np.asarray(wrap360(values))
 

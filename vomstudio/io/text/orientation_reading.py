@@ -469,7 +469,8 @@ class _Reading:
                 "There are no columns of orientations in the header ({names}). Name them "
                 "strike and dip, dip direction and dip, or trend and plunge.",
                 names=shortened(names, 80),
-            ),
+            )
+            + self.table.header_doubt,
             file=self.table.path,
             line=self.table.header_line,
             field="dip",

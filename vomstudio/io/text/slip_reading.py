@@ -170,7 +170,8 @@ def _check(table: TextTable, columns: dict[str, int]) -> None:
             tr(
                 "The table has no columns for {missing}. Name them in its first row.",
                 missing=missing,
-            ),
+            )
+            + table.header_doubt,
             file=table.path,
             line=table.header_line,
         )

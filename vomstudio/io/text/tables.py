@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import doubt_of_header, plain
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
@@ -70,6 +70,11 @@ class TextTable:
     def label(self, column: int) -> str:
         """How to speak of a column: its header, or `column 3`."""
         return self.names[column] if self.names else f"column {column + 1}"
+
+    @property
+    def header_doubt(self) -> str:
+        """As of `doubt_of_header`."""
+        return doubt_of_header(self.names or (), self.header_line, self.delimiter)
 
     @cached_property
     def rows(self) -> list[list[str]]:
@@ -150,7 +155,7 @@ class TextTable:
                 cell=shortened(cell),
             )
         return InputError(
-            said,
+            said + self.header_doubt,
             file=self.path,
             line=int(self.line_numbers[row]),
             field=self.label(column),
@@ -195,11 +200,9 @@ class TextTable:
                 last=self.width,
             )
         else:
-            said = tr(
-                "There is no column '{key}'. The columns are {columns}.",
-                key=key,
-                columns=", ".join(self.names),
-            )
+            names = ", ".join(self.names)
+            said = tr("There is no column '{key}'. The columns are {names}.", key=key, names=names)
+            said += self.header_doubt
         raise UsageError(said, file=self.path, line=self.header_line, field=key)
 
     def has(self, name: str) -> bool:
@@ -418,13 +421,16 @@ def coordinate_columns(table: TextTable) -> list[int]:
                 field=letter,
             )
         if not matches:
+            what_to_do = table.header_doubt or " " + tr(
+                "Name the columns x, y, z, or leave the header out."
+            )
+            said = tr(
+                "There is no column {letter} in the header ({names}).",
+                letter=letter,
+                names=shortened(", ".join(table.names), 80),
+            )
             raise InputError(
-                tr(
-                    "There is no column {letter} in the header ({names}). Name the columns x, y, "
-                    "z, or leave the header out.",
-                    letter=letter,
-                    names=shortened(", ".join(table.names), 80),
-                ),
+                said + what_to_do,
                 file=table.path,
                 line=table.header_line,
                 field=letter,

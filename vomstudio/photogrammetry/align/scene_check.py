@@ -86,15 +86,18 @@ def check_scene(
     known = gsd[np.isfinite(gsd)]
     middle = float(np.median(known)) if len(known) else None
     told = planes or (None if middle is None else PlaneSizes.of_pixels(middle))
+    metric = _is_metric(scene)
+    textbook = None if told is None else told.textbook
     figures = tuple(
         PhotoFigures(
             view.name,
-            _or_none(gsd[i]),
+            _or_none(gsd[i]) if metric else None,
             None if blur is None else blur.get(view.name),
             _or_none(views[i]),
             None,
             _or_none(overlap[i].max() if len(scene.views) > 1 else math.nan),
             _or_none(oblique[i]),
+            None if metric else _or_none(gsd[i]),
         )
         for i, view in enumerate(scene.views)
     )
@@ -102,11 +105,13 @@ def check_scene(
         "after",
         figures,
         tuple(findings),
-        verdict_of(findings, middle, metric=_is_metric(scene), planes=planes),
-        middle,
-        None if told is None else told.textbook,
+        verdict_of(findings, middle, metric=metric, planes=planes),
+        middle if metric else None,
+        textbook if metric else None,
         advice_for(findings),
-        () if told is None else told.curve(),
+        () if told is None else told.curve(metric=metric),
+        None if metric else middle,
+        None if metric else textbook,
     )
 
 

@@ -420,7 +420,7 @@ class _Run:
                     + (" …" if len(part.views) > 5 else ""),
                 )
             )
-        registration = report_data.at_the_edge(placed.registration, textured, self.log.note)
+        registration = report_data.at_the_edge(placed.registration, scene, textured, self.log.note)
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
         cameras = report_data.as_placed(alignment.cameras, scene, registration)
@@ -463,7 +463,7 @@ class _Run:
             "tie_points": len(scene.points),
             "tie_points_of_3": int((scene.track_lengths >= 3).sum()),
             "photo_rows": rows,
-            "dense_gsd_m": report_data.dense_gsd(rows, self.dense_px),
+            **report_data.dense_gsd(rows, self.dense_px),
             "calibration": report_data.calibration(cameras, photos.photos),
             "registration": registration,
             "model": report_data.model(cloud, textured, dressed.facts["report"]),

@@ -43,7 +43,8 @@ def photo_rows(
     photos: Sequence[Photo], scene: SparseScene, registration: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
     """For each photo: its tie points, their median reprojection error and ground sampling
-    distance, and by how much it misses its GPS position."""
+    distance (`gsd_m`, or `gsd` in the unit of a scene without scale), and by how much it misses
+    its GPS position."""
     numbers = {view.name: number for number, view in enumerate(scene.views)}
     residuals = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
     rows = []
@@ -57,6 +58,7 @@ def photo_rows(
             "tie_points": 0,
             "error_px": None,
             "gsd_m": None,
+            "gsd": None,
             "residual_m": residuals.get(photo.name),
         }
         if photo.name in numbers:
@@ -65,12 +67,17 @@ def photo_rows(
     return rows
 
 
-def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> float | None:
-    """Median size on the rock of a pixel of the depth maps, whose long side has `dense_px`."""
+def dense_gsd(rows: Sequence[Mapping[str, Any]], dense_px: int) -> dict[str, float | None]:
+    """Median size on the rock of a pixel of the depth maps, whose long side has `dense_px`: in
+    metres, and in the unit of a scene without scale."""
+    return {f"dense_{name}": _dense(rows, name, dense_px) for name in ("gsd_m", "gsd")}
+
+
+def _dense(rows: Sequence[Mapping[str, Any]], name: str, dense_px: int) -> float | None:
     sizes = [
-        row["gsd_m"] * max(1.0, max(row["width"], row["height"]) / dense_px)
+        row[name] * max(1.0, max(row["width"], row["height"]) / dense_px)
         for row in rows
-        if row["gsd_m"] is not None
+        if row[name] is not None
     ]
     return float(np.median(sizes)) if sizes else None
 
@@ -87,7 +94,7 @@ def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
     return {
         "tie_points": len(seen),
         "error_px": float(np.nanmedian(misses)),
-        "gsd_m": depth / float(np.mean(view.intrinsics.focal)),
+        "gsd_m" if scene.scaled else "gsd": depth / float(np.mean(view.intrinsics.focal)),
     }
 
 
@@ -163,7 +170,7 @@ def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
 
 
 def at_the_edge(
-    registration: Mapping[str, Any], mesh: Mesh, tell: Callable[[str], object]
+    registration: Mapping[str, Any], scene: SparseScene, mesh: Mesh, tell: Callable[[str], object]
 ) -> dict[str, Any]:
     """What a registration says, with the bowing at the edge of the finished model: tie points, from
     which it was found, do not reach as far. tell : hears it in words"""
@@ -173,7 +180,7 @@ def at_the_edge(
     from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 
     _, axes, reach = model_shape(mesh.vertices)
-    shape = {"reach_m": reach, "normal": axes[2].tolist()}
+    shape = {"reach_m" if scene.scaled else "reach": reach, "normal": axes[2].tolist()}
     facts: dict[str, Any] = {**registration, "shape": shape}
     bowing, bend = bowing_of_registration(registration_of({"registration": facts}, "")), None
     if lens := registration.get("lens_bowing"):

@@ -93,7 +93,7 @@ def plan_heights(
     spacing of a cloud. Raises UsageError for a grid that is too large, InputError for an empty
     model."""
     frame = frame_over(plane)
-    laid = lay_grid(data, frame, to_world=to_world, gsd=gsd, textured=False)
+    laid = lay_grid(data, frame, to_world=to_world, gsd=gsd, textured=False, metric=metric)
     return HeightPlan(plane, frame, laid.grid, laid.reference, laid.points, laid.notes, metric)
 
 

@@ -68,7 +68,7 @@ def plan(
     would do, and InputError for an empty model or where the region shows nothing of it.
     """
     frame = view.frame
-    laid = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region)
+    laid = lay_grid(data, frame, to_world=to_world, gsd=gsd, region=region, metric=view.metric)
     return Plan(view, frame, laid.grid, laid.reference, laid.points, laid.notes)
 
 
@@ -91,9 +91,10 @@ def lay_grid(
     gsd: float | None = None,
     region: Region | None = None,
     textured: bool = True,
+    metric: bool = True,
 ) -> Laid:
-    """The grid of `plan`. textured : without a gsd that of the texture is taken where there is one.
-    Raises UsageError, InputError."""
+    """The grid of `plan`. textured : without a gsd that of the texture is taken where there is one;
+    metric : whether lengths are in metres. Raises UsageError, InputError."""
     vertices = data.vertices if isinstance(data, Mesh) else data.points
     if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
         raise InputError(tr("This model has no surface to draw."))
@@ -128,7 +129,12 @@ def lay_grid(
                 count=MAX_PIXELS // 1_000_000,
             )
         notes.append(
-            tr("Ground sampling distance {gsd:g} m per pixel: {reason}.", gsd=gsd, reason=why)
+            tr(
+                "Ground sampling distance {gsd:g} {unit} per pixel: {reason}.",
+                gsd=gsd,
+                unit="m" if metric else tr("units"),
+                reason=why,
+            )
         )
     if not 1e-12 <= gsd < math.inf:
         raise UsageError(

@@ -22,6 +22,7 @@ from vomstudio.products.ortho.planning import Plan, Region, plan
 from vomstudio.products.ortho.view_directions import (
     View,
     cost_of_direction,
+    is_costly,
     view_along_axis,
     view_along_line,
     view_of_plane,
@@ -45,7 +46,8 @@ class Direction:
 @dataclass(frozen=True)
 class FoldView:
     """The fold axis along which a picture looks. The figures are those of `TableFold`; cost : what
-    an error of the direction costs in it, in a sentence."""
+    an error of the direction costs in it, in a sentence; a warning, too, where that is more than
+    negligible (`is_costly`)."""
 
     beta: BetaFigures
     valid: str
@@ -169,14 +171,21 @@ def request_picture(
     along = None
     if fold is not None:
         along = _fold_view(fold, planned)
-        warnings.append(along.cost)
+        if fold.valid != "yes" or is_costly(fold.beta.total95_deg, *_size_of(planned)):
+            warnings.append(along.cost)
     if not placed:
         warnings.append(tr(NOT_PLACED))
     return Requested(planned, along, tuple(warnings))
 
 
+def _size_of(planned: Plan) -> tuple[float, float]:
+    """Depth of the view, and the longer side of the picture."""
+    grid = planned.grid
+    return float(np.ptp(planned.points[:, 2])), max(grid.width, grid.height) * grid.gsd
+
+
 def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
-    deep = float(np.ptp(planned.points[:, 2]))
+    deep, _ = _size_of(planned)
     off = fold.beta.total95_deg
     cost = cost_of_direction(off, deep, metric=planned.view.metric)
     return FoldView(

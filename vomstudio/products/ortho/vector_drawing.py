@@ -321,7 +321,8 @@ def _png(picture: npt.NDArray[np.uint8]) -> str:
 
 
 def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
-    """A layer for each layer, coordinates metres right and up; columns as extended data."""
+    """A layer for each layer, coordinates right and up, whose unit is stated where it is the
+    metre; columns as extended data."""
     names = dxf.layer_names(drawing.layers)
     colors = {
         names[layer]: dxf.color_number(next(s.color for s in drawing.shapes if s.layer == layer))
@@ -329,7 +330,8 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     }
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
-        out = dxf.Drawing(file, colors, bounds, comment or " - ".join(drawing.ends))
+        said = comment or " - ".join(drawing.ends)
+        out = dxf.Drawing(file, colors, bounds, said, metric=drawing.metric)
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}

@@ -158,6 +158,20 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     )
 
 
+NEGLIGIBLE = 0.01
+"""Of a length: what is shortened or displaced by less cannot be seen on a drawing."""
+
+
+def is_costly(error_deg: float | None, depth_m: float, across_m: float) -> bool:
+    """Whether a direction that is off costs more than can be neglected (CONVENTIONS: lengths times
+    cos d, displacements h sin d): against lengths themselves, and against the picture's longer
+    side `across_m`. error_deg : as of `cost_of_direction`; where it is unknown, nothing is"""
+    if error_deg is None:
+        return True
+    off = math.radians(error_deg)
+    return 1.0 - math.cos(off) > NEGLIGIBLE or depth_m * math.sin(off) > NEGLIGIBLE * across_m
+
+
 def _facing_away(
     data: Mesh | PointCloud, frame: ViewFrame, to_world: npt.ArrayLike
 ) -> tuple[float, bool]:

@@ -128,7 +128,7 @@ def _photos(result: Mapping[str, Any]) -> str:
                     row["camera"] or tr("unknown"),
                     f"{row['tie_points']:,}" if row["placed"] else tr("not aligned"),
                     _number(row["error_px"], 2),
-                    _number(row["gsd_m"], 4),
+                    _number(row.get("gsd") if row["gsd_m"] is None else row["gsd_m"], 4),
                     _number(row["exposure"], 2),
                     _number(row["residual_m"], 2),
                 ],

@@ -18,6 +18,7 @@ from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, 
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.units import WORLD, Axes, columns_of
 from vomstudio.products.section.curtain import Curtain, curtain_of_plane
 from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
 from vomstudio.reprs import Shown
@@ -269,12 +270,19 @@ def format_of(path: str | Path) -> str:
 
 
 def write_traces(
-    path: str | Path, found: ExtendedPlane, *, crs: str | None, model: str, force: bool
+    path: str | Path,
+    found: ExtendedPlane,
+    *,
+    crs: str | None,
+    model: str,
+    force: bool,
+    axes: Axes = WORLD,
 ) -> None:
     """A row for each vertex, or a layer of lines with the error at their worst place; whole or not
-    at all. Raises UsageError, TargetError."""
+    at all. axes : what is known of the model's. Raises UsageError, TargetError."""
+    _, error95 = columns_of(("bed", "error95_m"), metric=axes.metric)
     if format_of(path) == ".csv":
-        write_bytes(path, _table(found, crs, model).encode("utf-8"), force=force)
+        write_bytes(path, _table(found, crs, model, axes).encode("utf-8"), force=force)
         return
     import shapely
 
@@ -288,22 +296,23 @@ def write_traces(
             np.array([shapely.LineString(trace.points) for trace in found.traces]),
             {
                 "bed": np.array([trace.bed for trace in found.traces], np.int32),
-                "error95_m": np.array([float(t.error95_m.max()) for t in found.traces]),
+                error95: np.array([float(t.error95_m.max()) for t in found.traces]),
             },
             crs,
         )
 
 
-def _table(found: ExtendedPlane, crs: str | None, model: str) -> str:
+def _table(found: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str:
+    names = columns_of(COLUMNS, metric=axes.metric)
     file = io.StringIO()
     file.write(head_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
-    file.write(head_line(f"CRS: {crs or 'local'}; x East, y North, z Up, metres"))
+    file.write(head_line(f"CRS: {crs or 'local'}; {axes.in_words}"))
     file.write(
         f"# plane {plain_azimuth(found.dip_direction_deg)}/{found.dip_deg:.4f} "
-        "(dip direction/dip, deg); error95_m: 95 % of its position, across it\n"
+        f"(dip direction/dip, deg); {names[-1]}: 95 % of its position, across it\n"
     )
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(COLUMNS)
+    out.writerow(names)
     for line, trace in enumerate(found.traces, 1):
         out.writerows(
             [trace.bed, line, f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{error:.6g}"]

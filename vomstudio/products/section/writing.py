@@ -14,6 +14,7 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.spreadsheet_cells import guarded, head_line
 from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geometry.units import Axes, columns_of
 from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
@@ -190,10 +191,11 @@ def write_section(
     targets = targets_of(path, bool(flats))
     with atomic_group(targets, force) as parts:
         if ending == ".csv":
-            head = _head(curtain, crs, model, figures)
-            parts[0].write_text(head + _lines_table(cut), "utf-8")
+            axes = Axes(metric, north_known)
+            head = _head(curtain, crs, model, figures, axes)
+            parts[0].write_text(head + _lines_table(cut, axes), "utf-8")
             if flats:
-                parts[1].write_text(head + _features_table(flats), "utf-8")
+                parts[1].write_text(head + _features_table(flats, axes), "utf-8")
         else:
             drawing = section_drawing(
                 cut, curtain, flats, metric=metric, north_known=north_known, model=model
@@ -234,7 +236,7 @@ def section_drawing(
         np.stack([low - pad, high + pad]),
         ends,
         (tr("distance along the section ({unit})", unit=unit), height),
-        (section_words(curtain, cut), *([Path(model).name] if model else [])),
+        (section_words(curtain, cut, unit), *([Path(model).name] if model else [])),
         metric=metric,
     )
 
@@ -248,7 +250,7 @@ def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
     return wind(left), wind(right)
 
 
-def section_words(curtain: Curtain, cut: Cut) -> str:
+def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:
     plane = curtain.plane
     if plane is None:
         said = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
@@ -259,18 +261,20 @@ def section_words(curtain: Curtain, cut: Cut) -> str:
             dip=plane.dip_deg,
         )
     if cut.slab_m is not None:
-        said += "; " + tr("points of a slab {slab:.3g} m thick", slab=cut.slab_m)
+        said += "; " + tr("points of a slab {slab:.3g} {unit} thick", slab=cut.slab_m, unit=unit)
     return said
 
 
-def _head(curtain: Curtain, crs: str | None, model: str, figures: SectionFigures) -> str:
-    height = (
-        "height_m is Z" if curtain.vertical else "height_m counts up the plane from the given point"
-    )
+def _head(
+    curtain: Curtain, crs: str | None, model: str, figures: SectionFigures, axes: Axes
+) -> str:
+    distance, height = columns_of(("distance_m", "height_m"), metric=axes.metric)
+    height += " is Z" if curtain.vertical else " counts up the plane from the given point"
+    to_grid = "; azimuths to grid north" if axes.north else ""
     rows = [
         f"VOM Studio {__version__}, section of {Path(model).name}",
-        f"CRS: {crs or 'local'}; x East, y North, z Up, metres; azimuths to grid north",
-        f"distance_m along the section from {plain_azimuth(figures.left_deg, 2)} toward "
+        f"CRS: {crs or 'local'}; {axes.in_words}{to_grid}",
+        f"{distance} along the section from {plain_azimuth(figures.left_deg, 2)} toward "
         f"{plain_azimuth(figures.right_deg, 2)} deg; {height}",
     ]
     if figures.dip_direction_deg is not None:
@@ -279,12 +283,14 @@ def _head(curtain: Curtain, crs: str | None, model: str, figures: SectionFigures
             f"dip {figures.dip_deg:.4f}"
         )
     if figures.slab_m is not None:
-        rows.append(f"points within {figures.slab_m / 2:.6g} m of the section on either side")
+        unit = "m" if axes.metric else axes.unit
+        rows.append(f"points within {figures.slab_m / 2:.6g} {unit} of the section on either side")
     return "".join(map(head_line, rows))
 
 
-def _lines_table(cut: Cut) -> str:
-    rows = ["polyline,distance_m,height_m,x,y,z"]
+def _lines_table(cut: Cut, axes: Axes) -> str:
+    names = ("polyline", "distance_m", "height_m", "x", "y", "z")
+    rows = [",".join(columns_of(names, metric=axes.metric))]
     for k, (line, world) in enumerate(zip(cut.lines, cut.world, strict=True)):
         rows += [
             f"{k + 1},{s:.6f},{t:.6f},{x:.6f},{y:.6f},{z:.6f}"
@@ -293,13 +299,13 @@ def _lines_table(cut: Cut) -> str:
     return "\n".join(rows) + "\n"
 
 
-def _features_table(flats: tuple[Flat, ...]) -> str:
+def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
     import csv
     import io
 
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(FEATURE_COLUMNS)
+    out.writerow(columns_of(FEATURE_COLUMNS, metric=axes.metric))
     for flat in flats:
         item = flat.item
         names = [guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]

@@ -16,6 +16,7 @@ from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.units import WORLD, Axes, columns_of
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.products.surface.analysis import SurfaceFigures
@@ -57,12 +58,13 @@ def write_deviations(
     *,
     crs: str | None,
     force: bool,
+    axes: Axes = WORLD,
 ) -> list[str]:
-    """One file, whole or not at all; what its writer says. data : the patch. Raises UsageError,
-    TargetError."""
+    """One file, whole or not at all; what its writer says. data : the patch; axes : what is known
+    of the model's. Raises UsageError, TargetError."""
     ending = format_of(path)
     if ending == ".csv":
-        write_bytes(path, _table(found, data, crs).encode("utf-8"), force=force)
+        write_bytes(path, _table(found, data, crs, axes).encode("utf-8"), force=force)
         return []
     if ending == ".ply":
         from vomstudio.io.models.writing import write_model
@@ -73,11 +75,11 @@ def write_deviations(
     assert plan is not None
     raster = Raster(
         plan.grid.width, plan.grid.height, "float", plan.transform,
-        crs if plan.is_map else view_plane_crs(True),
+        crs if plan.is_map else view_plane_crs(axes.metric),
         {
             "VOMSTUDIO_VERSION": __version__,
             "VOMSTUDIO_PLANE": f"dip direction {plain_azimuth(plan.plane.dip_direction_deg)} dip "
-            f"{plan.plane.dip_deg:.4f} deg; deviations from it in metres",
+            f"{plan.plane.dip_deg:.4f} deg; deviations from it in {axes.unit}",
         },
     )  # fmt: skip
     with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:
@@ -88,12 +90,12 @@ def write_deviations(
     return []
 
 
-def _table(found: SurfaceFigures, data: Mesh | PointCloud, crs: str | None) -> str:
+def _table(found: SurfaceFigures, data: Mesh | PointCloud, crs: str | None, axes: Axes) -> str:
     points = data.vertices if isinstance(data, Mesh) else data.points
     file = io.StringIO()
-    file.write(_head(crs))
+    file.write(_head(crs, axes))
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(["x", "y", "z", *FIELDS])
+    out.writerow(["x", "y", "z", *columns_of(FIELDS, metric=axes.metric)])
     out.writerows(
         [f"{x:.6f}", f"{y:.6f}", f"{z:.6f}", f"{off:.6g}", int(holds)]
         for (x, y, z), off, holds in zip(
@@ -104,13 +106,14 @@ def _table(found: SurfaceFigures, data: Mesh | PointCloud, crs: str | None) -> s
 
 
 def write_profiles(
-    path: str | Path, found: SurfaceFigures, *, crs: str | None, force: bool
+    path: str | Path, found: SurfaceFigures, *, crs: str | None, force: bool, axes: Axes = WORLD
 ) -> None:
-    """CSV with a row for each cell of the profiles along and across. Raises TargetError."""
+    """CSV with a row for each cell of the profiles along and across. axes : what is known of the
+    model's. Raises TargetError."""
     file = io.StringIO()
-    file.write(_head(crs))
+    file.write(_head(crs, axes))
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(PROFILE_COLUMNS)
+    out.writerow(columns_of(PROFILE_COLUMNS, metric=axes.metric))
     for one in found.profiles:
         out.writerows(
             [one.name, f"{distance:.6g}", f"{off:.6g}", f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]
@@ -121,10 +124,9 @@ def write_profiles(
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
 
 
-def _head(crs: str | None) -> str:
+def _head(crs: str | None, axes: Axes) -> str:
     return head_line(
         f"VOM Studio {__version__}, deviations of a surface from its plane"
     ) + head_line(
-        f"CRS: {crs or 'local'}; x East, y North, z Up, metres; deviations are positive along "
-        "the upward normal"
+        f"CRS: {crs or 'local'}; {axes.in_words}; deviations are positive along the upward normal"
     )

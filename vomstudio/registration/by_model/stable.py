@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.gis.layer_reading import layers_of
+from vomstudio.io.gis.layer_reading import layers_of, names_no_crs
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -55,7 +55,9 @@ def in_polygons(points: Array, path: Path) -> tuple[Flags, str | None]:
         )
     area = shapely.union_all([shapely.make_valid(shape) for shape in found])
     shapely.prepare(area)
-    return np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_), told["crs"]
+    return np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_), (
+        None if names_no_crs(path) else told["crs"]
+    )
 
 
 def _unreadable(path: Path) -> InputError:

@@ -12,7 +12,8 @@ from vomstudio.survey.check_results import SurveyReport
 class PhotoRow:
     """width, height: pixels as stored. place: (x, y) metres in plan; looks: unit vector (dx, dy)
     of the horizontal viewing direction, None where unknown or vertical. gsd_m: metres of a pixel on
-    the rock; blur: edge width in pixels; views: mean number of photos that see the same rock.
+    the rock, gsd: units of a model without metres; blur: edge width in pixels; views: mean number
+    of photos that see the same rock.
     found_mask: the mask that lies beside the photo; mask: the one that is used."""
 
     name: str
@@ -33,6 +34,7 @@ class PhotoRow:
     findings: list[str] = field(default_factory=list)
     found_mask: str | None = None
     found_sha256: str = ""
+    gsd: float | None = None
 
 
 def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
@@ -43,7 +45,7 @@ def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
     for facts in report.photos:
         seen = by_name.get(facts.name)
         if seen is not None:
-            seen.gsd_m, seen.views = facts.gsd_m, facts.views
+            seen.gsd_m, seen.gsd, seen.views = facts.gsd_m, facts.gsd, facts.views
             if facts.blur is not None:
                 seen.blur = facts.blur
     for finding in report.findings:

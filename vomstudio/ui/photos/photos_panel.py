@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.geometry.units import length_text
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fitting_texts import FittingTexts
@@ -232,7 +233,7 @@ class PhotosPanel(QWidget):
     def _fill_row(self, number: int, row: PhotoRow) -> None:
         cells = (
             row.name.rpartition("/")[2],
-            "–" if row.gsd_m is None else _gsd(row.gsd_m),
+            _gsd(row),
             "–" if row.blur is None else f"{row.blur:.1f} px",
             _mask_text(row),
             _cut(row.findings[0]) if row.findings else "",
@@ -378,5 +379,7 @@ def _cut(text: str) -> str:
     return text if len(text) <= 48 else text[:46].rstrip() + " …"
 
 
-def _gsd(metres: float) -> str:
-    return f"{metres * 1000:.1f} mm" if metres < 0.01 else f"{metres * 100:.1f} cm"
+def _gsd(row: PhotoRow) -> str:
+    if row.gsd_m is None:
+        return length_text(row.gsd, 2, metric=False)
+    return f"{row.gsd_m * 1000:.1f} mm" if row.gsd_m < 0.01 else f"{row.gsd_m * 100:.1f} cm"

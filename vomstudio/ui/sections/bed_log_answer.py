@@ -28,7 +28,8 @@ def write(answered: LogAnswer, path: Path) -> VomError | None:
     try:
         if ending == "csv":
             about = about_log(answered.bed, answered.bed95_deg)
-            write_log(path, answered.log, about=about, force=True)
+            metric = answered.question.metric
+            write_log(path, answered.log, about=about, metric=metric, force=True)
         else:
             with atomic_write(path, True) as temporary:
                 _write_figure(answered, temporary, ending, 300.0)

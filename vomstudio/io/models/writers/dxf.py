@@ -6,6 +6,7 @@ import numpy as np
 
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
@@ -51,8 +52,14 @@ def write(out: Outgoing) -> list[str]:
             temporary.write_text(text, encoding="utf-8")
         with open(temporaries[0], "w", encoding="ascii", newline="\n") as file:
             crs = "" if out.crs is None or len(out.crs) > 19 else f" of {out.crs}"
+            unit_m = stated_axes(out.crs).unit_m
+            unit = out.axes.unit if unit_m in (None, 1.0) else f"units of {unit_m!r} m"
             drawing = Drawing(
-                file, shades, data.bounds, f"VOM Studio, coordinates{crs}, {out.axes.unit}"
+                file,
+                shades,
+                data.bounds,
+                f"VOM Studio, coordinates{crs}, {unit}",
+                metric=out.axes.metric and unit_m in (None, 1.0),
             )
             if mesh is None:
                 for rows in step_rows(len(points), out, tr("Writing points")):

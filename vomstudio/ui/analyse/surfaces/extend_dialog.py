@@ -156,7 +156,7 @@ class ExtendDialog(QDialog):
         frame = model.frame
         crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
         try:
-            write_traces(path, self.found, crs=crs, model=model.name, force=True)
+            write_traces(path, self.found, crs=crs, model=model.name, force=True, axes=frame.axes)
         except VomError as error:
             self._studio.warn(str(error), "error")
             return

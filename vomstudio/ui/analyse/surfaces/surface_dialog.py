@@ -184,7 +184,7 @@ class SurfaceDialog(QDialog):
         frame = model.frame
         crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
         try:
-            write_deviations(path, self.found, self._part, crs=crs, force=True)
+            write_deviations(path, self.found, self._part, crs=crs, force=True, axes=frame.axes)
         except VomError as error:
             self._studio.warn(str(error), "error")
             return
