@@ -92,9 +92,10 @@ def test_a_mesh_divided_finer_has_the_same_map() -> None:
     vertices, faces = divided(np.asarray(coarse.vertices), np.asarray(coarse.faces, np.int64))
     vertices, faces = divided(vertices, faces)
     fine = Mesh(vertices, faces.astype(np.int32))
-    plane, figures = Plane(40, 30), {"length_m": 1.6, "resolution_m": 0.02, "noise_m": 0.002}
-    one = measurable_map(coarse, plane, **figures)
-    other = measurable_map(fine, plane, **figures)
+    one, other = (
+        measurable_map(mesh, Plane(40, 30), length_m=1.6, resolution_m=0.02, noise_m=0.002)
+        for mesh in (coarse, fine)
+    )
     assert other.elements < 0.3 * len(faces)
     own = one.as_fields()["expected_error95_deg"].astype(float)
     theirs = other.as_fields()["expected_error95_deg"].astype(float)[: len(own)]

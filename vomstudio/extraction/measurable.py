@@ -68,8 +68,8 @@ class Measurable:
     classes : (n,) int8 in CLASSES, of the better of the two
     patches : (n,) int32 number of the patch, -1 for none
     areas : (n,) m2; resolutions : (n,) of the model there, m; resolution, noise : typical ones, m
-    nodes : (vertices of the model,) those with one number are one vertex of a mesh that is far finer
-        than the map needs; None where each is one by itself
+    nodes : (vertices of the model,) those with one number are one vertex of the map, of a mesh that
+        is far finer than it needs; None where each is one by itself
     """
 
     elements: Elements
