@@ -275,3 +275,51 @@ def test_what_cannot_have_been_read_says_why_and_a_plane_that_goes_places_nothin
     studio.attempt(edits.change_feature, replace(trace, vertices=bent))
     solved(panel)
     assert panel.lines.item(2, 5).text() != shown
+
+
+def test_mistakes_with_readings_are_taken_back_by_one_press(window, tilted, picks, truth) -> None:
+    panel, studio = begin(window, tilted, picks), window.studio
+    names = spread(truth, 4)
+
+    def read_right(name: str) -> None:
+        azimuth, dip = truth[name]
+        read(window, panel, name, f"{azimuth:.0f}/{dip:.0f} +- 3")
+
+    def typed(column: int, text: str) -> None:
+        panel.lines.item(0, column).setText(text)
+        solved(panel)
+
+    def ticked() -> None:
+        panel.lines.item(0, 0).setCheckState(Qt.CheckState.Unchecked)
+        solved(panel)
+
+    def deleted(id_: str) -> None:
+        studio.selection.set([id_])
+        driver.focus(window)
+        driver.key(window, Qt.Key.Key_Delete)
+
+    for name in names[:3]:
+        read_right(name)
+    # 1: read for the wrong plane; 2: a wrong value; 3: a wrong error; 4: left out; 5: a wrong name;
+    # 6: the wrong north; 7: the reading deleted; 8: the plane that was read; 9: another type of it;
+    # 10: placed too early
+    mistakes = (
+        lambda: read_right(names[3]),
+        lambda: typed(3, "213/45"),
+        lambda: typed(4, "9"),
+        ticked,
+        lambda: typed(1, "wrong"),
+        lambda: say_north(window, panel, north="magnetic", compass_declination="10"),
+        lambda: deleted(studio.session.of(KnownLine)[0].id),
+        lambda: deleted(f"t-{names[0]}"),
+        lambda: studio.attempt(edits.set_attributes, [f"t-{names[0]}"], type_id="joint"),
+        lambda: driver.click(panel.register, panel.register.rect().center()),
+    )
+    for number, mistake in enumerate(mistakes, start=1):
+        before = dict(studio.records)
+        mistake()
+        assert dict(studio.records) != before, f"{number} was no mistake"
+        driver.focus(window)
+        driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+        solved(panel)
+        assert dict(studio.records) == before, number
