@@ -26,6 +26,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.nearby.cell_grid import CellGrid
+from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.geometry.planes import PlaneFit
@@ -43,6 +44,8 @@ _MOST_POINTS = 2**31 - 1
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
 _WAVY, _WAVY_TURN = 0.5, 3.0
+# In which facets are fitted, several at once.
+_PARTS = 64
 
 
 @dataclass(frozen=True)
@@ -224,10 +227,18 @@ def _facets(
     made: list[tuple[Facet, Ints]] = []
     flattest = limits.min_coplanarity
     flattest = thresholds.least_coplanarity if flattest is None else flattest
-    for i in range(count):
-        progress.step(i)
-        own = np.sort(order[cuts[i] : cuts[i + 1]])
-        facet = _facet(data, elements, own, thresholds)
+    pieces: list[Ints] = [order[cuts[i] : cuts[i + 1]] for i in range(count)]
+    fitted: list[Facet | None] = [None] * count
+    # Each thread has its share of the large ones, which come first.
+    spread = np.argsort(np.arange(count) % _PARTS, kind="stable")
+
+    def work(block: slice) -> None:
+        for i in spread[block]:
+            pieces[i] = np.sort(pieces[i])
+            fitted[i] = _facet(data, elements, pieces[i], thresholds)
+
+    in_blocks(work, count, progress, max(1, count // _PARTS))
+    for own, facet in zip(pieces, fitted, strict=True):
         if facet is None or facet.area < (limits.min_area or 0.0):
             continue
         if facet.fit.n < fewest and facet.area < least_area:
@@ -235,7 +246,6 @@ def _facets(
         if facet.fit.coplanarity is not None and facet.fit.coplanarity < flattest:
             continue
         made.append((facet, own))
-    progress.step(count)
     made.sort(key=lambda pair: -pair[0].area)
     fresh = np.full(len(labels), -1, np.int32)
     for number, (_, own) in enumerate(made):

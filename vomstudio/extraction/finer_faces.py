@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.extraction.measurable_kernels import longest_sides
+from vomstudio.geometry.kernels.jit import for_reading
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -22,8 +24,15 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
     An edge is halved for all of its faces alike, so that neighbours stay neighbours. Raises
     GeometryError where that makes too many faces.
     """
-    of = np.arange(len(faces))
-    done: list[tuple[Ints, Ints]] = []
+    square = np.empty(len(faces))
+    longest_sides(for_reading(vertices, np.float64), for_reading(faces, np.int64), square)
+    near = np.zeros(len(vertices), np.bool_)
+    near[faces[square > longest**2].ravel()] = True
+    # An edge of a long face has both of its ends.
+    asked = near[faces].sum(axis=1) >= 2
+    of = np.flatnonzero(asked)
+    done: list[tuple[Ints, Ints]] = [(faces[~asked], np.flatnonzero(~asked))]
+    faces = faces[asked]
     for _ in range(_ROUNDS):
         ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
         # By its nodes, not by the order in which a face has them: both faces must find the same.

@@ -21,8 +21,12 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.finer_faces import finer
-from vomstudio.extraction.measurable_lines import hanging_together, lines_through, step_of
+from vomstudio.extraction.measurable_kernels import longest_sides
+from vomstudio.extraction.measurable_lines import CELL, hanging_together, lines_through, step_of
+from vomstudio.extraction.thinner_faces import thinner
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.kernels.jit import for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
 from vomstudio.geometry.plane_sizes import NOISE_PIXELS, PIXELS_PER_RESOLUTION, PlaneSizes
@@ -45,6 +49,8 @@ USUAL_RESOLUTIONS = 100.0
 """The length of a trace that is proposed."""
 _NORMALS_DEG = 20.0
 _FEWEST_PIECES = 4
+_FINE = 1.25
+"""Cells that are larger by this than the sides of most faces hold several of them."""
 # Places evenly over the surface at which the model's resolution is looked at, and of these those
 # that tell whether its noise is larger than its spacing.
 _SAMPLES, _OF_ALL = 4000, 100
@@ -62,6 +68,8 @@ class Measurable:
     classes : (n,) int8 in CLASSES, of the better of the two
     patches : (n,) int32 number of the patch, -1 for none
     areas : (n,) m2; resolutions : (n,) of the model there, m; resolution, noise : typical ones, m
+    nodes : (vertices of the model,) those with one number are one vertex of the map, of a mesh that
+        is far finer than it needs; None where each is one by itself
     """
 
     elements: Elements
@@ -77,6 +85,7 @@ class Measurable:
     resolution: float
     noise: float
     warnings: tuple[str, ...]
+    nodes: Ints | None = None
 
     @property
     def trace_classes(self) -> npt.NDArray[np.int8]:
@@ -162,49 +171,67 @@ def measurable(
     """
     require_asked(asked)
     progress = progress or Silent()
-    elements, of = _surface(data, asked.length, progress)
+    surface = _surface(data, asked.length, progress)
+    elements = surface.elements
     if asked.resolution is None:
         points = data.vertices if isinstance(data, Mesh) else data.points
         resolution = _resolutions(np.asarray(points, np.float64), elements)
     else:
         resolution = np.full(len(elements), asked.resolution)
-    return _of_elements(elements, of, resolution, asked, progress)
+    return _of_elements(surface, resolution, asked, progress)
 
 
 # --- the surface ------------------------------------------------------------------------------
-def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> tuple[Elements, Ints]:
-    """Its pieces, none of them large beside the length, and of which face or point each is a
-    piece."""
+@dataclass(frozen=True, eq=False)
+class _Surface:
+    """elements : pieces, none of them large or very small beside the length; of : (n,) the face or
+    point of the model that each is a piece of; nodes : as `Measurable` has them"""
+
+    elements: Elements
+    of: Ints
+    nodes: Ints | None = None
+
+
+def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> _Surface:
     progress.stage(tr("Surface"), None)
     if not isinstance(data, Mesh) or not len(data.faces):
         elements = elements_of(data, _NORMALS_DEG, progress)
-        return elements, np.asarray(elements.rows)
+        return _Surface(elements, np.asarray(elements.rows))
     vertices = np.asarray(data.vertices, np.float64)
     faces = np.asarray(data.faces, np.int64)
     whole = np.asarray(np.isfinite(vertices).all(axis=1))
-    sound = np.asarray(whole[faces].all(axis=1))
-    rows = np.flatnonzero(sound)
+    rows = np.arange(len(faces)) if whole.all() else np.flatnonzero(whole[faces].all(axis=1))
     if not len(rows):
         raise GeometryError(tr("The mesh has no faces with places."))
     own = faces if len(rows) == len(faces) else faces[rows]
-    square = np.zeros(len(own))
-    for one, other in ((0, 1), (1, 2), (2, 0)):
-        side = vertices[own[:, one]] - vertices[own[:, other]]
-        np.maximum(square, np.einsum("ij,ij->i", side, side), out=square)
-    longest = 2.0 * step_of(float(np.sqrt(np.percentile(square, 75.0))), length)
-    if float(square.max()) <= longest**2:
+    square = np.empty(len(own))
+    longest_sides(for_reading(vertices, np.float64), for_reading(own, np.int64), square)
+    # A half and three quarters of the faces have no longer side.
+    usual, long = np.sqrt(np.percentile(square, [50.0, 75.0]))
+    step = step_of(float(long), length)
+    longest = 2.0 * step
+    fine = CELL * step > _FINE * usual
+    if not fine and float(square.max()) <= longest**2:
         elements = elements_of(data, _NORMALS_DEG, progress)
-        return elements, np.asarray(elements.rows)
-    from vomstudio.geometry.coincident_points import welded
-
+        return _Surface(elements, np.asarray(elements.rows))
     number = welded(vertices)
     places = np.zeros((int(number.max()) + 1, 3))
     origin = vertices[whole].min(axis=0)
     places[number] = np.where(whole[:, None], vertices, origin) - origin
-    places, fine, of = finer(places, number[own], longest)
-    cut = Mesh(places + origin, fine.astype(np.int32))
-    elements = elements_of(cut, _NORMALS_DEG, progress)
-    return elements, rows[of[elements.rows]]
+    own, nodes, areas = number[own], None, None
+    if fine:
+        few = thinner(places, own, CELL * step)
+        places, own, areas = few.vertices, few.faces, few.areas
+        rows, nodes = rows[few.rows], few.nodes[number]
+    places, cut, of = finer(places, own, longest)
+    mesh = Mesh(places + origin, cut.astype(np.int32))
+    elements = elements_of(mesh, _NORMALS_DEG, progress)
+    of = of[elements.rows]
+    if areas is not None:
+        # Those of their pieces in their proportion.
+        shown = np.bincount(of, elements.areas, len(areas))[of]
+        elements = replace(elements, areas=elements.areas * (areas[of] / shown))
+    return _Surface(elements, rows[of], nodes)
 
 
 def _resolutions(points: Array, elements: Elements) -> Array:
@@ -235,8 +262,9 @@ def _resolutions(points: Array, elements: Elements) -> Array:
 
 # --- the map ----------------------------------------------------------------------------------
 def _of_elements(
-    elements: Elements, of: Ints, resolution: Array, asked: Asked, progress: Progress
+    surface: _Surface, resolution: Array, asked: Asked, progress: Progress
 ) -> Measurable:
+    elements = surface.elements
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     typical = _weighted_median(resolution, weight)
     if asked.length < 4.0 * typical:
@@ -263,9 +291,9 @@ def _of_elements(
     of_trace = _classes(trace_deg, extent, resolution)
     of_patch = _classes(patch_deg, patch_extent, resolution)
     return Measurable(
-        replace(elements, rows=of), trace_deg, patch_deg, extent, relief,
+        replace(elements, rows=surface.of), trace_deg, patch_deg, extent, relief,
         np.maximum(of_trace, of_patch), patches, weight, resolution, asked.length, typical,
-        noise, elements.warnings,
+        noise, elements.warnings, surface.nodes,
     )  # fmt: skip
 
 

@@ -58,3 +58,69 @@ def line_moments(  # type: ignore[no-untyped-def]
             out[at, 2], out[at, 3] = x, y
             out[at, 4], out[at, 5], out[at, 6] = uu / w - x * x, vv / w - y * y, uv / w - x * y
             out[at, 7], out[at, 8] = number, most / w
+
+
+@kernel("void(f8[:,::1], i8[:,::1], f8[::1])")
+def longest_sides(vertices, faces, out):  # type: ignore[no-untyped-def]
+    """Of each face (k, 3) the square of its longest side."""
+    for i in range(len(faces)):
+        most = 0.0
+        for k in range(3):
+            a, b = faces[i, k], faces[i, (k + 1) % 3]
+            x = vertices[a, 0] - vertices[b, 0]
+            y = vertices[a, 1] - vertices[b, 1]
+            z = vertices[a, 2] - vertices[b, 2]
+            most = max(most, x * x + y * y + z * z)
+        out[i] = most
+
+
+@kernel("void(i4[:,::1], i8[:,::1], i8[::1])")
+def clustered(cells, faces, root):  # type: ignore[no-untyped-def]
+    """Of each vertex the first of those that hang together with it along edges of the faces (k, 3)
+    whose ends are in one cell (n, 3)."""
+    for i in range(len(root)):
+        root[i] = i
+    for i in range(len(faces)):
+        for k in range(3):
+            a, b = faces[i, k], faces[i, (k + 1) % 3]
+            if (
+                cells[a, 0] != cells[b, 0]
+                or cells[a, 1] != cells[b, 1]
+                or cells[a, 2] != cells[b, 2]
+            ):
+                continue
+            while root[a] != a:
+                root[a] = root[root[a]]
+                a = root[a]
+            while root[b] != b:
+                root[b] = root[root[b]]
+                b = root[b]
+            if a < b:
+                root[b] = a
+            elif b < a:
+                root[a] = b
+    # The first of each comes before all others.
+    for i in range(len(root)):
+        root[i] = root[root[i]]
+
+
+@kernel("void(f8[:,::1], i8[:,::1], i8[::1], f8[::1], f8[::1])")
+def areas_of(vertices, faces, nodes, out, around):  # type: ignore[no-untyped-def]
+    """Area of each face (k, 3), of which a third is added to the node of each of its corners."""
+    for i in range(len(faces)):
+        a, b, c = faces[i, 0], faces[i, 1], faces[i, 2]
+        px, py, pz = (
+            vertices[b, 0] - vertices[a, 0],
+            vertices[b, 1] - vertices[a, 1],
+            vertices[b, 2] - vertices[a, 2],
+        )
+        qx, qy, qz = (
+            vertices[c, 0] - vertices[a, 0],
+            vertices[c, 1] - vertices[a, 1],
+            vertices[c, 2] - vertices[a, 2],
+        )
+        x, y, z = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
+        area = 0.5 * (x * x + y * y + z * z) ** 0.5
+        out[i] = area
+        for k in range(3):
+            around[nodes[faces[i, k]]] += area / 3.0

@@ -19,7 +19,7 @@ Bools = npt.NDArray[np.bool_]
 # Of the length: the strip on either side of the line, at least, and where the mesh must be cut.
 _STRIPS, _FEWEST_STRIPS, _STRIPS_OF_CUT = 40.0, 12.0, 40.0
 # Of the half strip, the side of the cells of which one piece stands for all.
-_CELL = 0.75
+CELL = 0.75
 _BLOCK = 20_000
 
 
@@ -126,7 +126,7 @@ def _thinned(
     usual = float(np.median(areas))
     if usual > 0.3 * width**2:
         return rows, np.arange(len(rows)), np.asarray(areas)
-    cell = np.floor(elements.places[rows] / (_CELL * width)).astype(np.int64)
+    cell = np.floor(elements.places[rows] / (CELL * width)).astype(np.int64)
     cell -= cell.min(axis=0)
     size = cell.max(axis=0) + 1
     key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]

@@ -194,8 +194,10 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
     each = (found.best_deg, found.trace_deg, found.patch_deg)
     values: dict[str, npt.NDArray[np.float32]] = {}
     if found.elements.of == "face" and isinstance(data, Mesh):
-        count = len(data.vertices)
-        corners = np.asarray(data.faces, np.int64)[rows].ravel()
+        nodes = found.nodes
+        corners = np.asarray(data.faces[rows], np.int64).ravel()
+        corners = corners if nodes is None else nodes[corners]
+        count = len(data.vertices) if nodes is None else int(nodes.max()) + 1
         weights = np.repeat(found.areas, 3)
         for name, error in zip(FIELDS, each, strict=False):
             own = np.repeat(error, 3)
@@ -213,6 +215,8 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
         mark = votes.argmax(axis=0).astype(np.float32)
         mark[votes.sum(axis=0) == 0.0] = np.nan
         values[FIELDS[3]] = mark
+        if nodes is not None:
+            values = {name: value[nodes] for name, value in values.items()}
         return values
     points = data.vertices if isinstance(data, Mesh) else data.points
     row_of = found.elements.row_of
