@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -160,7 +159,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     order = RegisterOrder(**{each.name: getattr(args, each.name) for each in fields(RegisterOrder)})
     found = register_model(order, progress_of(args))
-    result = named_by_unit(found.as_dict(), metric=found.placed.known.scale)
+    result = found.as_dict()
     warnings = list(found.placed.warnings)
     if args.output is not None:
         warnings += _written(args, found, result)
