@@ -126,7 +126,7 @@ class Columns:
         """(n,) in [0, 360); 0 where the direction is `undefined`, whatever is written there."""
         values = np.where(undefined, 0.0, self._angles(column, parse_azimuth))
         outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
-        hopeless = outside & ((values < _LEAST_DEG) | (values > _MOST_DEG))
+        hopeless = np.isinf(values) | (outside & ((values < _LEAST_DEG) | (values > _MOST_DEG)))
         if hopeless.any():
             raise self._outside(
                 int(np.argmax(hopeless)), column, values, f"{_LEAST_DEG:g} to {_MOST_DEG:g}"
