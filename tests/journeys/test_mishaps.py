@@ -50,7 +50,7 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
     os.kill(jobs.visible()[0].worker._process.pid, signal.SIGKILL)
     wait(lambda: not jobs.visible(), "the end of the job")
     assert "ended unexpectedly" in window.message_bar.text
-    assert "Try again" in window.message_bar.text
+    assert "close other programs" in window.message_bar.text
     assert window.message_bar.isVisible()
     assert window.isVisible()
     driver.open_outcrop(window, outcrop)

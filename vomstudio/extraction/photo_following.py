@@ -69,6 +69,18 @@ class PhotoPath:
         return int(((self.seen > 0) & (2 * self.agreeing >= self.seen)).sum())
 
 
+def _require_cost(cost: str) -> None:
+    if cost not in OF_COLOURS:
+        raise UsageError(
+            tr(
+                "In a photo there is no cost '{name}'. There are: {known}.",
+                name=cost,
+                known=", ".join(OF_COLOURS),
+            ),
+            field="--cost",
+        )
+
+
 class PhotoFollower:
     """Follows contacts in one photo of a model, with one cost.
 
@@ -77,15 +89,7 @@ class PhotoFollower:
     """
 
     def __init__(self, photos: CalibratedPhotos, cost: str = "colour", *, voting: bool = True):
-        if cost not in OF_COLOURS:
-            raise UsageError(
-                tr(
-                    "In a photo there is no cost '{name}'. There are: {known}.",
-                    name=cost,
-                    known=", ".join(OF_COLOURS),
-                ),
-                field="--cost",
-            )
+        _require_cost(cost)
         self.photos, self.cost, self._voting = photos, cost, voting
         self.view = photos.views.views[photos.chosen]
         self._pyramid = [photos.pixels(photos.chosen)]
@@ -93,7 +97,8 @@ class PhotoFollower:
         self._kept: dict[int, Voter] = {}
 
     def by(self, cost: str) -> PhotoFollower:
-        """The same photo followed with another cost; its pixels are shared."""
+        """The same photo followed with another cost; its pixels are shared. Raises UsageError."""
+        _require_cost(cost)
         other = copy(self)
         other.cost = cost
         return other

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
+from vomstudio.files.pictures import open_picture
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress
@@ -111,7 +112,7 @@ def _edges_of_points(
     file = folder / "points.png"
     Image.fromarray(np.asarray(picture[tuple(at)])).save(file)
     (made,) = find([file], folder)
-    with Image.open(made) as image:
+    with open_picture(made) as image:
         edges = np.asarray(image.convert("L"))
     found = np.full(len(points), 255, np.uint8)
     seen = depth >= nearest[row, column] - _BEHIND * spacing
