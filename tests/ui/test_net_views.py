@@ -313,7 +313,8 @@ def test_the_style_of_figures_is_chosen_previewed_and_kept(net, window, studio, 
 
 def test_the_net_takes_the_place_of_the_outcrop_and_goes_back(net, window) -> None:
     window.workspaces.switch("analyse")
-    driver.pause(50)
+    # Sizes are kept once a workspace has stood for a moment.
+    driver.pause(400)
     was = net.canvas.width() * net.canvas.height()
     window.actions_table.all["net_in_middle"].trigger()
     driver.pause(200)
