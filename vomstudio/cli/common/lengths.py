@@ -1,7 +1,7 @@
-"""Lengths in the JSON of a model that has no metres: named without a unit.
+"""Lengths in the JSON of a model that has no metres: also named without a unit.
 
-What is called `..._m` is metres or null. A model that was made of photos without scale has lengths
-all the same: they stand under the name without the unit, as the resolution does in `info`.
+Scripts rely on the names that end in `_m`. Where a model was made of photos without scale, whose
+lengths are in units of its own, the same figures also stand under names without the unit.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ _ROW = {"pole_trend_deg", "n_points", "extent_m"}
 
 def named_by_unit(result: Mapping[str, Any], *, metric: bool) -> dict[str, Any]:
     """The object of a command whose lengths are in metres, or in the unit of a model without any:
-    each `NAME_m` and `NAME_m2` is null then, and `NAME` holds the figure, or `NAME_units` where
-    `NAME` is something else."""
+    beside each `NAME_m` and `NAME_m2` stands then `NAME`, or `NAME_units` where `NAME` is something
+    else."""
     return dict(result) if metric else _bare(result)
 
 
@@ -36,7 +36,7 @@ def _bare(value: Any) -> Any:
     told: dict[str, Any] = {}
     for name, each in value.items():
         bare = without_metres(name, value)
+        told[name] = _bare(each)
         if bare != name:
-            told[name] = None
-        told[bare] = _bare(each)
+            told[bare] = told[name]
     return told
