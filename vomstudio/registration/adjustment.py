@@ -281,13 +281,24 @@ def _system(rows: Rows, sigma: Array, size: float) -> tuple[Array, Array, Array]
 
 def _inverse(information: Array) -> tuple[Array, Array]:
     """Of what is determined, and the null space (orthonormal columns) of the rest."""
+    told = np.diag(information) > 0.0
+    if not told.all():
+        # Of planes and lines alone nothing tells scale and place.
+        n, some = len(told), np.ix_(told, told)
+        inner, free = _inverse(information[some]) if told.any() else (np.zeros((0, 0)),) * 2
+        inverse, null = np.zeros((n, n)), np.zeros((n, free.shape[1] + n - int(told.sum())))
+        inverse[some] = inner
+        null[told, : free.shape[1]] = free
+        null[~told, free.shape[1] :] = np.eye(n - int(told.sum()))
+        return inverse, null
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scale = np.where(scale < 1e-140, 1.0, scale)
     values, axes = np.linalg.eigh(information / np.outer(scale, scale))
     held = values > _NOTHING
+    if held.all():
+        return (axes / values) @ axes.T / np.outer(scale, scale), np.zeros((len(scale), 0))
     null = (axes / scale[:, None])[:, ~held]
-    if null.shape[1]:
-        null, _ = np.linalg.qr(null)
+    null, _ = np.linalg.qr(null)
     inside = np.eye(len(information)) - null @ null.T
     part = inside @ information @ inside
     # In the subspace that is determined, or numbers of others would leak in.
