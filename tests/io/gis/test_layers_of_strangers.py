@@ -82,22 +82,29 @@ def test_the_crs_of_a_geojson_is_not_fetched(
     assert pages == []
 
 
+def refused_unasked(
+    folder: Path, asked: tuple[str, list[str]], read: Callable[[Path], object], name: str
+) -> None:
+    """A virtual layer whose content lies on the network, or in another file, is not opened."""
+    address, pages = asked
+    geojson(folder / "private.geojson", "Polygon", {})
+    for source in (f"/vsicurl/{address}x.geojson", str(folder / "private.geojson")):
+        (folder / name).write_text(
+            f'<OGRVRTDataSource><OGRVRTLayer name="contacts"><SrcDataSource>{source}'
+            "</SrcDataSource><SrcLayer>private</SrcLayer></OGRVRTLayer></OGRVRTDataSource>"
+        )
+        with pytest.raises(InputError, match=name):
+            read(folder / name)
+    assert pages == []
+
+
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("read", READERS)
 @pytest.mark.parametrize("name", ["a.geojson", "a.shp", "a.gpkg", "a.dxf", "a.vrt", "a.kml"])
 def test_no_virtual_layer_is_opened(
     tmp_path: Path, asked: tuple[str, list[str]], read: Callable[[Path], object], name: str
 ) -> None:
-    address, pages = asked
-    geojson(tmp_path / "private.geojson", "Polygon", {})
-    for source in (f"/vsicurl/{address}x.geojson", str(tmp_path / "private.geojson")):
-        (tmp_path / name).write_text(
-            f'<OGRVRTDataSource><OGRVRTLayer name="private"><SrcDataSource>{source}'
-            "</SrcDataSource></OGRVRTLayer></OGRVRTDataSource>"
-        )
-        with pytest.raises(InputError, match=name):
-            read(tmp_path / name)
-    assert pages == []
+    refused_unasked(tmp_path, asked, read, name)
 
 
 @pytest.mark.parametrize("read", READERS)
@@ -150,16 +157,7 @@ def test_a_kml_says_what_has_stayed_where_it_was(tmp_path: Path) -> None:
 def test_no_virtual_layer_of_stations_and_contacts_is_opened(
     tmp_path: Path, asked: tuple[str, list[str]], name: str
 ) -> None:
-    address, pages = asked
-    geojson(tmp_path / "private.geojson", "LineString", {})
-    for source in (f"/vsicurl/{address}x.geojson", str(tmp_path / "private.geojson")):
-        (tmp_path / name).write_text(
-            f'<OGRVRTDataSource><OGRVRTLayer name="contacts"><SrcDataSource>{source}'
-            "</SrcDataSource><SrcLayer>private</SrcLayer></OGRVRTLayer></OGRVRTDataSource>"
-        )
-        with pytest.raises(InputError, match=name):
-            _listed(tmp_path / name)
-    assert pages == []
+    refused_unasked(tmp_path, asked, _listed, name)
 
 
 def test_a_table_of_stations_of_any_bytes(tmp_path: Path) -> None:
