@@ -392,6 +392,22 @@ def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened
     assert field.text() == "dip"
 
 
+def test_a_field_to_be_filled_in_keeps_the_keyboard_while_the_cursor_rests(opened):
+    """A hint or a list over the outcrop that closes is no movement of the mouse."""
+    middle = opened.viewport.rect().center()
+    driver.move(opened.viewport, middle + QPoint(40, 0))
+    driver.move(opened.viewport, middle)
+    field = opened.table._filter
+    field.setFocus()
+    enter(opened)
+    assert field.hasFocus()
+    driver.focus(opened)
+    driver.move(opened.viewport, middle + QPoint(40, 0))
+    field.setFocus()
+    enter(opened)
+    assert on_outcrop(opened)
+
+
 def test_a_click_into_the_outcrop_takes_it_from_edited_text(opened):
     press(opened.table._filter)
     QTest.keyClicks(opened.table._filter, "dip")

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import rotations_by_pairs
-from vomstudio.registration.observations import Directions, Observed, Points, Rows
+from vomstudio.registration.observations import Directions, Observed, Points, Rows, all_rows
 from vomstudio.registration.scatter import expected_squares, least_variance
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
 from vomstudio.words import tr
@@ -31,6 +31,8 @@ _STARTS = 400
 _FOLLOWED = 6
 _STEPS = 60
 _SMALL = 1e-11
+# Starts are only compared with each other: the one that is chosen is followed to the end.
+_SMALL_START = 1e-6
 # Of the information with its diagonal made 1: less is rounding.
 _NOTHING = 1e-9
 _SURE = 0.99
@@ -236,35 +238,6 @@ def _cost(
 
 
 # --- one start --------------------------------------------------------------------------------
-def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Rows, list[int]]:
-    each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
-    begins = [0]
-    for rows in each:
-        begins.append(begins[-1] + len(rows.misses))
-    columns: dict[tuple[int, int] | str, int] = {}
-    places = []
-    for number, rows in enumerate(each):
-        own = [
-            name or (number, k) for k, name in enumerate(rows.shared_names)
-        ]  # fmt: skip
-        places.append([columns.setdefault(key, len(columns)) for key in own])
-    shared, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
-    for first, rows, at_columns in zip(begins, each, places, strict=False):
-        shared[first : first + len(rows.misses), at_columns] = rows.shared
-        sizes[at_columns] = rows.shared_sigma
-    whole = Rows(
-        np.concatenate([rows.misses for rows in each]),
-        np.concatenate([rows.moves for rows in each]),
-        np.concatenate([rows.sigma for rows in each]),
-        tuple(name for rows in each for name in rows.groups),
-        tuple(name for rows in each for name in rows.parts),
-        shared,
-        sizes,
-        tuple(key if isinstance(key, str) else "" for key in columns),
-    )
-    return whole, begins
-
-
 def _system(rows: Rows, sigma: Array, size: float) -> tuple[Array, Array, Array]:
     """(m + k, 7 + k) and (m + k,) of the rows and of what is known beforehand of shared errors,
     each divided by its error, and (7 + k,) the units of the columns."""
@@ -349,7 +322,7 @@ def _followed(
         if length > 0.7:
             step = step * (0.7 / length)
         fit = moved(fit, step, at)
-        if np.abs(step[:4]).max() < _SMALL:
+        if np.abs(step[:4]).max() < _SMALL_START:
             break
     return fit, _cost(kinds, fit, centre, size, robust=robust)
 

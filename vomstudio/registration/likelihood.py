@@ -16,8 +16,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.adjustment import Adjusted, all_rows, moved, weighed_rows
-from vomstudio.registration.observations import Observed
+from vomstudio.registration.adjustment import Adjusted, moved, weighed_rows
+from vomstudio.registration.observations import Observed, all_rows
 from vomstudio.registration.similarity import Similarity
 
 Array = npt.NDArray[np.float64]

@@ -267,6 +267,35 @@ class Attitudes:
         return _sharing(rows, (inverse @ placed).reshape(-1, 3), self.mount_sigma)
 
 
+def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Rows, list[int]]:
+    """Of all kinds, one below the other, about the place `at` in World, and where those of each
+    kind begin, and the end. Errors of one name that kinds share are one column."""
+    each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
+    begins = [0]
+    for rows in each:
+        begins.append(begins[-1] + len(rows.misses))
+    columns: dict[tuple[int, int] | str, int] = {}
+    places = []
+    for number, rows in enumerate(each):
+        own = [name or (number, k) for k, name in enumerate(rows.shared_names)]
+        places.append([columns.setdefault(key, len(columns)) for key in own])
+    shared, sizes = np.zeros((begins[-1], len(columns))), np.zeros(len(columns))
+    for first, rows, at_columns in zip(begins, each, places, strict=False):
+        shared[first : first + len(rows.misses), at_columns] = rows.shared
+        sizes[at_columns] = rows.shared_sigma
+    whole = Rows(
+        np.concatenate([rows.misses for rows in each]),
+        np.concatenate([rows.moves for rows in each]),
+        np.concatenate([rows.sigma for rows in each]),
+        tuple(name for rows in each for name in rows.groups),
+        tuple(name for rows in each for name in rows.parts),
+        shared,
+        sizes,
+        tuple(key if isinstance(key, str) else "" for key in columns),
+    )
+    return whole, begins
+
+
 def _rows(
     misses: Array,
     moves: Array,

@@ -5,7 +5,8 @@ Outside the outcrop only text that is being edited keeps the keys. All docks of 
 served alike, whatever stands in them, and so is what stands around an open photo:
 
 - the cursor or the wheel over the outcrop takes the focus from everything but a text that has been
-  changed and not yet been confirmed;
+  changed and not yet been confirmed; from a field only when the cursor has been moved, since one
+  that is to be filled in for what was clicked would lose it to a hint that closes;
 - a choice in a combo box, and Enter or Esc in a field, hand it back; Esc brings the field's old
   text back first and does no more;
 - a letter pressed in a combo box, a list or on a button does in the outcrop what it means there,
@@ -24,7 +25,7 @@ from collections.abc import Callable
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, Qt, SignalInstance
-from PySide6.QtGui import QKeyEvent, QKeySequence, QShortcut
+from PySide6.QtGui import QCursor, QEnterEvent, QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -76,6 +77,7 @@ class KeyboardFocus(QObject):
         self._confirmed = False
         self._text = ""
         self._typed = False
+        self._cursor = QCursor.pos()
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         application.focusChanged.connect(self._moved)
@@ -113,6 +115,13 @@ class KeyboardFocus(QObject):
         changed = not isinstance(now, QAbstractSpinBox) and _text_of(now) != self._text
         return self._typed or changed
 
+    def _rests(self, entered: QEnterEvent) -> bool:
+        """A field has the focus, and the cursor has not been moved since: what lay over the
+        outcrop went away, and nobody went there."""
+        now = self._window.focusWidget()
+        there = entered.globalPosition().toPoint()
+        return now is not None and _is_text(now) and there == self._cursor
+
     # --- who has it --------------------------------------------------------------------------
     def _moved(self, old: QWidget | None, new: QWidget | None) -> None:
         self._leave()
@@ -128,6 +137,7 @@ class KeyboardFocus(QObject):
             self._outcrop.setFocus(Qt.FocusReason.OtherFocusReason)
             return
         self._watched, self._text, self._typed = new, _text_of(new), False
+        self._cursor = QCursor.pos()
         new.installEventFilter(self)
         if isinstance(new, QComboBox) and not new.property(_KNOWN):
             new.setProperty(_KNOWN, True)
@@ -178,7 +188,8 @@ class KeyboardFocus(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
         kind = event.type()
         if watched is self._entered:
-            if kind in (QEvent.Type.Enter, QEvent.Type.Wheel) and self._window_is_active():
+            come = isinstance(event, QEnterEvent) and not self._rests(event)
+            if (come or kind == QEvent.Type.Wheel) and self._window_is_active():
                 self.to_outcrop()
             return False
         if not isinstance(event, QKeyEvent):
