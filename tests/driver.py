@@ -120,8 +120,9 @@ def declare(window: MainWindow, crs: str = CRS) -> None:
 def dialog_of(window: MainWindow):
     from vomstudio.ui.shell.frame_dialog import FrameDialog
 
-    shown = [d for d in window.findChildren(FrameDialog) if d.isVisible()]
-    return shown[0] if shown else None
+    # Not among all that the window is made of, which takes as long as waiting does.
+    shown = [d for d in QApplication.topLevelWidgets() if isinstance(d, FrameDialog)]
+    return next((d for d in shown if d.isVisible() and d.parent() is window), None)
 
 
 def open_outcrop(window: MainWindow, path: Path) -> str:

@@ -16,6 +16,8 @@ Ints = npt.NDArray[np.int64]
 MOST = 6_000_000
 """Faces that cutting may make."""
 _ROUNDS = 40
+# Area of the largest triangle without a side above 1: that with equal sides.
+_LARGEST = np.sqrt(3.0) / 4.0
 
 
 def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, Ints]:
@@ -33,6 +35,11 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
     of = np.flatnonzero(asked)
     done: list[tuple[Ints, Ints]] = [(faces[~asked], np.flatnonzero(~asked))]
     faces = faces[asked]
+    sides = vertices[faces[:, 1:]] - vertices[faces[:, :1]]
+    area = 0.5 * float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
+    if area > MOST * _LARGEST * longest**2:
+        # Before half a minute goes by in finding that out.
+        raise GeometryError(_too_many())
     for _ in range(_ROUNDS):
         ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
         # By its nodes, not by the order in which a face has them: both faces must find the same.
@@ -60,14 +67,16 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
         )
         faces, of = _cut(faces, middle, of)
         if len(faces) + sum(len(part) for part, _ in done) > MOST:
-            raise GeometryError(
-                tr("The length is far smaller than the model: choose a longer one, or cut a part.")
-            )
+            raise GeometryError(_too_many())
     return (
         vertices,
         np.concatenate([part for part, _ in done]),
         np.concatenate([own for _, own in done]),
     )
+
+
+def _too_many() -> str:
+    return tr("The length is far smaller than the model: choose a longer one, or cut a part.")
 
 
 def _cut(faces: Ints, middle: Ints, of: Ints) -> tuple[Ints, Ints]:

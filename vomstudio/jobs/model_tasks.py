@@ -41,6 +41,7 @@ def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
     import os
     import pkgutil
 
+    from vomstudio.geometry.kernels import all_ready
     from vomstudio.geometry.kernels.jit import make_ready
 
     if hasattr(os, "nice"):
@@ -49,6 +50,7 @@ def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
         if module.name.endswith("_kernels"):
             progress.step(0)
             make_ready(importlib.import_module(module.name))
+    all_ready.note()
     return Nothing()
 
 

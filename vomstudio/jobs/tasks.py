@@ -2,33 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
-from vomstudio.jobs import (
-    inspection_tasks,
-    model_tasks,
-    photo_tasks,
-    product_tasks,
-    proposal_tasks,
-    reconstruction_tasks,
-    registration_tasks,
-    surface_tasks,
-    survey_tasks,
-)
 from vomstudio.jobs.job import Job
 
-TASKS: dict[str, Job[Any, Any]] = {
-    job.name: job
-    for module in (
-        model_tasks,
-        product_tasks,
-        photo_tasks,
-        reconstruction_tasks,
-        registration_tasks,
-        surface_tasks,
-        proposal_tasks,
-        survey_tasks,
-        inspection_tasks,
+TASKS: dict[str, Job[Any, Any]] = {}
+"""Those that were asked for, and what stands beside them; others are found by `task_of`."""
+
+
+def task_of(name: str) -> Job[Any, Any] | None:
+    """The job of that name. Only what leads to it is loaded: whoever opens a model waits for that
+    and not for what photos need."""
+    for jobs in () if name in TASKS else _jobs():
+        TASKS.update((job.name, job) for job in jobs)
+        if name in TASKS:
+            break
+    return TASKS.get(name)
+
+
+def all_tasks() -> dict[str, Job[Any, Any]]:
+    """Every job that a worker knows."""
+    for jobs in _jobs():
+        TASKS.update((job.name, job) for job in jobs)
+    return TASKS
+
+
+def _jobs() -> Iterator[tuple[Job[Any, Any], ...]]:
+    """Module by module, what is asked for first and is loaded fastest before the others."""
+    from vomstudio.jobs import model_tasks
+
+    yield model_tasks.JOBS
+    from vomstudio.jobs import inspection_tasks, reconstruction_tasks, survey_tasks
+
+    yield (*reconstruction_tasks.JOBS, *survey_tasks.JOBS, *inspection_tasks.JOBS)
+    from vomstudio.jobs import photo_tasks
+
+    yield photo_tasks.JOBS
+    from vomstudio.jobs import product_tasks, proposal_tasks, registration_tasks, surface_tasks
+
+    yield (
+        *product_tasks.JOBS,
+        *registration_tasks.JOBS,
+        *surface_tasks.JOBS,
+        *proposal_tasks.JOBS,
     )
-    for job in module.JOBS
-}

@@ -23,7 +23,8 @@ from vomstudio.failures.error_collector import ERRORS
 from vomstudio.files import memory_limit
 from vomstudio.jobs.endings import short_of_memory
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
-from vomstudio.jobs.tasks import TASKS
+from vomstudio.jobs.job import Job
+from vomstudio.jobs.tasks import task_of
 from vomstudio.progress import CancelToken
 from vomstudio.words import tr
 
@@ -69,15 +70,17 @@ def main() -> int:
     threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
     while True:
         job = 0
+        task: Job[Any, Any] | None = None
         job, name, args, token = jobs.get()
         try:
             token.check()
-            if name not in TASKS:
+            task = task_of(name)
+            if task is None:
                 raise WorkerError(
                     tr("This version has no task “{task}”. Restart the program.", task=name)
                 )
             with memory_limit.limited_to_what_is_free():
-                done = TASKS[name].carry_out(args, _Reporter(job, token, send))
+                done = task.carry_out(args, _Reporter(job, token, send))
             send(Done(job, done))
         except VomError as error:
             send(Failed(job, error.as_dict(), error.exit_code))
@@ -85,8 +88,8 @@ def main() -> int:
             exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
-            if memory_limit.is_shortage(error):
-                fault = short_of_memory(TASKS[name])
+            if task is not None and memory_limit.is_shortage(error):
+                fault = short_of_memory(task)
                 send(Failed(job, fault.as_dict(), fault.exit_code))
                 continue
             traceback.print_exc(file=sys.stderr)

@@ -150,7 +150,7 @@ def _compiled(source: Source, signature: Signature) -> bytes:
 # --- on the disk --------------------------------------------------------------------------------
 
 
-def _folders() -> Iterator[Path]:
+def folders() -> Iterator[Path]:
     """Where kernels may be kept, in the order of numba's own cache."""
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(chosen)
@@ -162,7 +162,7 @@ def _folders() -> Iterator[Path]:
 
 
 def _kept(name: str) -> bytes | None:
-    for folder in _folders():
+    for folder in folders():
         with contextlib.suppress(OSError):
             whole = (folder / name).read_bytes()
             code = whole[len(_FORMAT) + _DIGEST_BYTES :]
@@ -177,7 +177,7 @@ def _sealed(code: bytes) -> bytes:
 
 def _keep(name: str, code: bytes) -> None:
     """In the first folder that can be written; in none if it must be."""
-    for folder in _folders():
+    for folder in folders():
         draft = folder / f"{name}.{os.getpid()}.part"
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtGui import (
     QCloseEvent,
     QDragEnterEvent,
@@ -23,7 +23,7 @@ from vomstudio.io.settings import Settings
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.widgets import Label
-from vomstudio.ui.shell import thread_switching
+from vomstudio.ui.shell import thread_switching, warm_up
 from vomstudio.ui.shell.background_imports import BackgroundImports
 from vomstudio.ui.shell.drag_and_drop import dragged_files
 from vomstudio.ui.workspaces.arrangements import Workspaces, geometry_of
@@ -34,7 +34,6 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport
     from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
-    from vomstudio.ui.common.studio import Studio
 
 # A viewport that cannot draw must not keep the net away.
 _LONGEST_WAIT_MS = 5000
@@ -53,9 +52,6 @@ class MainWindow(QMainWindow):
         self._settings = settings
         self._filled = False
         self._imports = BackgroundImports()
-        self._import_timer = QTimer(self)
-        self._import_timer.setSingleShot(True)
-        self._import_timer.timeout.connect(self._imports.begin)
         queued = Qt.ConnectionType.QueuedConnection
         self._imports.stereonet_imported.connect(self._add_stereonet, queued)
         self._imports.all_imported.connect(self._imports_done, queued)
@@ -68,11 +64,14 @@ class MainWindow(QMainWindow):
         starting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.setCentralWidget(starting)
 
-    def _fill(self) -> None:
+    def _fill(self, *, something_to_open: bool = False) -> None:
         """Everything but the viewport and the net. What is imported here is not light."""
         from vomstudio.ui.common.studio import Studio
 
         self.studio = Studio(self._settings)
+        if something_to_open:
+            # Meanwhile the process that reads it imports what that takes.
+            warm_up.for_models(self.studio)
         self._make_models()
         self.studio.new_project()
         self._make_actions()
@@ -308,7 +307,7 @@ class MainWindow(QMainWindow):
     # --- start -------------------------------------------------------------------------------
     def begin(self, paths: list[Path]) -> None:
         """The window is on the screen: fill it, then open the paths of the command line."""
-        self._fill()
+        self._fill(something_to_open=bool(paths))
         from vomstudio.rendering.qt.viewport import Viewport
         from vomstudio.ui.shell.keyboard_focus import KeyboardFocus
         from vomstudio.ui.workspaces.photo_tab import widget_seen
@@ -338,7 +337,7 @@ class MainWindow(QMainWindow):
         self.studio.offer_recovery()
         # The net's library takes a second to import: after the first frame, and in a thread.
         viewport.first_frame.connect(self._imports.begin)
-        self._import_timer.start(_LONGEST_WAIT_MS)
+        self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)
         self._refresh()
 
     def _join_panels(self, viewport: Viewport) -> None:
@@ -361,7 +360,7 @@ class MainWindow(QMainWindow):
         self.net = StereonetPanel(self.studio, actions)
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
-        _warm_up(self.studio)
+        warm_up.all_workers(self.studio)
 
     def _imports_done(self) -> None:
         # An open model is not kept until the program ends, so it must not be frozen.
@@ -433,26 +432,10 @@ class MainWindow(QMainWindow):
         self.studio.settings.window = self.workspaces.to_keep()
         self.studio.keep_settings()
         self.view.keep_camera()
-        self._import_timer.stop()
+        self._imports.do_not_begin()
         self.view.close()
         self._photo_shown.close()
         if hasattr(self, "net"):
             self.net.close_thread()
         self.studio.close()
         event.accept()
-
-
-def _warm_up(studio: Studio) -> None:
-    """Each lane's worker gets ready for what it will be asked; photos come last."""
-    from vomstudio.jobs.job import Nothing
-    from vomstudio.jobs.model_tasks import COMPILE_KERNELS, IMPORT_LIBRARIES
-
-    for job in (IMPORT_LIBRARIES, COMPILE_KERNELS):
-        studio.jobs.submit(
-            job,
-            Nothing(),
-            title=tr("Warming up"),
-            on_done=lambda _: None,
-            on_failed=lambda _: None,
-            quiet=True,
-        )

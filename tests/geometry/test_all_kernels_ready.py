@@ -1,0 +1,47 @@
+"""The note that all kernels are ready holds for this program on this machine, and no other."""
+
+from __future__ import annotations
+
+import platform
+from pathlib import Path
+
+import pytest
+
+from vomstudio.geometry.kernels import all_ready
+
+
+@pytest.fixture(autouse=True)
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "kernels"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
+    return folder
+
+
+def test_what_was_noted_is_known() -> None:
+    assert not all_ready.noted()
+    all_ready.note()
+    assert all_ready.noted()
+
+
+def test_another_machine_and_another_program_are_not_meant(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    package = tmp_path / "package"
+    package.mkdir()
+    source = package / "some_kernels.py"
+    source.write_text("one = 1\n")
+    monkeypatch.setattr(all_ready, "_PACKAGE", package)
+    all_ready.note()
+    assert all_ready.noted()
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setattr(platform, "node", lambda: "another")
+        assert not all_ready.noted()
+    assert all_ready.noted()
+    source.write_text("two = 22\n")
+    assert not all_ready.noted()
+
+
+def test_a_folder_that_cannot_be_written_is_no_trouble(kept: Path) -> None:
+    kept.write_text("no folder")
+    all_ready.note()
+    assert not all_ready.noted()
