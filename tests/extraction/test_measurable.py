@@ -306,7 +306,7 @@ def test_figures_that_are_none_are_refused(asked: Asked) -> None:
 
 def test_a_length_under_the_resolution_is_refused() -> None:
     with pytest.raises(GeometryError, match="longer"):
-        measurable(waves(), Asked(UP, 0.02))
+        measurable(waves(), Asked(UP, 0.05))
 
 
 def test_a_length_that_would_need_too_many_faces_is_refused() -> None:

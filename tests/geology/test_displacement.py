@@ -130,7 +130,7 @@ def test_stated_errors_are_those_of_simulation() -> None:
         return Plane(float(direction[0]), float(dip[0]))
 
     figures = []
-    for _ in range(700):
+    for _ in range(3000):
         one = net_slip_of_cutoffs(
             AT + slip + chance.normal(0, 0.05, 3), AT + chance.normal(0, 0.05, 3),
             tilted(fault, 4.0), tilted(bed, 3.0), rake + chance.normal(0, 10 / 1.96),

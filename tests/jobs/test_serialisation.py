@@ -14,7 +14,7 @@ import pytest
 
 from vomstudio.errors import WorkerError
 from vomstudio.jobs import serialisation
-from vomstudio.jobs.tasks import all_tasks, task_of
+from vomstudio.jobs.tasks import TASKS, task_of
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,11 @@ def test_what_cannot_cross_is_refused_by_its_name(free: Any, words: str) -> None
         serialisation.encode(Outer(Path("a"), "mesh", (), {}, 0.5, free))
 
 
-@pytest.mark.parametrize("name", sorted(all_tasks()))
+# Whoever looks for one that does not exist has looked at all.
+assert task_of("no such job") is None
+
+
+@pytest.mark.parametrize("name", sorted(TASKS))
 def test_every_job_asks_and_answers_in_frozen_dataclasses(name: str) -> None:
     job = task_of(name)
     assert job is not None

@@ -49,8 +49,6 @@ def begin(window, tilted: Path, picks) -> ControlPanel:
     choose(panel, "plane")
     driver.look_at(window, to_file(world, middle), 25.0, 5.0)
     driver.wait(panel.compass.reading.isVisible, "the field for what was read")
-    # The screen's own cursor may come to lie over the outcrop, which takes the keyboard then.
-    driver.pause(500)
     driver.focus(window)
     return panel
 

@@ -53,12 +53,12 @@ def test_unequal_errors_are_minimised_as_scipy_does() -> None:
 
 @pytest.mark.parametrize("stated", [True, False])
 def test_the_stated_errors_cover_the_true_ones(stated: bool) -> None:
-    """95 % of the rotations, about each axis by itself, in 200 simulations."""
+    """95 % of the rotations, about each axis by itself, in 400 simulations."""
     model, world = pairs(6)
     sigma = np.tile([0.02, 0.02, 0.05] if stated else [0.03] * 3, (6, 1))
     chance = np.random.default_rng(11)
     within = np.zeros(4)
-    runs = 200
+    runs = 400
     for _ in range(runs):
         noisy = world + sigma * chance.normal(size=world.shape)
         found = register_points(model, noisy, sigma if stated else None)

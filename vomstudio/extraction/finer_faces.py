@@ -8,6 +8,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.measurable_kernels import longest_sides
 from vomstudio.geometry.kernels.jit import for_reading
+from vomstudio.geometry.patches import triangle_areas
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -35,8 +36,7 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
     of = np.flatnonzero(asked)
     done: list[tuple[Ints, Ints]] = [(faces[~asked], np.flatnonzero(~asked))]
     faces = faces[asked]
-    sides = vertices[faces[:, 1:]] - vertices[faces[:, :1]]
-    area = 0.5 * float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
+    area = float(triangle_areas(*(vertices[faces[:, k]] for k in range(3))).sum())
     if area > MOST * _LARGEST * longest**2:
         # Before half a minute goes by in finding that out.
         raise GeometryError(_too_many())

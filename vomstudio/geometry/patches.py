@@ -158,6 +158,11 @@ def face_areas(mesh: Mesh, faces: npt.ArrayLike) -> Floats:
     """(k,) areas of faces, in the file's unit squared."""
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     a, b, c = (np.asarray(mesh.vertices[corners[:, i]], dtype=np.float64) for i in range(3))
+    return triangle_areas(a, b, c)
+
+
+def triangle_areas(a: Floats, b: Floats, c: Floats) -> Floats:
+    """(k,) areas of triangles with the corners a, b, c (k, 3)."""
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 

@@ -12,20 +12,13 @@ TASKS: dict[str, Job[Any, Any]] = {}
 
 
 def task_of(name: str) -> Job[Any, Any] | None:
-    """The job of that name. Only what leads to it is loaded: whoever opens a model waits for that
-    and not for what photos need."""
+    """The job of that name, None where there is none. Only what leads to it is loaded: whoever
+    opens a model waits for that and not for what photos need."""
     for jobs in () if name in TASKS else _jobs():
         TASKS.update((job.name, job) for job in jobs)
         if name in TASKS:
             break
     return TASKS.get(name)
-
-
-def all_tasks() -> dict[str, Job[Any, Any]]:
-    """Every job that a worker knows."""
-    for jobs in _jobs():
-        TASKS.update((job.name, job) for job in jobs)
-    return TASKS
 
 
 def _jobs() -> Iterator[tuple[Job[Any, Any], ...]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,9 +101,7 @@ def fit_robustly(
     if n < _FEWEST_TO_CHOOSE:
         return best, np.ones(n, np.bool_)
     least = float(np.median(_squares(best, a, b)))
-    rng = np.random.default_rng(seed)
-    for _ in range(_TRIALS):
-        triple = rng.choice(n, 3, replace=False)
+    for triple in _triples(n, seed):
         try:
             trial = fit_similarity(a[triple], b[triple])
         except GeometryError:
@@ -124,6 +124,14 @@ def fit_robustly(
         if joining is None:
             return best, used
         used[joining] = True
+
+
+def _triples(n: int, seed: int) -> npt.NDArray[np.int64]:
+    """(t, 3) numbers of n points: all triples where these are few, else some drawn by chance."""
+    if math.comb(n, 3) <= _TRIALS:
+        return np.array(list(itertools.combinations(range(n), 3)))
+    rng = np.random.default_rng(seed)
+    return np.array([rng.choice(n, 3, replace=False) for _ in range(_TRIALS)])
 
 
 def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> int | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import tempfile
 import threading
-import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +79,6 @@ Then = Callable[[OpenModel], None]
 PREVIEW_SUFFIXES = (".las", ".laz")
 PREVIEW_BYTES = 8_000_000
 """Smaller files are read before a preview would be."""
-_PICTURE_FIRST_S = 0.5
 
 
 class ModelLoader:
@@ -262,9 +260,7 @@ class ModelLoader:
             cached.content_hash,
         )
         self._arrive(key, opened, then)
-        # The picture first, and the next ones: whoever picks earlier than this has it built. The
-        # first build imports for half a second, which holds the lock that the picture needs.
-        time.sleep(_PICTURE_FIRST_S)
+        # The picture first, and the next ones: nobody waits for this.
         lower_priority(19)
         surface.build()
 

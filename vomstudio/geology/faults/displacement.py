@@ -335,8 +335,11 @@ def _slopes(f: Callable[[Floats], Floats], at: Floats, step: float = _STEP) -> F
 
 def _propagated(f: Callable[[Floats], Floats], at: Floats, spread: Floats) -> tuple[Floats, Floats]:
     """Values and their standard deviations."""
+    values = f(at)
+    if not spread.any():
+        return values, np.zeros(len(values))
     slope = _slopes(f, at) * spread
-    return f(at), np.sqrt(np.sum(slope**2, axis=1))
+    return values, np.sqrt(np.sum(slope**2, axis=1))
 
 
 def _measured(value: float, sigma: float, errors: Errors) -> Measured:

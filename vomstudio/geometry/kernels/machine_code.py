@@ -54,10 +54,10 @@ def entry(source: Source, by_numba: Callable[[], Callable[..., Any]]) -> Callabl
     try:
         signature = Signature(source.signature)
         name = _file_name(source)
-        found = _kept(name)
+        found = kept(name)
         if found is None:
             found = _compiled(source, signature)
-            _keep(name, found)
+            keep(name, found)
         return _linked(signature, found, by_numba)
     except (_CannotBeKept, ValueError):
         return None
@@ -150,7 +150,7 @@ def _compiled(source: Source, signature: Signature) -> bytes:
 # --- on the disk --------------------------------------------------------------------------------
 
 
-def folders() -> Iterator[Path]:
+def _folders() -> Iterator[Path]:
     """Where kernels may be kept, in the order of numba's own cache."""
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         yield Path(chosen)
@@ -161,8 +161,9 @@ def folders() -> Iterator[Path]:
     yield user_cache_path("vomstudio", appauthor=False) / "kernels"
 
 
-def _kept(name: str) -> bytes | None:
-    for folder in folders():
+def kept(name: str) -> bytes | None:
+    """What was kept under a name, None where nothing is or it was damaged."""
+    for folder in _folders():
         with contextlib.suppress(OSError):
             whole = (folder / name).read_bytes()
             code = whole[len(_FORMAT) + _DIGEST_BYTES :]
@@ -175,9 +176,9 @@ def _sealed(code: bytes) -> bytes:
     return _FORMAT + hashlib.blake2b(code, digest_size=_DIGEST_BYTES).digest() + code
 
 
-def _keep(name: str, code: bytes) -> None:
+def keep(name: str, code: bytes) -> None:
     """In the first folder that can be written; in none if it must be."""
-    for folder in folders():
+    for folder in _folders():
         draft = folder / f"{name}.{os.getpid()}.part"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -209,22 +210,31 @@ def _file_name(source: Source) -> str:
 
 @cache
 def _surroundings() -> tuple[str, ...]:
-    """Of what every kernel's code depends. numba tells its version without being imported."""
+    """Of what every kernel's code depends."""
     import llvmlite
     import llvmlite.binding as llvm
 
-    spec = find_spec("numba")
-    if spec is None or spec.origin is None:
+    words = compiler()
+    if not words[0]:
         raise _CannotBeKept
-    version = Path(spec.origin).with_name("_version.py")
-    settings = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k.startswith("NUMBA_")]
     return (
-        version.read_text(),
+        *words,
         llvmlite.__version__,
-        sys.version,
         llvm.get_process_triple(),
         llvm.get_host_cpu_name(),
         llvm.get_host_cpu_features().flatten(),
+    )
+
+
+def compiler() -> tuple[str, ...]:
+    """What compiles kernels and how it is set, told without importing it: first numba's version,
+    "" where it is not installed."""
+    spec = find_spec("numba")
+    where = None if spec is None else spec.origin
+    settings = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k.startswith("NUMBA_")]
+    return (
+        Path(where).with_name("_version.py").read_text() if where else "",
+        sys.version,
         *(word for word in settings if not word.startswith("NUMBA_CACHE_DIR=")),
     )
 

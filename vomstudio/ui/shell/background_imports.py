@@ -40,13 +40,14 @@ class BackgroundImports(QObject):
         self._timer.stop()
 
     def _work(self) -> None:
-        # A window that was closed meanwhile wants neither.
+        import vomstudio.ui.analyse.stereonet_panel  # noqa: F401
+
+        # A window that was closed meanwhile has no signals any more.
         with suppress(RuntimeError):
-            import vomstudio.ui.analyse.stereonet_panel  # noqa: F401
-
             self.stereonet_imported.emit()
-            # Wanted as soon as a model is there, when its picture is wanted as well.
-            import scipy.sparse.csgraph
-            import scipy.spatial  # noqa: F401
+        # Wanted as soon as a model is there, when its picture is wanted as well.
+        import scipy.sparse.csgraph
+        import scipy.spatial  # noqa: F401
 
+        with suppress(RuntimeError):
             self.all_imported.emit()
