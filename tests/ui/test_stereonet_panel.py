@@ -18,7 +18,7 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
+from vomstudio.document.records import Feature, Frame, Model
 from vomstudio.ui.analyse import stereonet_panel
 from vomstudio.ui.analyse.net.commands import export_net
 from vomstudio.ui.analyse.net.contour_button import ContourButton
@@ -353,3 +353,9 @@ def test_north_is_not_drawn_where_nobody_knows_it(net, window, studio, tmp_path)
     assert any("Local frame" in note for note in found.notes)
     studio.undo()
     assert net.rose_contents().north
+    net.wishes.show_view("net", "area")
+    assert studio.attempt(edits.delete, [r.id for r in studio.session.of(Feature)])
+    drawn(window)
+    assert not net.artists.contents.north, "an empty net has the axes of the outcrop"
+    assert studio.attempt(edits.declare_frame, "m2", Frame("crs", "EPSG:32633", 1.0))
+    driver.wait(lambda: net.artists.contents.north, "a net drawn with north")

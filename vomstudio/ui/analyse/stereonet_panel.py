@@ -49,7 +49,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
-from vomstudio.ui.forms.model_axes import axes_of
+from vomstudio.ui.forms.model_axes import axes_of, follow_axes
 from vomstudio.words import tr
 
 _IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
@@ -148,7 +148,8 @@ class StereonetPanel(QWidget):
         studio.selection_changed.connect(lambda _: self._select())
         studio.tool_changed_signal.connect(self._show_live)
         self.wishes.changed.connect(self._soon)
-        self._soon()
+        # Of an empty net, too, which no edit of a feature changes.
+        follow_axes(studio, lambda _: self._soon())
 
     def _toggle(self, icon: str, tip: str, on: bool) -> QToolButton:
         button = QToolButton()
@@ -258,13 +259,13 @@ class StereonetPanel(QWidget):
         return replace(found, notes=(*found.notes, _local()), north=False)
 
     def _north(self, sets: Sequence[NetSet]) -> bool:
-        """Nothing that is shown lies on a model without north; compass readings lie on none."""
+        """Nothing that is shown lies on a model without north; compass readings lie on none. An
+        empty net has the axes of the outcrop."""
         if axes_of(self._studio).north:
             return True
         records = self._studio.records
-        shown = (get_feature(records, id_) for s in sets for id_ in s.ids)
-        models = (model_of(records, feature) for feature in shown)
-        return all(model is None or model.frame.has_north for model in models)
+        models = [model_of(records, get_feature(records, id_)) for s in sets for id_ in s.ids]
+        return bool(models) and all(model is None or model.frame.has_north for model in models)
 
     def _copy_command(self) -> None:
         """Of the planes and lines that are shown, as the net shows them."""
