@@ -128,6 +128,26 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     assert patches(window) == []
     key(window, Qt.Key.Key_Y, CTRL)
     assert patches(window) == [patch]
+
+    # Enter came too soon: the patch goes, then what was chosen for it is there again.
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert not tool.open
+    assert studio.undo_label == "Let go of what was chosen"
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert tool.count == more
+    assert patches(window) == []
+    assert viewport.preview.area is not None
+    key(window, Qt.Key.Key_Y, CTRL)
+    assert not tool.open
+    key(window, Qt.Key.Key_Y, CTRL)
+    assert patches(window) == [patch]
+    key(window, Qt.Key.Key_Z, CTRL)
+    key(window, Qt.Key.Key_Z, CTRL)
+    key(window, Qt.Key.Key_Z, CTRL)
+    assert tool.count == first
+    key(window, Qt.Key.Key_Return)
+    (smaller,) = patches(window)
+    assert len(ids_of(smaller.runs)) == first
     driver.dismiss(window)
 
 

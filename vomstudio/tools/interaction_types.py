@@ -158,9 +158,11 @@ class Discarded:
     tool : the name of the tool; label : in words, like the label of an edit
     bring_back : open it again as it was; False, with the reason shown, where that cannot be
     untouched : whether it is open now, as it was when it was brought back
+    after : number of the last edit before it was let go; None : the last one that there is
     """
 
     tool: str
     label: str
     bring_back: Callable[[], bool]
     untouched: Callable[[], bool]
+    after: int | None = None

@@ -323,6 +323,7 @@ class SelectTool:
             self._context.say(tr("The model of what is chosen is not open."))
             return None
         session = self._context.session
+        before = session.top
         try:
             session.apply(
                 edits.add_features(session.records, [patch]),
@@ -331,7 +332,8 @@ class SelectTool:
         except VomError as error:
             self._context.say(str(error))
             return None
-        self._drop()
+        # Undo takes the patch back, and once more brings what was chosen for it.
+        self._let_go(chosen, "Let go of what was chosen", lambda: None, after=before)
         self._context.created(patch.id)
         return patch.id
 
@@ -355,7 +357,13 @@ class SelectTool:
         elements.hide(model_id, chosen.mask if before is None else chosen.mask | before)
         self._let_go(chosen, "Hide what was chosen", lambda: elements.hide(model_id, before))
 
-    def _let_go(self, chosen: ChosenElements, label: str, back: Callable[[], None]) -> None:
+    def _let_go(
+        self,
+        chosen: ChosenElements,
+        label: str,
+        back: Callable[[], None],
+        after: int | None = None,
+    ) -> None:
         self._drop()
         self._keep_draft()
         chosen.settle()
@@ -374,6 +382,7 @@ class SelectTool:
                 label,
                 bring_back,
                 lambda: self._chosen is chosen and np.array_equal(chosen.mask, untouched),
+                after,
             )
         )
 

@@ -37,7 +37,8 @@ class History:
         self._brought_back = self._emptied = None
 
     def _let_go(self, discarded: Discarded) -> None:
-        self._discarded = [*self._discarded[1 - _LONGEST :], (self._top, discarded)]
+        top = self._top if discarded.after is None else discarded.after
+        self._discarded = [*self._discarded[1 - _LONGEST :], (top, discarded)]
         self._brought_back = self._emptied = None
 
     @property

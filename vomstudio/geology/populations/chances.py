@@ -9,6 +9,7 @@ Press and others 2007, Numerical recipes, 6.4).
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 _STEPS = 400
 _TINY = 1e-300
@@ -41,6 +42,7 @@ def f_tail(top: float, bottom: float, ratio: float) -> float:
     return _beta(bottom / 2.0, top / 2.0, bottom / (bottom + top * ratio))
 
 
+@lru_cache(maxsize=1024)
 def t95(free: float) -> float:
     """How many standard errors either side hold 95 % (Student)."""
     low, high = 0.0, 13.0
