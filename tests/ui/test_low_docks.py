@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QApplication, QBoxLayout, QLabel, QTableWidget, QWidget
 
 from tests import driver
@@ -51,6 +52,43 @@ def test_in_low_docks_nothing_lies_over_anything_else(window, studio, height) ->
             if said := list(wrong(window.docks[name])):
                 found[f"{workspace} {name}"] = said
     assert found == {}
+
+
+class Painted(QObject):
+    """Keeps which words were drawn in less height than they need."""
+
+    def __init__(self, top: QWidget) -> None:
+        super().__init__(top)
+        self.cut: list[str] = []
+        self.count = 0
+        for label in top.findChildren(QLabel):
+            label.installEventFilter(self)
+
+    def eventFilter(self, label: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.Paint and isinstance(label, QLabel) and label.text():
+            self.count += 1
+            wraps = label.hasHeightForWidth()
+            least = label.heightForWidth(label.width()) if wraps else label.sizeHint().height()
+            if label.height() < least:
+                self.cut.append(f"{label.height()} of {least}: {label.text()[:60]}")
+        return False
+
+
+def test_no_frame_shows_words_that_are_cut_when_another_feature_is_selected(window, studio) -> None:
+    add_cliff(studio)
+    few = ((0.0, 0.0, 0.0), (3.0, 0.01, 0.0), (6.0, 0.0, 0.01))
+    add_bed(studio, "b1", vertices=few)
+    many = (*few[:2], (6.0, 0.0, 0.4), (5.0, 1.0, 2.0), (4.0, 3.0, 1.0))
+    add_bed(studio, "b2", vertices=many)
+    window.resize(1280, 720)
+    studio.selection.set(["b1"])
+    driver.pause(100)
+    painted = Painted(window.docks["properties"])
+    for name in ("b2", "b1") * 4:
+        studio.selection.set([name])
+        driver.pause(40)
+    assert painted.count > 100
+    assert painted.cut == []
 
 
 def test_a_low_table_asks_for_its_least_height(qtbot) -> None:

@@ -15,7 +15,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import orientation_text
-from vomstudio.ui.common.widgets import Label, as_words
+from vomstudio.ui.common.widgets import Label, as_words, lay_out_now
 from vomstudio.words import to_translate, tr
 
 
@@ -188,6 +188,7 @@ class FitView(QWidget):
         self._reasons.setText("\n".join(shown))
         self._reasons.setToolTip(as_words("\n".join(lines)))
         self._reasons.setVisible(bool(lines))
+        lay_out_now(self)
 
 
 def _figure_at(value: Label, line: _Line, at: QPoint) -> Figure:

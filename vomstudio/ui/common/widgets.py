@@ -147,7 +147,14 @@ class Scrolling(QScrollArea):
         if event.type() == QEvent.Type.LayoutRequest:
             # Qt leaves the place as narrow as the panel was before.
             self.updateGeometry()
+            if watched is self._panel:
+                self.give_height()
         return super().eventFilter(watched, event)
+
+    def give_height(self) -> None:
+        """Give the panel the height that it needs now. Qt does so only after it has squeezed the
+        panel into the height that it had, and a frame of that may be drawn."""
+        super().event(QEvent(QEvent.Type.LayoutRequest))
 
     def minimumSizeHint(self) -> QSize:  # noqa: N802
         bar = self.verticalScrollBar().sizeHint().width()
@@ -155,6 +162,22 @@ class Scrolling(QScrollArea):
 
     def sizeHint(self) -> QSize:  # noqa: N802
         return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
+
+
+def lay_out_now(widget: QWidget) -> None:
+    """A widget within a scrolling panel has other words now: no frame is drawn in which they are
+    cut."""
+    inside, place = [widget], widget.parentWidget()
+    while place is not None and not isinstance(place, Scrolling):
+        inside.append(place)
+        place = place.parentWidget()
+    if place is None or not place.isVisible():
+        return
+    # The last two are the panel, which gets its height first, and what it is seen through.
+    for each in inside[:-2]:
+        if (layout := each.layout()) is not None:
+            layout.activate()
+    place.give_height()
 
 
 class LowTable(QTableWidget):

@@ -31,7 +31,15 @@ from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
+from vomstudio.ui.common.widgets import (
+    ComboBox,
+    Label,
+    Scrolling,
+    allow,
+    lay_out_now,
+    rich_label,
+    rich_lines,
+)
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
 from vomstudio.words import tr, tr_n
@@ -225,6 +233,7 @@ class PropertiesPanel(QWidget):
         ]
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
+        lay_out_now(self._about)
 
     def _show_count(self, current: Feature) -> None:
         count = len(self._shown)
