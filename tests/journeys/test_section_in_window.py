@@ -95,6 +95,8 @@ def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(
         monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, t=target: (str(t), ""))
         press(panel.write)
         wait(target.exists, name)
+    # The second table is written after the first one.
+    wait((tmp_path / "mine_features.csv").exists, "the features")
     assert (tmp_path / "mine.csv").read_text() == out.read_text()
     assert (tmp_path / "mine_features.csv").read_text() == (
         tmp_path / "cut_features.csv"
