@@ -30,6 +30,13 @@ def model_of(records: Records, feature: Feature | None) -> Model | None:
     return get(records, feature.model_id, Model) if isinstance(feature, OnAModel) else None
 
 
+def models_of(records: Records, features: Iterable[Feature]) -> list[Model | None]:
+    """As `model_of`, of thousands of features on a few models."""
+    ids = [f.model_id if isinstance(f, OnAModel) else "" for f in features]
+    models = {id_: get(records, id_, Model) for id_ in set(ids)}
+    return [models[id_] for id_ in ids]
+
+
 def turns_of(models: Iterable[Model | None]) -> Turns:
     """How features on these models, one each, turn with the registrations; models that were placed
     by one registration turn together."""

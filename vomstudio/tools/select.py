@@ -24,7 +24,7 @@ from vomstudio.tools.growth import Growth, Seed
 from vomstudio.tools.interaction_types import Button, Discarded, Pointer, PointerEvent
 from vomstudio.tools.select_changes import SelectChanges
 from vomstudio.tools.select_preview import SelectPreview
-from vomstudio.tools.select_words import HINTS, STEPS, Way, chosen_text
+from vomstudio.tools.select_words import HINTS, STEPS, Way, chosen_text, nothing_inside
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.tools.tool_entry import ToolEntry
 from vomstudio.words import to_translate, tr
@@ -237,18 +237,10 @@ class SelectTool:
         if best is None:
             self._context.hint(tr("No model is open and shown, so there is nothing to choose."))
         elif not found[best].any() and (before is None or how in ("new", "add")):
-            self._context.hint(self._nothing_inside())
+            self._context.hint(nothing_inside(through=self.through))
         else:
             self.take(best, found[best], how, tr(STEPS[shape.way]))
         self._changed()
-
-    def _nothing_inside(self) -> str:
-        if self.through:
-            return tr("No centre of a face and no point lies inside. Draw around more.")
-        return tr(
-            "Nothing that is seen lies inside. Draw around more, come nearer, or choose through "
-            "the surface."
-        )
 
     def _models(self, how: Combine) -> list[str]:
         """Where to look: what is added to or taken from belongs to one model."""
@@ -325,10 +317,8 @@ class SelectTool:
         session = self._context.session
         before = session.top
         try:
-            session.apply(
-                edits.add_features(session.records, [patch]),
-                finishes_draft=session.draft is not None,
-            )
+            added = edits.add_features(session.records, [patch])
+            session.apply(added, finishes_draft=session.draft is not None)
         except VomError as error:
             self._context.say(str(error))
             return None

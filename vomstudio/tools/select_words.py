@@ -30,3 +30,13 @@ _CHOSEN = to_translate("{count:,} chosen; Shift adds, Ctrl takes away; Enter: pa
 def chosen_text(count: int) -> str:
     """How many are chosen and what can be done with them, for the status line."""
     return tr(_CHOSEN, count=count) if count else tr(_CHOSEN_NOTHING)
+
+
+def nothing_inside(*, through: bool) -> str:
+    """A shape has found nothing. through : it takes what is hidden too"""
+    if through:
+        return tr("No centre of a face and no point lies inside. Draw around more.")
+    return tr(
+        "Nothing that is seen lies inside. Draw around more, come nearer, or choose through "
+        "the surface."
+    )

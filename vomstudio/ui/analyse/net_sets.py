@@ -11,7 +11,7 @@ from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import FeatureType, Typed
-from vomstudio.document.repeats import firsts, is_repeat
+from vomstudio.document.repeats import is_repeat
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
@@ -36,20 +36,16 @@ def alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed
     return [(look, evidence, own) for (look, evidence), own in result.items()]
 
 
-def on_the_net(records: RecordMap) -> list[Typed]:
-    """The features of kinds that stand on a net, without repeats."""
-    return firsts(_may_be_on_it(records), records)
-
-
-def repeats_off_the_net(records: RecordMap) -> list[Typed]:
-    """Those that are left out since they repeat others."""
-    return [f for f in _may_be_on_it(records) if is_repeat(f, records)]
-
-
-def _may_be_on_it(records: RecordMap) -> list[Typed]:
+def on_the_net(records: RecordMap) -> tuple[list[Typed], list[Typed]]:
+    """The features of kinds that stand on a net; and those that do not since they repeat others."""
     typed = records.of(Typed)
     classes = {type(f): kind_of(f).net is not None for f in {type(f): f for f in typed}.values()}
-    return [f for f in typed if classes[type(f)]]
+    shown: list[Typed] = []
+    repeats: list[Typed] = []
+    for feature in typed:
+        if classes[type(feature)]:
+            (repeats if is_repeat(feature, records) else shown).append(feature)
+    return shown, repeats
 
 
 def sets_of(

@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
-from vomstudio.document.registration_errors import model_of, turns_of
+from vomstudio.document.registration_errors import model_of, models_of, turns_of
 from vomstudio.document.repeats import firsts
 from vomstudio.errors import GeometryError, VomError
 from vomstudio.geology.orientation import Plane
@@ -136,7 +136,7 @@ def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates
     taken = {f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in own}
     poles = -np.array([p.normal() for f in chosen if (p := measured[f.id].plane) is not None])
     ids = tuple(f.id for f in chosen)
-    turns = turns_of(model_of(studio.records, f) for f in chosen)
+    turns = turns_of(models_of(studio.records, chosen))
     return Candidates(ids, poles, places, turns, frozenset(taken), (*remarks, *said), replacing)
 
 

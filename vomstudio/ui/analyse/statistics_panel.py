@@ -10,7 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayout
 
 from vomstudio.document.records import FeatureType, Typed
-from vomstudio.document.registration_errors import model_of, turns_of
+from vomstudio.document.registration_errors import models_of, turns_of
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.group_box import SELECTED, Choice, GroupBox
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -104,7 +104,7 @@ class StatisticsPanel(SeenPanel):
         own = [f for f in features if getattr(measured[f.id], geometry) is not None]
         if not own:
             return []
-        turns = turns_of(model_of(self._studio.records, f) for f in own)
+        turns = turns_of(models_of(self._studio.records, own))
         notation = self._studio.settings.notation
         if geometry == "line":
             lines = [line for f in own if (line := measured[f.id].line) is not None]

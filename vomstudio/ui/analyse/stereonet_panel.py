@@ -38,7 +38,7 @@ from vomstudio.ui.analyse.net.canvas import (
 from vomstudio.ui.analyse.net.command import net_words
 from vomstudio.ui.analyse.net.contour_button import ContourButton
 from vomstudio.ui.analyse.net.menu import NetMenuButton
-from vomstudio.ui.analyse.net.source import NetSource, fold_of
+from vomstudio.ui.analyse.net.source import NetSource, with_fold
 from vomstudio.ui.analyse.net.view_box import NetViewBox
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net.written import style_of
@@ -216,6 +216,10 @@ class StereonetPanel(QWidget):
     # --- drawing -----------------------------------------------------------------------------
     def contents(self) -> NetContents:
         """What the net shows now."""
+        return with_fold(*self._without_fold())
+
+    def _without_fold(self) -> tuple[NetContents, list[NetSet]]:
+        """What the net shows now, and the beds whose fold axis is to be shown too."""
         source, wishes, studio = self._source, self.wishes, self._studio
         sets, beds = source.shown_sets()
         live = source.live()
@@ -227,7 +231,6 @@ class StereonetPanel(QWidget):
             circles=None if self._circles.isChecked() else False,
             poles=self._poles.isChecked(),
             means=means_of(sets, studio.settings.notation) if self._means.isChecked() else (),
-            fold=fold_of(beds) if self._beta.isChecked() else None,
             contour=self.contours.method,
             contouring=replace(self.contours.contouring, levels=wishes.levels),
             selected=frozenset(studio.selection.ids),
@@ -248,7 +251,7 @@ class StereonetPanel(QWidget):
         planes = sum(len(s) for s in sets if s.kind == "plane")
         if "intersections" in asked and 2 <= planes <= MOST_PLANES:
             net = with_intersections(net)
-        return net
+        return net, beds if self._beta.isChecked() else []
 
     def rose_contents(self) -> RoseContents:
         """What roses or histograms show now."""
@@ -302,17 +305,16 @@ class StereonetPanel(QWidget):
         start = perf_counter()
         self._allow_buttons()
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
-        wanted = Wanted(
-            self.contents() if self.wishes.view == "net" else NetContents(),
-            NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX),
-            (self.canvas.width(), self.canvas.height()),
-            self.canvas.devicePixelRatioF(),
-        )
+        net, beds = self._without_fold() if self.wishes.view == "net" else (NetContents(), [])
+        many = _many(net)
+        style = NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX)
+        size = (self.canvas.width(), self.canvas.height())
+        wanted = Wanted(net, style, size, self.canvas.devicePixelRatioF(), tuple(beds))
         if self.wishes.view != "net":
             self._thread.forget()
             self._wanted = None
             self._draw_roses(wanted)
-        elif _many(wanted.contents):
+        elif many:
             self._wanted = wanted
             self._thread.draw(wanted)
         else:
@@ -321,7 +323,7 @@ class StereonetPanel(QWidget):
             self._show(DrawnNet.of(wanted))
         took = 1000.0 * (perf_counter() - start)
         # With many features a change of one is on the outcrop before it is on the net.
-        slow = took > _QUICK_MS or _many(wanted.contents)
+        slow = took > _QUICK_MS or many
         self._timer.setInterval(min(_LATEST_MS, int(5 * took)) if slow else _SOON_MS)
 
     def _allow_buttons(self) -> None:

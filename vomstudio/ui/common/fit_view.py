@@ -121,6 +121,7 @@ class FitView(QWidget):
         grid.setColumnStretch(1, 1)
         self._values: list[Label] = []
         self._titles: list[Label] = []
+        self._rows: object = None
         for row, line in enumerate(_LINES):
             label, value = Label(tr(line.title)), Label("–")
             label.setToolTip(tr(line.tip))
@@ -188,7 +189,10 @@ class FitView(QWidget):
         self._reasons.setText("\n".join(shown))
         self._reasons.setToolTip(as_words("\n".join(lines)))
         self._reasons.setVisible(bool(lines))
-        lay_out_now(self)
+        rows = (self._more.text(), self._reasons.text(), [w.isHidden() for w in self._values])
+        if rows != self._rows:
+            self._rows = rows
+            lay_out_now(self)
 
 
 def _figure_at(value: Label, line: _Line, at: QPoint) -> Figure:

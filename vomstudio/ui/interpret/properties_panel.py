@@ -31,15 +31,7 @@ from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import (
-    ComboBox,
-    Label,
-    Scrolling,
-    allow,
-    lay_out_now,
-    rich_label,
-    rich_lines,
-)
+from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
 from vomstudio.words import tr, tr_n
@@ -208,9 +200,6 @@ class PropertiesPanel(QWidget):
     def _show_feature(self, feature: Feature) -> None:
         self._show_relation()
         measured = self._studio.measured([feature.id])[feature.id]
-        self._fit.show_measurement(
-            measured, self._studio.settings.notation, local=not self._studio.north_known()
-        )
         kind = kind_of(feature)
         self._show_count(feature)
         own = {attribute.field: attribute for attribute in kind.attributes}
@@ -233,7 +222,10 @@ class PropertiesPanel(QWidget):
         ]
         self._about.setVisible(bool(lines))
         self._about.setText("\n".join(lines))
-        lay_out_now(self._about)
+        # Last, since it has the panel laid out.
+        self._fit.show_measurement(
+            measured, self._studio.settings.notation, local=not self._studio.north_known()
+        )
 
     def _show_count(self, current: Feature) -> None:
         count = len(self._shown)

@@ -22,11 +22,12 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.products.net.contents import NetContents
+from vomstudio.products.net.contents import NetContents, NetSet
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.rose import RoseArtists, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
+from vomstudio.ui.analyse.net.source import with_fold
 from vomstudio.ui.common.worker_thread import Work, WorkerThread
 
 DPI = 100.0
@@ -34,12 +35,14 @@ DPI = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """A net to be drawn. size : width and height in logical pixels; ratio : device pixels in one"""
+    """A net to be drawn. size : width and height in logical pixels; ratio : device pixels in one;
+    beds : whose fold axis is still to be found"""
 
     contents: NetContents
     style: NetStyle
     size: tuple[int, int]
     ratio: float
+    beds: tuple[NetSet, ...] = ()
 
 
 @dataclass(eq=False)
@@ -60,7 +63,8 @@ class DrawnNet:
     def of(cls, wanted: Wanted) -> DrawnNet:
         """Draw it, without its emphasis: in any thread."""
         figure, canvas = _empty_figure(wanted)
-        return cls(draw_stereonet(figure, wanted.contents, wanted.style), wanted.ratio, canvas)
+        contents = with_fold(wanted.contents, wanted.beds)
+        return cls(draw_stereonet(figure, contents, wanted.style), wanted.ratio, canvas)
 
     def _keep_emphasis_out(self) -> None:
         for artist in self.artists.emphasis:

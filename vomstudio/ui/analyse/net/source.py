@@ -10,7 +10,7 @@ import numpy as np
 
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed, get_feature
-from vomstudio.document.registration_errors import model_of, pole_region, turns_of
+from vomstudio.document.registration_errors import model_of, models_of, pole_region, turns_of
 from vomstudio.document.straight_traces import band_of_measured
 from vomstudio.errors import VomError
 from vomstudio.geology.common_turns import Turns
@@ -22,6 +22,7 @@ from vomstudio.products.net.contents import (
     AnyEllipse,
     NetBand,
     NetCircle,
+    NetContents,
     NetEllipse,
     NetLineEllipse,
     NetLive,
@@ -35,7 +36,6 @@ from vomstudio.ui.analyse.net_sets import (
     alike,
     on_the_net,
     proposed_sets,
-    repeats_off_the_net,
     sets_of,
 )
 from vomstudio.ui.common.number_formatting import natural
@@ -68,11 +68,11 @@ class NetSource:
         shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
         features = [
             f
-            for f in studio.session.records.once(on_the_net)
+            for f in studio.session.records.once(on_the_net)[0]
             if shown.get(f.type_id, True) and studio.visible(f.id)
         ]
         measured = studio.measured(f.id for f in features)
-        turned = turns_of(model_of(studio.records, f) for f in features)
+        turned = turns_of(models_of(studio.records, features))
         turns = {f.id: row for row, f in enumerate(features)}, turned
         groups: dict[str, dict[str, list[Typed]]] = {}
         for feature in features:
@@ -111,7 +111,7 @@ class NetSource:
     def left_out(self) -> tuple[str, ...]:
         """How many visible features are not shown since they repeat others; nothing for none."""
         studio = self._studio
-        again = studio.session.records.once(repeats_off_the_net)
+        again = studio.session.records.once(on_the_net)[1]
         left = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in again)
         return repeats_not_drawn(left)
 
@@ -282,7 +282,12 @@ def _length(measured: Measurement) -> float | None:
     return None if measured.fit is None else measured.fit.extent
 
 
-def fold_of(beds: Sequence[NetSet]) -> FoldAxis | None:
+def with_fold(net: NetContents, beds: Sequence[NetSet]) -> NetContents:
+    """The net with the fold axis of these beds; in any thread, since thousands take long."""
+    return replace(net, fold=_fold_of(beds)) if beds else net
+
+
+def _fold_of(beds: Sequence[NetSet]) -> FoldAxis | None:
     """Fold axis of picked bedding only: feature types are never pooled silently."""
     azimuth = np.concatenate([np.zeros(0), *(s.azimuth_deg for s in beds)])
     angle = np.concatenate([np.zeros(0), *(s.angle_deg for s in beds)])
