@@ -1,12 +1,16 @@
-"""The program's icon as Qt draws it, whose SVG has no clipping."""
+"""The program's icon as Qt draws it, whose SVG has no clipping; those of the actions."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QIcon, QImage
+import qtawesome
+from PySide6.QtCore import QSize
+from PySide6.QtGui import QIcon, QImage, QPalette
+from PySide6.QtWidgets import QApplication
 
 from vomstudio.paths import resource
+from vomstudio.ui.common import theme
 
 
 @pytest.mark.parametrize("side", [24, 48, 128])
@@ -23,3 +27,18 @@ def test_the_icon_is_a_net_with_nothing_outside(qtbot, side: int) -> None:
     north = (np.abs(x - 64) < 3 + edge) & (y < 12)
     assert not alpha[(away > 57 + edge) & ~north].any()
     assert (alpha[away < 57 - edge] == 255).all()
+
+
+NAMES = ("eye-outline", "undo", "camera", "vector-polyline", "magnify-plus-outline")
+
+
+@pytest.mark.parametrize("side", [16, 24, 37, 64])
+def test_icons_of_actions_are_those_of_qtawesome(qtbot, side: int) -> None:
+    color = QApplication.palette().color(QPalette.ColorRole.ButtonText)
+    size = QSize(side, side)
+    for name in NAMES:
+        ours = theme.icon(name).pixmap(size, 1.0).toImage()
+        theirs = qtawesome.icon(f"mdi6.{name}", color=color).pixmap(size).toImage()
+        assert ours.size() == size
+        assert ours == theirs.convertToFormat(ours.format()), name
+        assert any(ours.pixelColor(x, y).alpha() for x in range(side) for y in range(side)), name

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _LONGEST = 100_000
 
+_ZONE_OF_WGS_84 = re.compile(r"EPSG:32[67](0[1-9]|[1-5]\d|60)")
 _UTM = re.compile(
     r"(?:wgs[ _]?84\s*/?\s*)?utm(?:[ _-]?zone)?"
     r"[ _-]?(?P<number>0?[1-9]|[1-5]\d|60)\s?(?P<half>[ns])",
@@ -85,6 +86,9 @@ def parse_crs(text: str) -> tuple[str, float]:
 
 def metres_of(code: str) -> float:
     """Metres in a unit of x and y of a CRS; 1 where it is none with east and north."""
+    if _ZONE_OF_WGS_84.fullmatch(code):
+        # No need to load PROJ, which the first picture of a model would wait for.
+        return 1.0
     try:
         return parse_crs(code)[1]
     except InputError:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
 from weakref import WeakSet
 
 from PySide6.QtCore import QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QColor,
     QFont,
+    QFontDatabase,
     QIcon,
     QIconEngine,
     QPainter,
@@ -157,7 +161,7 @@ class _PaletteIcon(QIconEngine):
             color = palette.color(QPalette.ColorRole.HighlightedText)
         else:
             color = palette.color(QPalette.ColorRole.ButtonText)
-        _glyph(self._name, color.rgba()).paint(painter, rect)
+        _draw_glyph(painter, rect, self._name, color)
 
     def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
         made = QPixmap(size)
@@ -168,12 +172,31 @@ class _PaletteIcon(QIconEngine):
         return made
 
 
-@lru_cache(maxsize=512)
-def _glyph(name: str, rgba: int) -> QIcon:
-    import qtawesome
+@lru_cache(maxsize=1)
+def _glyphs() -> tuple[str, dict[str, str]]:
+    """Family of the Material Design icons, and their hexadecimal code points by name. The files are
+    those of QtAwesome, which itself loads eight such fonts: a quarter of a second of each start."""
+    package = find_spec("qtawesome")
+    assert package is not None
+    assert package.origin is not None
+    folder = Path(package.origin).parent / "fonts"
+    font = next(folder.glob("materialdesignicons6-webfont-[0-9]*.ttf"))
+    names = next(folder.glob("materialdesignicons6-webfont-charmap-*.json"))
+    number = QFontDatabase.addApplicationFont(str(font))
+    codes: dict[str, str] = json.loads(names.read_text("utf-8"))
+    return QFontDatabase.applicationFontFamilies(number)[0], codes
 
-    made: QIcon = qtawesome.icon(f"mdi6.{name}", color=QColor.fromRgba(rgba))
-    return made
+
+def _draw_glyph(painter: QPainter, rect: QRect, name: str, color: QColor) -> None:
+    family, codes = _glyphs()
+    font = QFont(family)
+    # QtAwesome's size of a glyph in its box: room for what the glyph needs at its sides.
+    font.setPixelSize(max(1, round(0.875 * rect.height())))
+    painter.save()
+    painter.setFont(font)
+    painter.setPen(color)
+    painter.drawText(rect, Qt.AlignmentFlag.AlignCenter, chr(int(codes[name], 16)))
+    painter.restore()
 
 
 def icon(name: str) -> QIcon:

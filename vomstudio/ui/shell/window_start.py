@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import locale
 import os
 import signal
@@ -24,6 +25,8 @@ def run_window(paths: Sequence[str]) -> int:
         # Qt would abort the process with a page of its own.
         print(refused, file=sys.stderr)
         return 2
+    # What is imported now stays: to look through it again and again is a tenth of the start.
+    gc.disable()
     os.environ.setdefault("QT_API", "pyside6")
     try:
         from PySide6.QtCore import QTimer
@@ -66,6 +69,7 @@ def run_window(paths: Sequence[str]) -> int:
             return
         try:
             window.begin([Path(p) for p in paths])
+            gc.enable()
         except VomError as error:
             # Without a place for the project's journal no work could be kept.
             QMessageBox.critical(window, "VOM Studio", as_words(str(error)))
