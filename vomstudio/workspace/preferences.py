@@ -48,4 +48,4 @@ class Preferences:
         unclosed = [*kept, name] if is_open else kept
         if unclosed != self.settings.unclosed:
             self.settings.unclosed = unclosed
-            self.keep()
+            self._file.write_soon(self.settings)

@@ -270,7 +270,8 @@ class SetsPanel(QWidget):
 
     def _reopened(self) -> None:
         self.drop()
-        self._list_groups()
+        if self.isVisible():
+            self._list_groups()
 
     # --- what is shown -----------------------------------------------------------------------
     def _names(self) -> list[str]:

@@ -301,6 +301,9 @@ class ScenePresenter:
     def _draw_portions(self, ids: list[str]) -> Iterator[None]:
         """Thousands of features, or large pieces of the surface, are prepared by and by, and drawn
         together."""
+        if len(ids) > _PORTION:
+            # Everybody else is busy at the moment in which thousands come.
+            yield
         changes: dict[str, FeatureDrawing | None] = {}
         records, size = self._studio.records, 0
         portion: list[str] = []

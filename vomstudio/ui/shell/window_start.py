@@ -9,10 +9,15 @@ import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.paths import resource
 from vomstudio.ui.shell.drawing_check import why_not_drawn
+
+if TYPE_CHECKING:
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QMainWindow
 
 _SHOWN_MS = 10_000
 
@@ -86,7 +91,19 @@ def run_window(paths: Sequence[str]) -> int:
     # The first paint comes before a timer of zero.
     application.processEvents()
     QTimer.singleShot(0, begin)
-    # Ctrl+C in the terminal closes like the window's own button; the timer lets Python hear it.
+    listener = _hear_signals(window)
+    code = application.exec()
+    listener.stop()
+    notices.close()
+    qt_messages.uninstall()
+    return code
+
+
+def _hear_signals(window: QMainWindow) -> QTimer:
+    """Ctrl+C in the terminal closes like the window's own button, until the timer is stopped, which
+    lets Python hear it."""
+    from PySide6.QtCore import QTimer
+
     # A signal comes between any two lines of Python: closing waits for the event loop.
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
@@ -94,11 +111,7 @@ def run_window(paths: Sequence[str]) -> int:
     listener = QTimer()
     listener.start(500)
     listener.timeout.connect(lambda: None)
-    code = application.exec()
-    listener.stop()
-    notices.close()
-    qt_messages.uninstall()
-    return code
+    return listener
 
 
 def _say_missing(error: ImportError) -> int:
