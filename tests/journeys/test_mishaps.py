@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -342,6 +343,33 @@ def test_a_damaged_first_row_leaves_a_window_that_works(project):
     driver.settled(window)
     assert bed_on_model(window, 1.0).name == "B01"
     driver.keep_picture(window, "mishap-damaged-row")
+    driver.dismiss(window)
+
+
+def test_what_was_left_out_is_what_the_bar_says_last(project):
+    """Not that unsaved work was restored, nor one damaged row as if it were the only one."""
+    import sqlite3
+
+    folder, _ = project
+    opened = Project.open(folder)
+    (bed,) = opened.session.of(Trace)
+    for i in range(3):
+        more = replace(bed, id=f"t{2 + i}", name=f"bed {2 + i}")
+        opened.session.apply(edits.add_trace(opened.session.records, more))
+    opened.close()
+    db = sqlite3.connect(folder / "journal.sqlite")
+    (last,) = db.execute("SELECT max(seq) FROM journal").fetchone()
+    db.execute("UPDATE journal SET after = '{not json' WHERE seq > ?", (last - 2,))
+    db.commit()
+    db.close()
+    window = reopened(folder)
+    said = sentences(window)
+    assert any("Unsaved work was restored" in s for s in said)
+    assert sum("was left out" in s for s in said) == 2
+    assert "2 parts of the project could not be read" in window.message_bar.text
+    assert f"row {last - 1} " in window.message_bar.text
+    driver.settled(window)
+    driver.keep_picture(window, "mishap-damaged-rows")
     driver.dismiss(window)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.document import edits
@@ -151,19 +152,32 @@ class Workspace:
         self.grids.begin()
         self.project_opened.emit()
         self.history_changed.emit()
-        for problem in self.projects.project.problems:
+        if session.recovered:
+            self.notices.warn(tr("Unsaved work was restored. Save it, or discard it with Undo."))
+        self._tell_left_out(self.projects.project.problems)
+        for model in session.of(Model):
+            self.models.load(model)
+        if session.draft is not None:
+            self.tools.restore(session.draft.state)
+
+    def _tell_left_out(self, problems: Sequence[str]) -> None:
+        for problem in problems:
             self.notices.warn(
                 tr(
                     "A part of the project could not be read and was left out. {problem}",
                     problem=problem,
                 )
             )
-        for model in session.of(Model):
-            self.models.load(model)
-        if session.recovered:
-            self.notices.warn(tr("Unsaved work was restored. Save it, or discard it with Undo."))
-        if session.draft is not None:
-            self.tools.restore(session.draft.state)
+        if len(problems) > 1:
+            # The bar shows the newest notice only.
+            self.notices.warn(
+                tr(
+                    "{count} parts of the project could not be read and were left out; each is "
+                    "named among the messages. The first: {problem}",
+                    count=len(problems),
+                    problem=problems[0],
+                )
+            )
 
     def _leave(self) -> None:
         self.repeats.forget()
