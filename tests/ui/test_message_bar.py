@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tests import driver
@@ -34,6 +35,32 @@ def test_a_hint_gives_way_and_does_not_hide_a_warning(window, studio):
     assert window.message_bar.text == "the disk is full"
     studio.tool_changed()
     assert window.message_bar.isVisible()
+
+
+def test_messages_that_nobody_has_closed_are_counted_and_shown_at_a_click(window, studio):
+    bar = window.message_bar
+    earlier = bar._earlier
+
+    studio.hint("click on the outcrop")
+    studio.warn("the disk is full")
+    studio.warn("the disk is full")
+    assert not earlier.isVisible()
+    studio.warn("a photo is damaged")
+    assert earlier.isVisible()
+    assert earlier.text() == "1 earlier message"
+    studio.warn("another photo is damaged")
+    assert earlier.text() == "2 earlier messages"
+
+    assert not window.docks["messages"].isVisible()
+    QTest.mouseClick(earlier, Qt.MouseButton.LeftButton)
+    QApplication.processEvents()
+    assert window.docks["messages"].isVisible()
+    said = [window.messages.item(i).text() for i in range(window.messages.count())]
+    assert sum("the disk is full" in text for text in said) == 2
+
+    bar.hide()
+    studio.warn("the model is gone")
+    assert not earlier.isVisible()
 
 
 @pytest.mark.parametrize("box", ["trace", "type_id", "method"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QFrame,
@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 _ICONS = {
     "info": "information-outline",
@@ -54,7 +54,11 @@ class MessagesPanel(QListWidget):
 
 class MessageBar(QFrame):
     """One sentence over the top of the viewport, which keeps its size: a message must not move the
-    outcrop under the cursor. Hints go by themselves; what needs the user stays."""
+    outcrop under the cursor. Hints go by themselves; what needs the user stays, and is counted
+    where something newer takes its place."""
+
+    all_wanted = Signal()
+    """The user wants to read the earlier ones too."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -74,6 +78,12 @@ class MessageBar(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._buttons = QHBoxLayout()
+        self._unread = 0
+        self._earlier = QToolButton()
+        self._earlier.setAutoRaise(True)
+        self._earlier.setToolTip(tr("Show all messages."))
+        self._earlier.clicked.connect(self.all_wanted)
+        self._earlier.hide()
         close = QToolButton()
         close.setIcon(theme.icon("close"))
         close.setAutoRaise(True)
@@ -84,6 +94,7 @@ class MessageBar(QFrame):
         layout.addWidget(self._icon)
         layout.addWidget(self._text, 1)
         layout.addLayout(self._buttons)
+        layout.addWidget(self._earlier)
         layout.addWidget(close)
         self.hide()
 
@@ -93,13 +104,22 @@ class MessageBar(QFrame):
 
     def say(self, notice: Notice, *buttons: tuple[str, object]) -> None:
         """Show a notice. buttons: (text, callable) each; a press also closes the bar."""
+        unread = not self.isHidden() and not self._hint_timer.isActive()
         if notice.level == "hint":
-            if self.isVisible() and not self._hint_timer.isActive():
+            if self.isVisible() and unread:
                 # What needs the user stays; the hint is among the messages.
                 return
             self._hint_timer.start()
         else:
             self._hint_timer.stop()
+        if not unread:
+            self._unread = 0
+        elif notice.text != self.text:
+            self._unread += 1
+        self._earlier.setText(
+            tr_n("{count} earlier message", "{count} earlier messages", self._unread)
+        )
+        self._earlier.setVisible(self._unread > 0)
         while (item := self._buttons.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.hide()

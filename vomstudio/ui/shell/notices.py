@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QStatusBar
 from vomstudio.io.project.folder import untitled_folder
 from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
 from vomstudio.ui.common.studio import Notice
+from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.words import tr, tr_n
 
 _INFO_MS = 6000
@@ -26,10 +27,12 @@ class Notices(QObject):
         bar: MessageBar,
         status: QStatusBar,
         actions: Mapping[str, QAction],
+        docks: Docks,
     ) -> None:
         super().__init__()
         self._messages, self._bar, self._status = messages, bar, status
         self._actions = actions
+        bar.all_wanted.connect(lambda: docks.bring_forward("messages"))
 
     def show(self, notice: Notice) -> None:
         """Add it to the list, and show it where its level belongs, with a button for its action."""
