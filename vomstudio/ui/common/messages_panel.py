@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 
-from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QFrame,
@@ -57,9 +58,6 @@ class MessageBar(QFrame):
     outcrop under the cursor. Hints go by themselves; what needs the user stays, and is counted
     where something newer takes its place."""
 
-    all_wanted = Signal()
-    """The user wants to read the earlier ones too."""
-
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setAutoFillBackground(True)
@@ -78,11 +76,10 @@ class MessageBar(QFrame):
         self._text.setWordWrap(True)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._buttons = QHBoxLayout()
-        self._unread = 0
+        self._unread, self._counts = 0, False
         self._earlier = QToolButton()
         self._earlier.setAutoRaise(True)
         self._earlier.setToolTip(tr("Show all messages."))
-        self._earlier.clicked.connect(self.all_wanted)
         self._earlier.hide()
         close = QToolButton()
         close.setIcon(theme.icon("close"))
@@ -119,7 +116,7 @@ class MessageBar(QFrame):
         self._earlier.setText(
             tr_n("{count} earlier message", "{count} earlier messages", self._unread)
         )
-        self._earlier.setVisible(self._unread > 0)
+        self._earlier.setVisible(self._counts and self._unread > 0)
         while (item := self._buttons.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.hide()
@@ -131,6 +128,11 @@ class MessageBar(QFrame):
         self._text.setText(notice.text)
         self.show()
         self._place()
+
+    def show_earlier_by(self, call: Callable[[], None]) -> None:
+        """call : shows the list that holds all that this bar has said"""
+        self._counts = True
+        self._earlier.clicked.connect(lambda: call())
 
     def offer(self, text: str, call: object) -> None:
         """One more button beside what is said."""

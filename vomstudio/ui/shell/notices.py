@@ -32,7 +32,7 @@ class Notices(QObject):
         super().__init__()
         self._messages, self._bar, self._status = messages, bar, status
         self._actions = actions
-        bar.all_wanted.connect(lambda: docks.bring_forward("messages"))
+        bar.show_earlier_by(lambda: docks.bring_forward("messages"))
 
     def show(self, notice: Notice) -> None:
         """Add it to the list, and show it where its level belongs, with a button for its action."""
@@ -62,4 +62,6 @@ class Notices(QObject):
                 older,
             )
             text = f"{text} {more}"
-        self._bar.say(Notice(text, "warning"), (tr("Restore"), lambda: restore(newest)))
+        notice = Notice(text, "warning")
+        self._messages.add(notice)
+        self._bar.say(notice, (tr("Restore"), lambda: restore(newest)))
