@@ -15,9 +15,8 @@ import sys
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
-from tests.benchmarks.bench_registration import CASES, Case
+from tests.benchmarks.bench_registration import _TURN, CASES, Case
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Frame, Model, Registration
@@ -27,7 +26,6 @@ from vomstudio.registration.placing import place
 from vomstudio.tables.project_table import project_table
 
 Array = npt.NDArray[np.float64]
-_TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 _VERTICES, _LENGTH_M, _RELIEF_M = 30, 8.0, 2.0
 _SHARES = (1.0, 0.3)
 """Of the registration's error, what the picks' is about."""

@@ -171,10 +171,12 @@ class Workspace:
         if len(problems) > 1:
             # The bar shows the newest notice only.
             self.notices.warn(
-                tr(
+                tr_n(
+                    "{count} part of the project could not be read and was left out; it is "
+                    "named among the messages. The first: {problem}",
                     "{count} parts of the project could not be read and were left out; each is "
                     "named among the messages. The first: {problem}",
-                    count=len(problems),
+                    len(problems),
                     problem=problems[0],
                 )
             )
