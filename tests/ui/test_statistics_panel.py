@@ -32,6 +32,22 @@ def panel(window, studio):
     return made
 
 
+def test_beds_that_come_to_a_panel_that_is_open_are_described(window, studio) -> None:
+    """The program may start with it; nobody has chosen the selection, which alone was there."""
+    window.workspaces.switch("analyse")
+    window.docks["statistics"].raise_()
+    made = window.findChild(StatisticsPanel)
+    driver.wait(lambda: made.of.count() == 1 and made.isVisible(), "the empty panel")
+    add_cliff(studio)
+    beds = [
+        Reading(f"r{i}", f"r{i}", "bedding", "plane", 90.0 + i, 30.0 + i, set_name="")
+        for i in range(3)
+    ]
+    assert studio.attempt(edits.add_readings, beds)
+    driver.wait(lambda: "3 poles" in made.figures.toPlainText(), "the figures")
+    assert made.of.currentText() == "Bedding"
+
+
 def choose(panel, text: str) -> str:
     panel.of.setCurrentIndex(panel.of.findText(text))
     panel.of.activated.emit(panel.of.currentIndex())

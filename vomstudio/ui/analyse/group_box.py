@@ -58,7 +58,8 @@ class GroupBox(ComboBox):
         for title, choice in groups:
             self.addItem(title, choice)
         first = 0 if ALL in known else min(1, len(groups) - 1)
-        keep = chosen in known and (shown or len(groups) == 1)
+        # Where there was nothing else to choose, nobody has chosen it.
+        keep = chosen in known and len(shown) > 1
         self.setCurrentIndex(known.index(chosen) if keep else first)
 
     def features(self) -> list[Typed]:
