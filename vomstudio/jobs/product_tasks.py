@@ -1,11 +1,11 @@
-"""Jobs that make products of a project: GIS layers, orthophotos, elevation models."""
+"""Jobs that make products of a project: orthophotos, elevation models."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from vomstudio.jobs.job import Job, Lane, Nothing
+from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.model_tasks import Matrix
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
 from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
@@ -13,23 +13,6 @@ from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr
 
 _COARSER = to_translate("Choose larger pixels or a smaller part, or close other programs.")
-
-
-@dataclass(frozen=True)
-class LayersOrder:
-    """The GIS layers of the project in `folder` go to its `project.gpkg`."""
-
-    folder: Path
-
-
-def _write_layers(asked: LayersOrder, progress: Progress) -> Nothing:
-    from vomstudio.io.project.export import export_project
-
-    export_project(asked.folder, "gpkg", asked.folder / "project.gpkg", with_map=False, force=True)
-    return Nothing()
-
-
-WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersOrder, Nothing, _write_layers)
 
 
 @dataclass(frozen=True)
@@ -162,4 +145,4 @@ def _elevation(asked: ElevationOrder, progress: Progress) -> WrittenElevation:
 
 ELEVATION = Job("elevation", Lane.PRODUCTS, ElevationOrder, WrittenElevation, _elevation, _COARSER)
 
-JOBS = (WRITE_LAYERS, ORTHOPHOTO, ELEVATION)
+JOBS = (ORTHOPHOTO, ELEVATION)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.jobs.job import Job, Lane
-from vomstudio.jobs.registration_tasks import StandingModel, in_world
+from vomstudio.jobs.standing_model import StandingModel, in_world
 from vomstudio.progress import Progress
 
 

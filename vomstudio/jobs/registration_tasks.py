@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.jobs.job import Job, Lane
-from vomstudio.jobs.model_tasks import ExportedModel, Matrix
+from vomstudio.jobs.model_tasks import ExportedModel
+from vomstudio.jobs.standing_model import StandingModel, in_world, read_standing
 from vomstudio.progress import Progress
 from vomstudio.registration.results import Placed
 from vomstudio.words import to_translate
@@ -16,28 +17,13 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from vomstudio.geometry.cloud import PointCloud
-    from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.control.observation_tables import Pairs
-    from vomstudio.io.models.reader import LoadedModel
 
     Array = npt.NDArray[np.float64]
 
 Point = tuple[float, float, float]
 
 _PART = to_translate("Use a smaller part of the model, or close other programs.")
-
-
-@dataclass(frozen=True)
-class StandingModel:
-    """A model `path`, called `name`, kept at hand under `cache`, and how it stands in World, `crs`,
-    None for a local frame."""
-
-    name: str
-    path: Path
-    cache: Path
-    to_world: Matrix
-    crs: str | None
 
 
 @dataclass(frozen=True)
@@ -100,7 +86,9 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     from vomstudio.registration.placing import with_warnings
     from vomstudio.words import tr
 
-    points, spacing = points_and_spacing(_read(asked.model, progress).data, asked.model.path)
+    points, spacing = points_and_spacing(
+        read_standing(asked.model, progress).data, asked.model.path
+    )
     there, its_spacing = points_and_spacing(
         in_world(asked.reference, progress), asked.reference.path
     )
@@ -169,19 +157,6 @@ def _stable(there: Array, part: StablePart, progress: Progress) -> npt.NDArray[n
         mask = in_world(part.model, progress)
         flags &= stable.near_cloud(there, *points_and_spacing(mask, part.model.path))[0]
     return flags
-
-
-def _read(one: StandingModel, progress: Progress) -> LoadedModel:
-    from vomstudio.io.models import model_cache
-
-    return model_cache.load(one.path, model_cache.folder_of(one.path, one.cache), progress)
-
-
-def in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
-    """Its data as it stands in World, m."""
-    from vomstudio.geometry.moving import moved
-
-    return moved(_read(one, progress).data, one.to_world)
 
 
 FIT_TO_REFERENCE = Job("fit_to_reference", Lane.PRODUCTS, FitOrder, FittedModel, _fit, _PART)

@@ -26,6 +26,9 @@ def _jobs() -> Iterator[tuple[Job[Any, Any], ...]]:
     from vomstudio.jobs import model_tasks
 
     yield model_tasks.JOBS
+    from vomstudio.jobs import layer_tasks
+
+    yield layer_tasks.JOBS
     from vomstudio.jobs import inspection_tasks, reconstruction_tasks, survey_tasks
 
     yield (*reconstruction_tasks.JOBS, *survey_tasks.JOBS, *inspection_tasks.JOBS)

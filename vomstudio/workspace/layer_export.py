@@ -8,7 +8,7 @@ from pathlib import Path
 from vomstudio.errors import VomError
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane
-from vomstudio.jobs.product_tasks import WRITE_LAYERS, LayersOrder
+from vomstudio.jobs.layer_tasks import WRITE_LAYERS, LayersOrder
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices

@@ -79,6 +79,7 @@ Then = Callable[[OpenModel], None]
 PREVIEW_SUFFIXES = (".las", ".laz")
 PREVIEW_BYTES = 8_000_000
 """Smaller files are read before a preview would be."""
+_DRAWN_S = 1.0
 
 
 class ModelLoader:
@@ -98,6 +99,7 @@ class ModelLoader:
         self._jobs, self._post, self._budget = jobs, post, budget
         self._running: dict[str, RunningJob | None] = {}
         self._stops: dict[str, threading.Event] = {}
+        self._forgotten = threading.Event()
 
     @property
     def busy(self) -> bool:
@@ -225,6 +227,8 @@ class ModelLoader:
         for stop in self._stops.values():
             stop.set()
         self._stops.clear()
+        self._forgotten.set()
+        self._forgotten = threading.Event()
         for job in self._running.values():
             if job is not None:
                 self._jobs.cancel(job)
@@ -238,6 +242,7 @@ class ModelLoader:
         threading.Thread(target=self._fetch_in_thread, args=(key, path, cached, then)).start()
 
     def _fetch_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
+        forgotten = self._forgotten
         try:
             loaded = model_cache.open_cached(cached.folder)
         except VomError as error:
@@ -260,9 +265,11 @@ class ModelLoader:
             cached.content_hash,
         )
         self._arrive(key, opened, then)
-        # The picture first, and the next ones: nobody waits for this.
-        lower_priority(19)
-        surface.build()
+        # The picture first, and the next ones: nobody waits for this. However low its priority, a
+        # thread that imports or builds keeps Python from the others.
+        if not forgotten.wait(_DRAWN_S):
+            lower_priority(19)
+            surface.build()
 
     def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:
         if key not in self._running:

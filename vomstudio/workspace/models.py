@@ -17,7 +17,7 @@ from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
-from vomstudio.jobs.registration_tasks import StandingModel
+from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing

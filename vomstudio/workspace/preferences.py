@@ -10,6 +10,9 @@ from vomstudio.signals import Signal
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.owner_thread import Post
 
+# What has just been opened is drawn first.
+_DRAWN_S = 1.0
+
 
 class Preferences:
     """`changed` is not sent for the list of recent files, which has `recent_changed`."""
@@ -33,7 +36,7 @@ class Preferences:
         """Add to the list of recent files."""
         self.settings.add_recent(path.resolve())
         self.recent_changed.emit()
-        self._file.write_soon(self.settings)
+        self._file.write_soon(self.settings, _DRAWN_S)
 
     def keep_window(self, window: dict[str, str]) -> None:
         """Remember place and panels of the window soon: a crash must not take them."""

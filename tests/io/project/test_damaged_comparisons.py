@@ -48,7 +48,7 @@ ODD: list[Any] = [7, "x", None, [], {}, [[1.0]], [[1.0] * 3] * 2, 10**400, True,
 
 
 def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
-    from vomstudio.jobs.registration_tasks import StandingModel
+    from vomstudio.jobs.standing_model import StandingModel
     from vomstudio.ui.registration.compare_panel import Held, in_words
 
     sound = json.loads(made.read_text())

@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
-from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.set_candidates import (
@@ -32,13 +31,11 @@ from vomstudio.ui.analyse.set_candidates import (
     with_set,
 )
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import degrees, length, number
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
-from vomstudio.ui.common.window_protocols import Docks, Workspaces
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import beside, copy_with_table, options
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
@@ -47,24 +44,6 @@ from vomstudio.words import tr
 _MOST = 8
 _SELECTED: Choice = ("selection", "")
 _LEAST_HEIGHT = 96
-
-
-def command(studio: Studio, workspaces: Workspaces, docks: Docks) -> Command:
-    def no_planes() -> str | None:
-        if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
-            return None
-        return tr("There are no planes yet.")
-
-    def show() -> None:
-        workspaces.switch("analyse")
-        docks.bring_forward("sets")
-        studio.sets_wanted.emit()
-
-    return Command(
-        "propose_sets", tr("Propose &sets…"), show, "scatter-plot-outline", (),
-        tr("Sort planes into sets, see them on the net, and accept or reject the proposal."),
-        no_planes,
-    )  # fmt: skip
 
 
 class SetsPanel(QWidget):

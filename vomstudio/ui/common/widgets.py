@@ -164,6 +164,21 @@ class Scrolling(QScrollArea):
         return self._panel.sizeHint().expandedTo(self.minimumSizeHint())
 
 
+class ScrollingLater(Scrolling):
+    """Makes its panel when it is first asked for."""
+
+    def __init__(self, make: Callable[[], QWidget]) -> None:
+        self._make: Callable[[], QWidget] | None = make
+        super().__init__(QWidget())
+
+    def widget(self) -> QWidget:
+        if self._make is not None:
+            make, self._make = self._make, None
+            self._panel = make()
+            self.setWidget(self._panel)
+        return self._panel
+
+
 def lay_out_now(widget: QWidget) -> None:
     """A widget within a scrolling panel has other words now: no frame is drawn in which they are
     cut."""

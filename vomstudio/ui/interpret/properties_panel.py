@@ -25,7 +25,6 @@ from vomstudio.document.kinds import ATTRIBUTES, kind_of
 from vomstudio.document.records import Feature, Model, Record, get_feature
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.registration.summary import summary_of
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
@@ -270,6 +269,8 @@ class PropertiesPanel(QWidget):
             lines.append(tr("Resolution: {length}", length=resolution))
         lines.append(tr("Frame: {frame}", frame=model.frame.name()))
         if model.registration is not None:
+            from vomstudio.registration.summary import summary_of
+
             told = summary_of(model.registration)
             lines += [f"{name}: {value}" for name, value in told.facts]
             lines += [told.sentence] if told.sentence else []

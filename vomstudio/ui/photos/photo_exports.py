@@ -18,7 +18,6 @@ from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import make_folder
 from vomstudio.files.regular import is_regular
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
 from vomstudio.io.project.sidecar_import import Beside, read_beside, spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking
@@ -205,6 +204,8 @@ class PhotoExports(QObject):
             )
 
     def _write_to(self, path: Path, now: Marking) -> None:
+        from vomstudio.io.control.writing import write_control, write_marks
+
         kept = None
         try:
             if path.exists() and _sum(path) != self._known.get(path.name):

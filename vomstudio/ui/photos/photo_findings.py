@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.geometry.units import length_text
-from vomstudio.jobs.reconstruction_tasks import Reconstruction
-from vomstudio.jobs.survey_tasks import ControlFacts
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.jobs.reconstruction_tasks import Reconstruction
+    from vomstudio.jobs.survey_tasks import ControlFacts
 
 
 def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, str]]:

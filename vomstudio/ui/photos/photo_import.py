@@ -13,7 +13,6 @@ from vomstudio.errors import VomError
 from vomstudio.io.control.control_files import marks_beside
 from vomstudio.io.project.sidecar_import import Beside, stored_path, tables_of
 from vomstudio.jobs.events import Failed
-from vomstudio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
 from vomstudio.ui.common.sentences import as_sentence, names_in_short
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.photo_document import PhotoDocument
@@ -61,6 +60,8 @@ class PhotoImport:
         if control is None and marks is None:
             control, marks = _with_marks(given)
             named = control
+        from vomstudio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
+
         order = SidecarImport(
             project.folder,
             control,

@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
-from vomstudio.jobs import job as jobs
 from vomstudio.jobs.events import Failed
-from vomstudio.jobs.job import Lane, Result
-from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
-from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, Reconstruction
-from vomstudio.jobs.survey_tasks import FORESEE, ControlFacts, Forecast, ForecastOrder
-from vomstudio.survey.check_results import Finding, SurveyReport
+from vomstudio.jobs.job import Job, Lane, Request, Result
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos import reconstruction_folders
@@ -30,10 +26,18 @@ from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
 
+if TYPE_CHECKING:
+    from vomstudio.jobs.photo_tasks import PhotoList
+    from vomstudio.jobs.reconstruction_tasks import Reconstruction
+    from vomstudio.jobs.survey_tasks import ControlFacts, Forecast
+    from vomstudio.survey.check_results import Finding, SurveyReport
+
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
 # Marks come one soon after the other.
 _TABLES_MS = 1000
+
+Asked = tuple[Job[Request, Result], Request]
 
 
 class PhotoSurvey(QObject):
@@ -157,6 +161,8 @@ class PhotoSurvey(QObject):
     def open(self, folder: Path, settings: ReconstructionSettings | None = None) -> None:
         """List the photos of a folder, then check them. settings: None for those of before, with
         the control that lies beside these photos."""
+        from vomstudio.ui.photos.survey_requests import listing
+
         self._stop_reading()
         self.exports.end()
         self.folder, self.intake.given_from = folder, None
@@ -167,10 +173,18 @@ class PhotoSurvey(QObject):
         self.verdict, self.problem, self.result = "", "", None
         self.has_north = True
         self.rows_changed.emit()
-        self._read(LIST_PHOTOS, tr("Reading photos"), self._listed)
+        asked = listing(folder, self._studio.project.cache)
+        self._read(asked, tr("Reading photos"), self._listed)
+
+    def _check(self) -> None:
+        from vomstudio.ui.photos.survey_requests import check
+
+        assert self.folder is not None
+        asked = check(self.folder, self._studio.project.cache, self._masks())
+        self._read(asked, tr("Checking the survey"), self._checked)
 
     def _read(
-        self, job: jobs.Job[PhotosIn, Result], title: str, then: Callable[[Result], None]
+        self, asked: Asked[Request, Result], title: str, then: Callable[[Result], None]
     ) -> None:
         def done(result: Result) -> None:
             self._reading = None
@@ -183,19 +197,14 @@ class PhotoSurvey(QObject):
                 self.problem = event.message
             self.changed.emit()
 
-        assert self.folder is not None
         self._reading = self._studio.jobs.submit(
-            job,
-            PhotosIn(self.folder, self._studio.project.cache, self._masks(job)),
-            title=title,
-            on_done=done,
-            on_failed=failed,
+            *asked, title=title, on_done=done, on_failed=failed
         )
         self.changed.emit()
 
-    def _masks(self, job: object) -> dict[str, Path] | None:
-        """Those of the project, once the photos are taken in; listing looks at what lies beside."""
-        if job is LIST_PHOTOS or not self.document.taken_in:
+    def _masks(self) -> dict[str, Path] | None:
+        """Those of the project, once the photos are taken in."""
+        if not self.document.taken_in:
             return None
         return {row.name: Path(row.mask) for row in self.rows if row.mask is not None}
 
@@ -220,6 +229,8 @@ class PhotoSurvey(QObject):
 
     def update_forecast(self) -> None:
         """Ask a worker what the settings mean for these photos; `changed` tells when it has."""
+        from vomstudio.ui.photos.survey_requests import forecast
+
         if self.folder is None:
             return
         settings = self.settings
@@ -251,16 +262,7 @@ class PhotoSurvey(QObject):
 
         self.control_note = ""
         job = self._studio.jobs.submit(
-            FORESEE,
-            ForecastOrder(
-                self.folder,
-                tuple((row.width, row.height) for row in self.rows),
-                settings.quality,
-                settings.crs,
-                settings.control,
-                settings.marks,
-                settings.threads,
-            ),
+            *forecast(self.folder, self.rows, settings),
             title=tr("Checking control points and memory"),
             on_done=done,
             on_failed=failed,
@@ -317,7 +319,7 @@ class PhotoSurvey(QObject):
             elif failed is None:
                 self._show_masks()
                 self.rows_changed.emit()
-                self._read(CHECK_PHOTOS, tr("Checking the survey"), self._checked)
+                self._check()
             self.changed.emit()
 
         given = self.settings.control, self.settings.marks
@@ -346,11 +348,13 @@ class PhotoSurvey(QObject):
     def check_again(self) -> None:
         """Masks have changed what the photos are worth."""
         if not self.reading and self.making is None and self.rows:
-            self._read(CHECK_PHOTOS, tr("Checking the survey"), self._checked)
+            self._check()
 
     # --- the model ---------------------------------------------------------------------------
     def make(self) -> None:
         """Reconstruct as the settings say, or continue an earlier run that was stopped."""
+        from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
+
         out, folder = self.out(), self.folder
         if self.why_not_make() is not None or out is None or folder is None:
             return
@@ -396,7 +400,7 @@ class PhotoSurvey(QObject):
 
         self._making = self._studio.jobs.submit(
             RECONSTRUCT,
-            replace(order, masks=self._masks(RECONSTRUCT)),
+            replace(order, masks=self._masks()),
             title=tr("Reconstructing {name}", name=name),
             on_done=done,
             on_failed=failed,

@@ -6,6 +6,7 @@ import contextlib
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vomstudio.document.photo_edits import add_reconstruction
 from vomstudio.errors import InputError, TargetError, VomError, WorkerError
@@ -16,10 +17,12 @@ from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.reconstructions import REQUEST, RESULT, read_reconstruction
 from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
 from vomstudio.jobs import serialisation
-from vomstudio.survey.check_results import SurveyReport
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings, asked_for
+
+if TYPE_CHECKING:
+    from vomstudio.survey.check_results import SurveyReport
 
 _FAILURE = "work/failure.txt"
 # A direction that is steeper has no arrow on a map.
@@ -97,6 +100,8 @@ def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
 
 def earlier_survey(out: Path) -> SurveyReport | None:
     """The survey report of a finished reconstruction; None where there is none."""
+    from vomstudio.survey.check_results import SurveyReport
+
     try:
         found = read_json(out / RESULT)
         return serialisation.decode(SurveyReport, found["survey"])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vomstudio.files.regular import is_regular, read_json
 from vomstudio.io.control.control_files import find_control
-from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
-from vomstudio.photogrammetry.base import settings as steps
 from vomstudio.words import to_translate
+
+if TYPE_CHECKING:
+    from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 
 QUALITIES = (
     (to_translate("Preview"), "preview", to_translate("takes minutes, to test the photos")),
@@ -50,6 +52,8 @@ class ReconstructionSettings:
 
     def order(self, photos: Path, out: Path) -> ReconstructionOrder:
         """The order for a worker: photos, folder of the results, and these settings."""
+        from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
+
         return ReconstructionOrder(
             photos,
             out,
@@ -65,13 +69,13 @@ class ReconstructionSettings:
 
 def asked_for(request: Path) -> tuple[Path, ReconstructionSettings] | None:
     """Photos and settings that a reconstruction noted down; None where they cannot be read."""
+    from vomstudio.photogrammetry.base.settings import QUALITIES
+
     try:
         asked = read_json(request)
         quality, threads, seed = asked["quality"], asked.get("threads"), asked.get("seed", 0)
         files = [asked.get(name) and Path(asked[name]) for name in ("control", "marks")]
-        if quality not in steps.QUALITIES or not all(
-            isinstance(n, int | None) for n in (threads, seed)
-        ):
+        if quality not in QUALITIES or not all(isinstance(n, int | None) for n in (threads, seed)):
             return None
         control, marks = files if files[0] and is_regular(files[0]) else (None, None)
         settings = ReconstructionSettings(

@@ -32,8 +32,8 @@ from vomstudio.jobs.registration_tasks import (
     ComparedModels,
     CompareOrder,
     ComparisonExport,
-    StandingModel,
 )
+from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target, current_model

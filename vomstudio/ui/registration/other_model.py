@@ -16,7 +16,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
-from vomstudio.jobs.registration_tasks import StandingModel
+from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +15,12 @@ from vomstudio.document.records import Model, Record, Typed, get_feature
 from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
 from vomstudio.document.repeats import firsts
 from vomstudio.errors import VomError
-from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from vomstudio.geology.folds import FoldAxis
 
 
 class BeddingAxis:
@@ -127,6 +130,8 @@ class BeddingAxis:
 def _axis_of(
     normals: npt.NDArray[np.float64], models: list[Model | None], names: list[str]
 ) -> FoldAxis | str:
+    from vomstudio.geology.folds import fold_axis
+
     azimuths, dips, _ = normals_to_planes(normals)
     try:
         return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models), names=names)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from html import escape
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +28,6 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
 from vomstudio.errors import VomError
-from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, parse_line
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines
 from vomstudio.geometry import transform
@@ -46,6 +46,9 @@ from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.saved_views_box import SavedViewsBox
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.looking import Direction, across_slip, depth_along, meeting_line
+
+if TYPE_CHECKING:
+    pass
 
 SAME_DEG = 0.5
 """Directions that differ by less are treated as the same."""
@@ -161,7 +164,7 @@ class ViewPanel(QWidget):
     def along_beta(self) -> None:
         """Look along the fold axis of the bedding, where there is one."""
         axis = self._bedding.found()
-        if isinstance(axis, FoldAxis):
+        if not isinstance(axis, str):
             self._turn_axis(axis.beta)
 
     def face(self) -> None:
@@ -244,7 +247,7 @@ class ViewPanel(QWidget):
         """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
         where it is known."""
         axis = self._bedding.found()
-        if isinstance(axis, FoldAxis) and angle_between_lines(axis.beta, direction) < SAME_DEG:
+        if not isinstance(axis, str) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             text = tr_n(
                 "Along the fold axis (beta) {line} of {count} bedding plane, 95 %: {error}; "
                 "verdict: {verdict}; view along it valid: {valid}.",
@@ -356,6 +359,8 @@ class ViewPanel(QWidget):
         self._asked.ask(self._bedding.search())
 
     def _came(self, axis: object) -> None:
+        from vomstudio.geology.folds import FoldAxis
+
         assert isinstance(axis, FoldAxis | str)
         self._bedding.keep(axis)
         if self._bedding.known:
@@ -371,7 +376,7 @@ class ViewPanel(QWidget):
         axis, plane = self._bedding.found(), self._plane()
         no_plane = None if plane is not None else tr("Select a plane first.")
         meeting, slip = self._meeting(), self._across_slip()
-        beta = Direction(axis.beta, axis.error95_deg) if isinstance(axis, FoldAxis) else axis
+        beta = axis if isinstance(axis, str) else Direction(axis.beta, axis.error95_deg)
         self._offer("beta", beta)
         self._offer("meeting", meeting)
         self._offer("slip", slip)
@@ -386,7 +391,7 @@ class ViewPanel(QWidget):
             None if self._exposed_view() is not None else tr("Open a model with a surface first."),
         )
         self._show_cost()
-        if isinstance(axis, FoldAxis):
+        if not isinstance(axis, str):
             text = tr_n(
                 "<b>Fold axis (beta) {line}</b> of {count} bedding plane, 95 %: {largest} × "
                 "{smallest}<br>Verdict: {verdict} (valid: {valid})",

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import Picked
+from vomstudio.document.records import Picked, Typed
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.studio import Studio
@@ -23,6 +23,11 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
             return None
         return tr("There are no traces yet. Pick some on the outcrop.")
 
+    def no_planes() -> str | None:
+        if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
+            return None
+        return tr("There are no planes yet.")
+
     def bring(workspace: str, dock: str) -> Callable[[], None]:
         def show() -> None:
             workspaces.switch(workspace)
@@ -30,9 +35,16 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
 
         return show
 
+    def propose_sets() -> None:
+        count("sets")()
+        studio.sets_wanted.emit()
+
     make = partial(bring, "views")
     count = partial(bring, "analyse")
     return [
+        Command("propose_sets", tr("Propose &sets…"), propose_sets, "scatter-plot-outline", (),
+                tr("Sort planes into sets, see them on the net, and accept or reject the "
+                   "proposal."), no_planes),
         Command("elevation_model", tr("&Elevation model…"), make("elevation"),
                 "image-filter-hdr", (),
                 tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."), no_model),

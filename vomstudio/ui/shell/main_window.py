@@ -263,8 +263,8 @@ class MainWindow(QMainWindow):
         add("in_photos", tr("In the photos"), self.in_photos)
         add("jobs", tr("Jobs"), JobsPanel(self.studio.jobs))
         add("messages", tr("Messages"), self.messages)
-        for name, title, make in work_panels(self.view):
-            add(name, tr(title), make(self.studio), scrolls=True)
+        for name, title, make in work_panels():
+            self.docks.add_later(name, tr(title), partial(make, self.studio, self.view))
         self.tool_panel.tell_title(self.docks["tool"].setWindowTitle)
 
     def _make_bars(self) -> None:

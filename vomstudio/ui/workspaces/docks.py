@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QWidget
 
-from vomstudio.ui.common.widgets import Scrolling
+from vomstudio.ui.common.widgets import Scrolling, ScrollingLater
 from vomstudio.ui.workspaces.screens import bring_on_screen
 from vomstudio.ui.workspaces.table import HOMES, Area, Places
 
@@ -44,9 +44,19 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def add(self, name: str, title: str, widget: QWidget, *, scrolls: bool = False) -> None:
         """scrolls : a long panel may be higher than the place that it is given"""
+        self._add(name, title, Scrolling(widget) if scrolls else widget)
+
+    def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
+        """A panel that scrolls and is made when it is first seen."""
+        place = ScrollingLater(make)
+        self._add(name, title, place)
+        # Not so while it stands behind another as a tab.
+        self._docks[name].visibilityChanged.connect(lambda seen: seen and place.widget())
+
+    def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)
         dock.setObjectName(name)
-        dock.setWidget(Scrolling(widget) if scrolls else widget)
+        dock.setWidget(widget)
         self._window.addDockWidget(_AREAS[HOMES[name]], dock)
         dock.hide()
         self._docks[name] = dock

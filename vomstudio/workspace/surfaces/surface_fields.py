@@ -23,7 +23,6 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.jobs.events import Failed
-from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
 from vomstudio.jobs.surface_tasks import (
     COMPUTE_FIELDS,
     MAP_MEASURABLE,
@@ -268,6 +267,8 @@ class SurfaceFields:
         if standing is None or other is None:
             self._say(tr("The file of the other model was not found."))
             return
+        from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
+
         turn = self._asked
         out = standing.cache / "fields" / f"{model_id}-distance.npz"
 

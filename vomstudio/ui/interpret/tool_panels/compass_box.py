@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QFormLayout, QHBoxLayout, QLineEdit, QPushButton, QWidget
 
@@ -15,13 +16,15 @@ from vomstudio.document.records import Compass, Model, ReadNorth, Record, get_fe
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.registration.north import North
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import chosen_features
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog, north_text
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.registration.north import North
 
 
 class CompassBox(QWidget):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import (
     QDialog,
@@ -16,10 +17,12 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.records import Compass, Model, NorthKind, ReadNorth, compass_id
 from vomstudio.errors import UsageError, VomError
-from vomstudio.registration.north import North
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.words import to_translate, tr
+
+if TYPE_CHECKING:
+    from vomstudio.registration.north import North
 
 _NORTHS: tuple[tuple[NorthKind, str], ...] = (
     ("grid", to_translate("Grid north: from a map, or turned to it already")),

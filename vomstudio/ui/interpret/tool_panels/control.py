@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
@@ -24,8 +25,6 @@ from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
 from vomstudio.document.records import Compass, Model, ReadNorth
 from vomstudio.errors import GeometryError, VomError
-from vomstudio.registration.north import North
-from vomstudio.registration.results import Placed
 from vomstudio.tools.control import ControlTool
 from vomstudio.tools.known_line import KnownLineTool
 from vomstudio.ui.common import file_filters, theme
@@ -50,6 +49,10 @@ from vomstudio.ui.interpret.tool_panels.readings import (
     used_north,
 )
 from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from vomstudio.registration.north import North
+    from vomstudio.registration.results import Placed
 
 _FEW = 20
 """By so many points a model is placed in less time than a thread takes to hand over."""
@@ -244,7 +247,7 @@ class ControlPanel(QWidget):
     def _solved(self, made: object) -> None:
         from vomstudio.workspace.placing.registering import expected
 
-        self.placed = made if isinstance(made, Placed) else None
+        self.placed = _placed(made)
         if isinstance(made, VomError):
             said = (
                 made.message
@@ -470,3 +473,9 @@ def _keep_scale_box() -> QCheckBox:
 
 
 PANEL = ControlPanel
+
+
+def _placed(made: object) -> Placed | None:
+    from vomstudio.registration.results import Placed
+
+    return made if isinstance(made, Placed) else None

@@ -5,15 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from vomstudio.registration.results import Placed
 from vomstudio.ui.common.number_formatting import degrees, length
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.registration.results import Placed
 
 _MARGIN = 26.0
 _LONGEST_ARROW = 34.0

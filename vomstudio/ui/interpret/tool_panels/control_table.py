@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter
@@ -17,9 +18,11 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.ui.common import theme
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.registration.results import Placed, PointResidual
 
 TICK, LABEL = 0, 1
 _X, _Z, _LEFT = 2, 4, 5

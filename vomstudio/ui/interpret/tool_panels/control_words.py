@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
-from vomstudio.registration.results import Placed
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.tool_panels.readings import Readings
 from vomstudio.words import to_translate, tr
+
+if TYPE_CHECKING:
+    from vomstudio.registration.results import Placed
 
 _IN_THE_WINDOW = {
     "(--without)": to_translate("(take its tick away)"),

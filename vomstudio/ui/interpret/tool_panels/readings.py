@@ -10,10 +10,10 @@ from vomstudio.document.compass_edits import compass_of
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Compass, Model, ReadNorth
-from vomstudio.registration.north import North
 from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
+    from vomstudio.registration.north import North
     from vomstudio.workspace.placing.known_planes import OnModel
 
 

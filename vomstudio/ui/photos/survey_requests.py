@@ -1,0 +1,41 @@
+"""What workers are asked about a set of photos. Imported when somebody first asks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from vomstudio.jobs.job import Job
+from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
+from vomstudio.jobs.survey_tasks import FORESEE, Forecast, ForecastOrder
+from vomstudio.survey.check_results import SurveyReport
+from vomstudio.ui.photos.photo_row import PhotoRow
+from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
+
+Masks = dict[str, Path]
+
+
+def listing(folder: Path, cache: Path) -> tuple[Job[PhotosIn, PhotoList], PhotosIn]:
+    """It looks at the masks that lie beside the photos."""
+    return LIST_PHOTOS, PhotosIn(folder, cache, None)
+
+
+def check(
+    folder: Path, cache: Path, masks: Masks | None
+) -> tuple[Job[PhotosIn, SurveyReport], PhotosIn]:
+    return CHECK_PHOTOS, PhotosIn(folder, cache, masks)
+
+
+def forecast(
+    folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
+) -> tuple[Job[ForecastOrder, Forecast], ForecastOrder]:
+    """What the settings mean for these photos."""
+    return FORESEE, ForecastOrder(
+        folder,
+        tuple((row.width, row.height) for row in rows),
+        settings.quality,
+        settings.crs,
+        settings.control,
+        settings.marks,
+        settings.threads,
+    )
