@@ -89,7 +89,7 @@ def choose(box, text: str) -> None:
 
 def test_statistics(window, model_id, told) -> None:
     window.workspaces.switch("analyse")
-    window.docks["statistics"].raise_()
+    window.docks.bring_forward("statistics")
     panel = window.findChild(StatisticsPanel)
     wait(lambda: panel.figures.toPlainText(), "the figures")
     choose(panel.of, "Joint")

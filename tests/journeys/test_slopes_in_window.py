@@ -50,7 +50,7 @@ def panel(window, outcrop, picks):
     ]
     assert studio.attempt(edits.add_readings, joints)
     window.workspaces.switch("analyse")
-    window.docks["slopes"].raise_()
+    window.docks.bring_forward("slopes")
     made = window.findChild(SlopesPanel)
     wait(lambda: made.said.text(), "the panel")
     return made

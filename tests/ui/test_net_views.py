@@ -336,7 +336,7 @@ def test_the_net_gives_the_middle_back_with_all_sizes(window, studio):
     window.resize(1280, 720)
     QTest.keyClick(window, Qt.Key.Key_5, driver.CTRL)
     driver.pause(700)
-    window.docks["fractures"].raise_()
+    window.docks.bring_forward("fractures")
     driver.pause(100)
     front = [dock for dock in window.docks.values() if not dock.visibleRegion().isEmpty()]
     before = [dock.size() for dock in front]

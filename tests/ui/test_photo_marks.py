@@ -11,13 +11,13 @@ from vomstudio.document.edits import new_id
 from vomstudio.document.photo_edits import add_photo_set
 from vomstudio.document.records import PhotoSet
 from vomstudio.errors import InputError, TargetError
+from vomstudio.io.control import writing
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_marks
 from vomstudio.io.project.sidecar_import import read_beside, stored_path, tables_of
 from vomstudio.io.settings import Settings
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.photos import photo_exports
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
 from vomstudio.ui.photos.photo_marks import PhotoMarks
@@ -134,14 +134,14 @@ def test_nudges_that_follow_each_other_are_one_step(opened) -> None:
 def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_tables(
     opened, folder, monkeypatch
 ) -> None:
-    write = photo_exports.write_marks
+    write = writing.write_marks
 
     def refused(path: Path, marks):
         if path.parent == folder:
             raise TargetError("no permission to write here; choose another folder.", file=path)
         return write(path, marks)
 
-    monkeypatch.setattr(photo_exports, "write_marks", refused)
+    monkeypatch.setattr(writing, "write_marks", refused)
     mark(opened.marks, "A")
     kept = opened.spare / "marks.csv"
     assert read_marks(kept) == [Mark("A", "a.jpg", 1.25, 2.5)]
@@ -161,7 +161,7 @@ def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
         raise TargetError("the disk is full; free some space or write elsewhere.", file=path)
 
     with monkeypatch.context() as full:
-        full.setattr(photo_exports, "write_marks", refused)
+        full.setattr(writing, "write_marks", refused)
         mark(opened.marks, "A")
         assert "disk is full" in opened.exports.problem
         assert "saved in the project" in opened.said[-1][1]

@@ -81,7 +81,7 @@ def test_what_cannot_be_chosen_while_something_is_continued_says_so(window, stud
 
 
 def test_fractures_that_are_counted_everywhere_need_no_place(window) -> None:
-    window.docks["fractures"].show()
+    window.docks.bring_forward("fractures")
     panel = window.docks["fractures"].widget().widget()
     for row in range(panel.counted_in.count()):
         panel.counted_in.setCurrentIndex(row)

@@ -21,7 +21,7 @@ from vomstudio.ui.analyse.sets_panel import SetsPanel
 @pytest.fixture
 def panel(window, studio) -> SetsPanel:
     add_cliff(studio)
-    return window.findChild(SetsPanel)
+    return window.docks["sets"].widget().widget()
 
 
 def read(studio, planes, **more) -> None:
@@ -111,7 +111,7 @@ def test_the_preview_ends_where_nobody_can_decide_on_it(window, studio, panel) -
     window.workspaces.switch("interpret")
     assert seen[-1] is None
     window.workspaces.switch("analyse")
-    window.docks["sets"].raise_()
+    window.docks.bring_forward("sets")
     assert panel.proposed is not None
     assert seen[-1] is not None
 

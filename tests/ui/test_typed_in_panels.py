@@ -19,7 +19,7 @@ DOCKS = (
 @pytest.mark.parametrize("dock", DOCKS)
 def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path) -> None:
     add_cliff(studio)
-    window.docks[dock].show()
+    window.docks.bring_forward(dock)
     fields = [
         field
         for field in window.docks[dock].findChildren(QLineEdit)

@@ -32,7 +32,7 @@ def said(window, dock: str) -> str:
 @pytest.mark.parametrize("dock", DOCKS)
 def test_no_panel_speaks_of_metres_where_the_scale_is_unknown(window, studio, dock) -> None:
     add_cliff(studio, Frame("undeclared"))
-    window.docks[dock].show()
+    window.docks.bring_forward(dock)
     assert not METRES.search(said(window, dock)), said(window, dock)
     assert "units" in said(window, dock)
     frame = Frame("local", up_axis="z", unit_m=1.0)
@@ -51,7 +51,7 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
         low = [(x + side, y, 0.1 * x + side) for x, y, _ in ZIGZAG]
         add_bed(studio, id_, id_, vertices=tuple(low))
     panel = window.docks["displacement"].widget().widget()
-    window.docks["displacement"].show()
+    window.docks.bring_forward("displacement")
     studio.selection.set(["f1"])
     panel.fault.take.click()
     studio.selection.set(["b1", "b2"])
@@ -67,7 +67,7 @@ def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, st
     add_cliff(studio)
     five = ((0, 0, 0), (2, 0.3, 0.1), (4, 0, -0.1), (6, 0.4, 0.1), (8, 0.1, 0.0))
     add_bed(studio, "t1", vertices=five)
-    window.docks["three_points"].show()
+    window.docks.bring_forward("three_points")
     panel = window.docks["three_points"].widget().widget()
     studio.selection.set(["t1"])
     panel.take.click()

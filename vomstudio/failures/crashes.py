@@ -53,13 +53,11 @@ def end() -> None:
 
 def newly_found() -> bool:
     """Whether a window has crashed since the last call. Removes old and empty files."""
-    import psutil
-
     found = False
     for file in _files("*.txt"):
         role, pid = file.name.split("-")[:2]
         # A number that is longer than those of processes is none of ours.
-        if not (pid.isascii() and pid.isdigit() and len(pid) < 10) or psutil.pid_exists(int(pid)):
+        if not (pid.isascii() and pid.isdigit() and len(pid) < 10) or _runs(int(pid)):
             continue
         with contextlib.suppress(OSError):
             if file.stat().st_size == 0:
@@ -72,6 +70,15 @@ def newly_found() -> bool:
         with contextlib.suppress(OSError):
             old.unlink()
     return found
+
+
+def _runs(pid: int) -> bool:
+    # Every start comes here, and the library takes its time.
+    if pid == os.getpid():
+        return True
+    import psutil
+
+    return bool(psutil.pid_exists(pid))
 
 
 def texts() -> list[tuple[str, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from html import escape
 
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QComboBox,
@@ -165,7 +165,7 @@ class Scrolling(QScrollArea):
 
 
 class ScrollingLater(Scrolling):
-    """Makes its panel when it is first asked for."""
+    """Makes its panel when it is first painted, or asked for."""
 
     def __init__(self, make: Callable[[], QWidget]) -> None:
         self._make: Callable[[], QWidget] | None = make
@@ -177,6 +177,12 @@ class ScrollingLater(Scrolling):
             self._panel = make()
             self.setWidget(self._panel)
         return self._panel
+
+    def viewportEvent(self, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.Paint and self._make is not None:
+            # What is being painted must not go away meanwhile.
+            QTimer.singleShot(0, self, self.widget)
+        return super().viewportEvent(event)
 
 
 def lay_out_now(widget: QWidget) -> None:

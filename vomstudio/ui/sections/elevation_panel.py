@@ -106,6 +106,8 @@ class ElevationPanel(QWidget):
         studio.project_opened.connect(self._forget)
         studio.jobs_changed.connect(self._progress)
         studio.jobs.closed.connect(self._background.close)
+        # A model may be open already.
+        self.refresh()
 
     def _arrange(self) -> None:
         form = narrow_form()
