@@ -8,6 +8,9 @@ from vomstudio.geometry.kernels.jit import kernel, step
 
 MAX_SAMPLES = 16
 
+_ROUNDING = 1e-3
+"""By which a footprint is longer than wide where it is a square."""
+
 _OUTSIDE_TEXELS = 2.0
 """Texture coordinates this little beyond the picture are rounding of whoever wrote them."""
 
@@ -47,7 +50,8 @@ def _footprint(f, view, faces, uv, width, height, gsd):  # type: ignore[no-untyp
 
 @kernel(
     "void(u1[::1], i8[::1], i8[:,::1], f8, f8, i8[::1], i4[::1], f8[:,::1],"
-    " f8[:,::1], i4[:,::1], f4[:,::1], f8, u1[:,::1])"
+    " f8[:,::1], i4[:,::1], f4[:,::1], f8, u1[:,::1])",
+    fastmath=True,
 )
 def sample(  # type: ignore[no-untyped-def]
     texels, offsets, sizes, width, height, rows, face, weights, view, faces, uv, gsd, rgb
@@ -76,7 +80,8 @@ def sample(  # type: ignore[no-untyped-def]
             x0, y0, ax, ay, bx, by, major, minor, sx, sy = _footprint(
                 f, view, faces, uv, width, height, gsd
             )
-            n = max(int(min(math.ceil(major / max(minor, 1.0)), MAX_SAMPLES)), 1)
+            longer = major / max(minor, 1.0) - _ROUNDING
+            n = max(int(min(math.ceil(longer), MAX_SAMPLES)), 1)
             level = min(math.log2(max(minor, major / n, 1.0)), levels - 1.0)
             fine = int(level)
             blend = level - fine
