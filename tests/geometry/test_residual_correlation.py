@@ -295,3 +295,16 @@ def test_a_model_that_is_hardly_believed_but_far_wider_sets_the_limit(
 
         wanted = np.expm1(brentq(excess, 1e-9, 60.0, xtol=1e-14))
         assert found[axis] == pytest.approx(wanted, rel=1e-11)
+
+
+def test_the_limit_of_a_mixture_is_where_its_tail_is_five_in_a_hundred() -> None:
+    rng = np.random.default_rng(1)
+    traces, models = 4000, 12
+    g = rng.uniform(0.2, 30.0, (2, traces, models))
+    freedom = rng.uniform(3.0, 60.0, (traces, models))
+    weight = rng.dirichlet(np.full(models, 0.3), traces)
+    dof = rng.uniform(5.0, 100.0, traces)
+    q = residual_correlation._mixture_quantile(g, freedom, weight, dof)
+    # Of F with 2 and n degrees of freedom the tail beyond x is (1 + 2 x / n)^(-n / 2).
+    tail = fdtrc(2, freedom, 0.5 * dof[:, None] / g * q[..., None])
+    assert (weight * tail).sum(axis=-1) == pytest.approx(0.05, rel=1e-11)

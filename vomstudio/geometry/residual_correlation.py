@@ -292,10 +292,13 @@ def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -
         excess = np.log(value) - LOG_LEVEL
         low, high = np.where(excess > 0.0, x, low), np.where(excess > 0.0, high, x)
         step = x + excess / slope
-        step = np.where((step > low) & (step < high), step, 0.5 * (low + high))
+        # The steps' lengths are squared from one to the next, so a short one is the last. Rounding
+        # may put it on a bound or beyond: halving would then end as far off as it is allowed to.
+        last = np.abs(step - x) <= 1e-7 * x
+        inside = (step > low) & (step < high)
+        step = np.where(inside | last, step, 0.5 * (low + high))
         found[rows] = step
-        # The steps' lengths are squared from one to the next.
-        going = np.abs(step - x) > 1e-7 * x
+        going = ~last
         if not going.any():
             break
         rows, x, low, high = rows[going], step[going], low[going], high[going]
