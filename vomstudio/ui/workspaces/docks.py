@@ -15,6 +15,8 @@ from vomstudio.ui.workspaces.screens import bring_on_screen
 from vomstudio.ui.workspaces.table import HOMES, Area, Places
 
 _LAYOUT_VERSION = 5
+# Its pages take some turns to lay themselves out: a click that comes at once would miss.
+_MADE_AT_ONCE = frozenset({"surface"})
 _AREAS: dict[Area, Qt.DockWidgetArea] = {
     "left": Qt.DockWidgetArea.LeftDockWidgetArea,
     "right": Qt.DockWidgetArea.RightDockWidgetArea,
@@ -53,6 +55,8 @@ class WindowDocks(Mapping[str, QDockWidget]):
         """A panel that scrolls and is made when it is first seen."""
         self._add(name, title, ScrollingLater(make))
         self._docks[name].visibilityChanged.connect(partial(self._make_if, name))
+        if name in _MADE_AT_ONCE:
+            self._make(name)
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)
