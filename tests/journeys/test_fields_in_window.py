@@ -160,7 +160,9 @@ def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None
     studio.open_model(path, like=own.id)
     driver.wait(lambda: len(studio.models) == 2, "the other model")
     studio.selection.set([own.id])
-    driver.wait(lambda: panel.other.count() == 1, "the list of others")
+    # The panel follows a little later; before that it speaks of the new model.
+    driver.wait(lambda: panel.title.text() == f"On {own.name}", "the outcrop")
+    driver.wait(lambda: panel.other.itemText(0) == "survey", "the list of others")
     show(window, panel, "model", "distance to survey")
     far = values(window, "distance")
     assert 0.0 < np.nanmax(np.abs(far)) <= UP + 1e-5

@@ -190,40 +190,24 @@ class SettingsFile:
         self._problem = problem
         self._turn = threading.Lock()
         self._last = 0
-        self._overtaken = threading.Event()
 
     def write(self, settings: Settings) -> None:
         """Now. Raises TargetError."""
-        self._overtake()
+        self._last += 1
         with self._turn:
             write_settings(settings)
 
-    def write_soon(self, settings: Settings, after_s: float = 0.0) -> None:
-        """As they are now, unless others come first. after_s : seconds that this may wait"""
-        overtaken = self._overtake()
+    def write_soon(self, settings: Settings) -> None:
+        """As they are now, unless others come first."""
+        self._last += 1
         # Not a daemon: the process ends only when they are kept.
         threading.Thread(
             target=self._write,
-            args=(self._last, deepcopy(settings), settings_path(), overtaken, after_s),
+            args=(self._last, deepcopy(settings), settings_path()),
             name="settings",
         ).start()
 
-    def _overtake(self) -> threading.Event:
-        """Whatever still waits is older; the event says when this is."""
-        self._last += 1
-        self._overtaken.set()
-        self._overtaken = threading.Event()
-        return self._overtaken
-
-    def _write(
-        self,
-        number: int,
-        settings: Settings,
-        path: Path,
-        overtaken: threading.Event,
-        after_s: float,
-    ) -> None:
-        overtaken.wait(after_s)
+    def _write(self, number: int, settings: Settings, path: Path) -> None:
         with self._turn:
             if number != self._last:
                 return

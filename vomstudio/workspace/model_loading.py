@@ -33,7 +33,7 @@ from vomstudio.jobs.model_tasks import (
 from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.signals import Signal
 from vomstudio.words import tr
-from vomstudio.workspace.owner_thread import Post
+from vomstudio.workspace.owner_thread import PICTURE_FIRST_S, Later, Post
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
 
@@ -79,7 +79,6 @@ Then = Callable[[OpenModel], None]
 PREVIEW_SUFFIXES = (".las", ".laz")
 PREVIEW_BYTES = 8_000_000
 """Smaller files are read before a preview would be."""
-_DRAWN_S = 1.0
 
 
 class ModelLoader:
@@ -90,7 +89,11 @@ class ModelLoader:
     """
 
     def __init__(
-        self, jobs: Jobs, post: Post, budget: Callable[[], int] = lambda: POINT_BUDGET
+        self,
+        jobs: Jobs,
+        post: Post,
+        later: Later,
+        budget: Callable[[], int] = lambda: POINT_BUDGET,
     ) -> None:
         """budget : how many points of a cloud may be held; a COPC file with more is streamed."""
         self.problem: Signal[str] = Signal()
@@ -99,7 +102,8 @@ class ModelLoader:
         self._jobs, self._post, self._budget = jobs, post, budget
         self._running: dict[str, RunningJob | None] = {}
         self._stops: dict[str, threading.Event] = {}
-        self._forgotten = threading.Event()
+        self._unbuilt: list[MeshSurface | CloudSurface] = []
+        self._building = later(PICTURE_FIRST_S, self._build)
 
     @property
     def busy(self) -> bool:
@@ -227,8 +231,8 @@ class ModelLoader:
         for stop in self._stops.values():
             stop.set()
         self._stops.clear()
-        self._forgotten.set()
-        self._forgotten = threading.Event()
+        self._building.stop()
+        self._unbuilt.clear()
         for job in self._running.values():
             if job is not None:
                 self._jobs.cancel(job)
@@ -242,7 +246,6 @@ class ModelLoader:
         threading.Thread(target=self._fetch_in_thread, args=(key, path, cached, then)).start()
 
     def _fetch_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
-        forgotten = self._forgotten
         try:
             loaded = model_cache.open_cached(cached.folder)
         except VomError as error:
@@ -265,11 +268,6 @@ class ModelLoader:
             cached.content_hash,
         )
         self._arrive(key, opened, then)
-        # The picture first, and the next ones: nobody waits for this. However low its priority, a
-        # thread that imports or builds keeps Python from the others.
-        if not forgotten.wait(_DRAWN_S):
-            lower_priority(19)
-            surface.build()
 
     def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:
         if key not in self._running:
@@ -280,4 +278,16 @@ class ModelLoader:
             self.problem.emit(outcome)
         else:
             then(outcome)
+            self._unbuilt.append(outcome.surface)
+            self._building.start()
         self.ended.emit(key)
+
+    def _build(self) -> None:
+        surfaces, self._unbuilt = self._unbuilt, []
+        threading.Thread(target=_build_all, args=(surfaces,)).start()
+
+
+def _build_all(surfaces: list[MeshSurface | CloudSurface]) -> None:
+    lower_priority(19)
+    for surface in surfaces:
+        surface.build()

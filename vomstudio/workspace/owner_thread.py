@@ -10,6 +10,10 @@ from typing import Protocol
 
 Call = Callable[[], object]
 
+PICTURE_FIRST_S = 1.0
+"""After something has been opened, what nobody waits for waits so long: a thread that imports or
+builds keeps Python from the one that draws, however low its priority."""
+
 
 class Post(Protocol):
     """Hands calls over to the owner's thread."""

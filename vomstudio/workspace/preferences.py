@@ -8,24 +8,23 @@ from vomstudio.errors import VomError
 from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.signals import Signal
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import Post
-
-# What has just been opened is drawn first.
-_DRAWN_S = 1.0
+from vomstudio.workspace.owner_thread import PICTURE_FIRST_S, Later, Post
 
 
 class Preferences:
     """`changed` is not sent for the list of recent files, which has `recent_changed`."""
 
-    def __init__(self, settings: Settings, notices: Notices, post: Post) -> None:
+    def __init__(self, settings: Settings, notices: Notices, post: Post, later: Later) -> None:
         self.changed: Signal[()] = Signal()
         self.recent_changed: Signal[()] = Signal()
         self.settings = settings
         self._notices = notices
         self._file = SettingsFile(lambda text: post(lambda: notices.warn(text)))
+        self._recent = later(PICTURE_FIRST_S, self._write_soon)
 
     def keep(self) -> None:
         """Write the settings to their file at once."""
+        self._recent.stop()
         try:
             self._file.write(self.settings)
         except VomError as error:
@@ -36,13 +35,13 @@ class Preferences:
         """Add to the list of recent files."""
         self.settings.add_recent(path.resolve())
         self.recent_changed.emit()
-        self._file.write_soon(self.settings, _DRAWN_S)
+        self._recent.start()
 
     def keep_window(self, window: dict[str, str]) -> None:
         """Remember place and panels of the window soon: a crash must not take them."""
         if window != self.settings.window:
             self.settings.window = window
-            self._file.write_soon(self.settings)
+            self._write_soon()
 
     def mark_open(self, folder: Path, is_open: bool) -> None:
         """Note that a project is open, so that it is offered after a crash."""
@@ -51,4 +50,8 @@ class Preferences:
         unclosed = [*kept, name] if is_open else kept
         if unclosed != self.settings.unclosed:
             self.settings.unclosed = unclosed
-            self._file.write_soon(self.settings)
+            self._write_soon()
+
+    def _write_soon(self) -> None:
+        self._recent.stop()
+        self._file.write_soon(self.settings)

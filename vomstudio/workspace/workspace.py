@@ -62,7 +62,7 @@ class Workspace:
             # By the time the call is made its receiver may be gone.
             post(lambda: None if self._closed else call())
 
-        self.preferences = Preferences(settings, self.notices, hand_over)
+        self.preferences = Preferences(settings, self.notices, hand_over, later)
         self.jobs = Jobs(hand_over)
         self.selection = Selection()
         self.projects = Projects(self.preferences, self.notices, aside)
@@ -70,7 +70,7 @@ class Workspace:
         self.derived = DerivedQuantities(self.projects, lambda: settings.thresholds)
         self.visibility = Visibility(self.projects)
         self.display = Display(lambda values: self.projects.keep_view("display", values), later)
-        self.loader = ModelLoader(self.jobs, hand_over, lambda: settings.point_budget)
+        self.loader = ModelLoader(self.jobs, hand_over, later, lambda: settings.point_budget)
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )

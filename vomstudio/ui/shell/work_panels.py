@@ -4,6 +4,7 @@ kind are added here, and the window stays as it is."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 
 from PySide6.QtWidgets import QWidget
 
@@ -15,104 +16,59 @@ from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.words import to_translate
 
 Make = Callable[[Studio, OutcropView], QWidget]
+Needs = Callable[[OutcropView], tuple[object, ...]]
 
 
 def work_panels() -> tuple[tuple[str, str, Make], ...]:
     """Name of the dock, title and maker of each; they scroll. Each is imported when it is made:
     most days nobody looks at most of them."""
+    at = _made_at
     return (
-        ("statistics", to_translate("Statistics"), _statistics),
-        ("sets", to_translate("Sets"), _sets),
-        ("slopes", to_translate("Slopes"), _slopes),
-        ("section", to_translate("Section"), _section),
-        ("fractures", to_translate("Fractures"), _fractures),
-        ("repeats", to_translate("Repeats"), _repeats),
-        ("looked_at", to_translate("Looked at"), _looked_at),
-        ("displacement", to_translate("Fault displacement"), _displacement),
-        ("three_points", to_translate("Three points"), _three_points),
-        ("bed_log", to_translate("Log"), _bed_log),
-        ("elevation", to_translate("Elevation model"), _elevation),
-        ("surface", to_translate("Surface"), _surface),
-        ("compare", to_translate("Compare"), _compare),
-    )
+        ("statistics", to_translate("Statistics"),
+         at("analyse.statistics_panel.StatisticsPanel")),
+        ("sets", to_translate("Sets"), at("analyse.sets_panel.SetsPanel")),
+        ("slopes", to_translate("Slopes"), at("analyse.slopes_panel.SlopesPanel")),
+        ("section", to_translate("Section"), at("sections.section_panel.SectionPanel", _direction)),
+        ("fractures", to_translate("Fractures"),
+         at("sections.fractures_panel.FracturesPanel", _direction)),
+        ("repeats", to_translate("Repeats"), at("analyse.repeats_panel.RepeatsPanel", _all)),
+        ("looked_at", to_translate("Looked at"),
+         at("sections.looked_at_panel.LookedAtPanel", _direction)),
+        ("displacement", to_translate("Fault displacement"),
+         at("sections.displacement_panel.DisplacementPanel")),
+        ("three_points", to_translate("Three points"),
+         at("sections.three_points_panel.ThreePointsPanel")),
+        ("bed_log", to_translate("Log"), at("sections.bed_log_panel.BedLogPanel")),
+        ("elevation", to_translate("Elevation model"),
+         at("sections.elevation_panel.ElevationPanel", _direction)),
+        ("surface", to_translate("Surface"), at("surface.surface_panel.SurfacePanel")),
+        ("compare", to_translate("Compare"), at("registration.compare_panel.ComparePanel")),
+    )  # fmt: skip
 
 
-def _statistics(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
-
-    return StatisticsPanel(studio)
+def _nothing(_: OutcropView) -> tuple[object, ...]:
+    return ()
 
 
-def _sets(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.analyse.sets_panel import SetsPanel
-
-    return SetsPanel(studio)
+def _direction(view: OutcropView) -> tuple[object, ...]:
+    return (view.direction,)
 
 
-def _slopes(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.analyse.slopes_panel import SlopesPanel
-
-    return SlopesPanel(studio)
+def _all(view: OutcropView) -> tuple[object, ...]:
+    return (view,)
 
 
-def _section(studio: Studio, view: OutcropView) -> QWidget:
-    from vomstudio.ui.sections.section_panel import SectionPanel
+def _made_at(where: str, needs: Needs = _nothing) -> Make:
+    """where : its class in the rooms of the window. needs : what of the view it is made with"""
+    module, _, kind = where.rpartition(".")
 
-    return SectionPanel(studio, view.direction)
+    def make(studio: Studio, view: OutcropView) -> QWidget:
+        panel: QWidget = getattr(import_module(f"vomstudio.ui.{module}"), kind)(
+            studio, *needs(view)
+        )
+        return panel
 
-
-def _fractures(studio: Studio, view: OutcropView) -> QWidget:
-    from vomstudio.ui.sections.fractures_panel import FracturesPanel
-
-    return FracturesPanel(studio, view.direction)
-
-
-def _repeats(studio: Studio, view: OutcropView) -> QWidget:
-    from vomstudio.ui.analyse.repeats_panel import RepeatsPanel
-
-    return RepeatsPanel(studio, view)
-
-
-def _looked_at(studio: Studio, view: OutcropView) -> QWidget:
-    from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
-
-    return LookedAtPanel(studio, view.direction)
-
-
-def _displacement(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.sections.displacement_panel import DisplacementPanel
-
-    return DisplacementPanel(studio)
-
-
-def _three_points(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
-
-    return ThreePointsPanel(studio)
-
-
-def _bed_log(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.sections.bed_log_panel import BedLogPanel
-
-    return BedLogPanel(studio)
-
-
-def _elevation(studio: Studio, view: OutcropView) -> QWidget:
-    from vomstudio.ui.sections.elevation_panel import ElevationPanel
-
-    return ElevationPanel(studio, view.direction)
-
-
-def _surface(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.surface.surface_panel import SurfacePanel
-
-    return SurfacePanel(studio)
-
-
-def _compare(studio: Studio, _view: OutcropView) -> QWidget:
-    from vomstudio.ui.registration.compare_panel import ComparePanel
-
-    return ComparePanel(studio)
+    return make
 
 
 def work_commands(

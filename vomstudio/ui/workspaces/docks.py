@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from functools import partial
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QWidget
@@ -15,8 +13,6 @@ from vomstudio.ui.workspaces.screens import bring_on_screen
 from vomstudio.ui.workspaces.table import HOMES, Area, Places
 
 _LAYOUT_VERSION = 5
-# Its pages take some turns to lay themselves out: a click that comes at once would miss.
-_MADE_AT_ONCE = frozenset({"surface"})
 _AREAS: dict[Area, Qt.DockWidgetArea] = {
     "left": Qt.DockWidgetArea.LeftDockWidgetArea,
     "right": Qt.DockWidgetArea.RightDockWidgetArea,
@@ -30,7 +26,6 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def __init__(self, window: QMainWindow) -> None:
         self._window = window
         self._docks: dict[str, QDockWidget] = {}
-        self._at_rest = True
         self.own: frozenset[str] = frozenset()
         """Names of the docks that have a place of their own in the workspace that is shown; the
         others come as tabs."""
@@ -54,9 +49,6 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def add_later(self, name: str, title: str, make: Callable[[], QWidget]) -> None:
         """A panel that scrolls and is made when it is first seen."""
         self._add(name, title, ScrollingLater(make))
-        self._docks[name].visibilityChanged.connect(partial(self._make_if, name))
-        if name in _MADE_AT_ONCE:
-            self._make(name)
 
     def _add(self, name: str, title: str, widget: QWidget) -> None:
         dock = QDockWidget(title, self._window)
@@ -89,19 +81,9 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def restore(self, state: QByteArray) -> bool:
         """Put the docks where they were; False where the state is not one of these docks."""
-        with self._arranging():
-            done = self._window.restoreState(state, self._version())
-            self.bring_on_screen()
+        done = self._window.restoreState(state, self._version())
+        self.bring_on_screen()
         return done
-
-    @contextmanager
-    def _arranging(self) -> Iterator[None]:
-        """Qt says of all docks that they are seen before it puts one behind another."""
-        self._at_rest = False
-        try:
-            yield
-        finally:
-            self._at_rest = True
 
     def _version(self) -> int:
         """An arrangement that was kept without a panel that came since would hide it for good."""
@@ -115,27 +97,26 @@ class WindowDocks(Mapping[str, QDockWidget]):
 
     def arrange(self, places: Places) -> None:
         """Show the docks of a table of places and hide the others, each where it belongs."""
-        with self._arranging():
-            for dock in self._docks.values():
-                dock.setFloating(False)
-                self._window.removeDockWidget(dock)
-            listed = {name for stacks in places.values() for stack in stacks for name in stack}
-            for area, side in _AREAS.items():
-                stacks = places.get(area, ())
-                for stack in stacks:
-                    for name in stack:
-                        self._window.addDockWidget(side, self[name])
-                        if name != stack[0]:
-                            self._window.tabifyDockWidget(self[stack[0]], self[name])
-                        self[name].show()
-                for stack in stacks:
-                    self[stack[0]].raise_()
-                    # Sizes are given to what it needs.
-                    self._make(stack[0])
-            # Hidden docks among tabs would leave a stray bar of tabs behind.
-            for name in self._docks.keys() - listed:
-                self._window.addDockWidget(_AREAS[HOMES[name]], self[name])
-                self[name].hide()
+        for dock in self._docks.values():
+            dock.setFloating(False)
+            self._window.removeDockWidget(dock)
+        listed = {name for stacks in places.values() for stack in stacks for name in stack}
+        for area, side in _AREAS.items():
+            stacks = places.get(area, ())
+            for stack in stacks:
+                for name in stack:
+                    self._window.addDockWidget(side, self[name])
+                    if name != stack[0]:
+                        self._window.tabifyDockWidget(self[stack[0]], self[name])
+                    self[name].show()
+            for stack in stacks:
+                self[stack[0]].raise_()
+                # Sizes are given to what it needs.
+                self._make(stack[0])
+        # Hidden docks among tabs would leave a stray bar of tabs behind.
+        for name in self._docks.keys() - listed:
+            self._window.addDockWidget(_AREAS[HOMES[name]], self[name])
+            self[name].hide()
 
     def give_sizes(self, places: Places, sizes: Mapping[Area, int], first_share: float) -> None:
         """sizes : width of the sides, height of the bottom, in pixels. first_share : of the upper
@@ -161,10 +142,6 @@ class WindowDocks(Mapping[str, QDockWidget]):
             self._join(name)
         self[name].raise_()
         self._make(name)
-
-    def _make_if(self, name: str, seen: bool) -> None:
-        if seen and self._at_rest:
-            self._make(name)
 
     def _make(self, name: str) -> None:
         """Whoever brings a panel forward may speak to it at once."""
