@@ -16,7 +16,8 @@ from shapely.geometry import Polygon
 
 from tests.products.test_net_parts import BEDS, DEEP, contrast
 from vomstudio.products.net.contents import MARKERS, NetContents, make_sets
-from vomstudio.products.net.figure import PRINT_SIZE_MM, draw_stereonet, write_stereonet
+from vomstudio.products.net.figure import draw_stereonet, write_stereonet
+from vomstudio.products.net.figure_style import SIZE_MM
 from vomstudio.products.net.style import PRINT, SYMBOL_SIZES, NetStyle, _contrast
 
 
@@ -37,7 +38,7 @@ def test_symbols_of_one_size_cover_like_areas(marker: str) -> None:
 
 def test_a_printed_net_has_the_sizes_of_a_figure_in_a_journal() -> None:
     """As wide as a page's text, letters of 6 to 10 points, lines of a quarter of a millimetre."""
-    width, height = PRINT_SIZE_MM
+    width, height = SIZE_MM
     assert 140.0 < width < 190.0
     assert 0.5 < height / width < 1.0
     assert 6.0 < PRINT.font_pt < 10.0
@@ -95,7 +96,7 @@ def test_a_net_is_written_with_the_dots_per_inch_that_journals_ask_for(tmp_path:
     """300, unless it is said otherwise."""
     write_stereonet(tmp_path / "net.png", NetContents(), format="png")
     with Image.open(tmp_path / "net.png") as picture:
-        wanted = np.array(PRINT_SIZE_MM) / 25.4 * 300.0
+        wanted = np.array(SIZE_MM) / 25.4 * 300.0
         assert picture.size == pytest.approx(wanted, abs=1.0)
 
 

@@ -165,7 +165,7 @@ def test_the_net_is_as_large_as_its_surroundings_allow(
         assert found.legend_x + found.legend_width == pytest.approx(width - pad)
         # Either the height is used up, or the width.
         spare = height - head - tick - pad - 2 * found.radius
-        column = found._column_width()
+        column = found._column_width(found.words)
         assert min(spare, found.legend_width - column) == pytest.approx(0.0, abs=1e-6)
     else:
         bar = 0.0 if contour is None else 4.5 * font
@@ -198,7 +198,7 @@ def test_a_legend_beside_the_net_is_as_wide_as_its_words(
     widths.append(text_width(title[:40], 1.15 * 8.0, "bold"))
     if contour is not None:
         widths.append(text_width("% of data per 1 % area", 8.0))
-    assert found._column_width() == pytest.approx(1.05 * max(widths))
+    assert found._column_width(found.words) == pytest.approx(1.05 * max(widths))
     assert text_width("Limb", 8.0, "bold") > text_width("Limb", 8.0)
 
 

@@ -21,7 +21,8 @@ from vomstudio.geology.density import DENSITY_METHODS
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.products.net.contents import NetContents, NetEllipse, make_sets, means_of
-from vomstudio.products.net.figure import PRINT_SIZE_MM, NetArtists, draw_stereonet, write_stereonet
+from vomstudio.products.net.figure import NetArtists, draw_stereonet, write_stereonet
+from vomstudio.products.net.figure_style import SIZE_MM
 from vomstudio.products.net.style import PRINT, NetStyle
 
 
@@ -113,7 +114,7 @@ def test_no_text_overlaps_or_is_cut_off(net: NetContents, width: int, height: in
 def test_text_is_large_enough_to_read() -> None:
     _, dock = draw(FULL)
     assert min(t.get_fontsize() for t in dock.axes.texts) * 100 / 72 >= 9
-    figure = Figure(figsize=tuple(v / 25.4 for v in PRINT_SIZE_MM), dpi=100)
+    figure = Figure(figsize=tuple(v / 25.4 for v in SIZE_MM), dpi=100)
     FigureCanvasAgg(figure)
     printed = draw_stereonet(figure, FULL, PRINT)
     assert min(t.get_fontsize() for t in printed.axes.texts) >= 7
@@ -244,19 +245,50 @@ def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> N
         assert data.startswith({"pdf": b"%PDF", "png": b"\x89PNG"}[format])
 
 
-@pytest.mark.parametrize("size_mm", [PRINT_SIZE_MM, (90.0, 140.0)])
+@pytest.mark.parametrize("size_mm", [SIZE_MM, (90.0, 140.0)])
 def test_a_figure_is_as_large_as_was_asked(tmp_path: Path, size_mm: tuple[float, float]) -> None:
     from PIL import Image
 
     net = NetContents(SETS[1:2])
-    write_stereonet(tmp_path / "net.png", net, format="png", size_mm=size_mm, dpi=100.0)
+    write_stereonet(
+        tmp_path / "net.png",
+        net,
+        format="png",
+        width_mm=size_mm[0],
+        height_mm=size_mm[1],
+        dpi=100.0,
+    )
     with Image.open(tmp_path / "net.png") as picture:
         assert picture.size == pytest.approx([100.0 * v / 25.4 for v in size_mm], abs=1.0)
         assert picture.info["dpi"] == pytest.approx((100.0, 100.0), abs=0.1)
-    write_stereonet(tmp_path / "net.svg", net, format="svg", size_mm=size_mm)
+    write_stereonet(
+        tmp_path / "net.svg", net, format="svg", width_mm=size_mm[0], height_mm=size_mm[1]
+    )
     top = ElementTree.parse(tmp_path / "net.svg").getroot()
     points = [float(str(top.get(name)).removesuffix("pt")) for name in ("width", "height")]
     assert points == pytest.approx([72.0 * v / 25.4 for v in size_mm])
+
+
+@pytest.mark.parametrize(
+    ("count", "width_mm"),
+    [(1, 85.0), (4, 85.0), (9, 85.0), (1, 170.0), (4, 170.0), (9, 170.0), (14, 170.0)],
+)
+def test_a_figure_is_as_high_as_its_words_need(tmp_path: Path, count: int, width_mm: float) -> None:
+    """Nothing is left out, and the net does not shrink for it."""
+    planes = ("plane", [10.0, 14.0, 12.0], [20.0, 21.0, 23.0])
+    sets = make_sets({f"bedding of the limb {i}": planes for i in range(count)}, {})
+    said = tuple(f"{s.name}: n = 3, Fisher mean 012/21, kappa 1,200, alpha95 2.3" for s in sets)
+    net = NetContents(sets, averages=said, contour="schmidt")
+    write_stereonet(tmp_path / "net.svg", net, format="svg", width_mm=width_mm)
+    top = ElementTree.parse(tmp_path / "net.svg").getroot()
+    height_mm = float(str(top.get("height")).removesuffix("pt")) / 72.0 * 25.4
+    assert SIZE_MM[1] - 0.1 <= height_mm <= 240.1
+    words = " ".join("".join(top.itertext()).split())
+    assert "…" not in words
+    assert words.count("Fisher mean") == count
+    figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), dpi=100)
+    artists = draw_stereonet(figure, net)
+    assert 2.0 * artists.radius_px / 100.0 * 25.4 >= min(0.7 * width_mm, 75.0) - 0.1
 
 
 @pytest.mark.parametrize("name", ["$x^{$", "a$b$c", "$"])

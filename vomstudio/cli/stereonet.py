@@ -119,7 +119,9 @@ def _add_drawn(parser: argparse.ArgumentParser) -> None:
 
 def _add_style(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--size", metavar="WxH", help=tr("of the figure, in millimetres (default 170x115)")
+        "--size",
+        metavar="WxH",
+        help=tr("of the figure, in millimetres (default 170, and as high as its words need)"),
     )
     add_look(parser, symbols=True)
 
@@ -169,7 +171,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.net.figure import write_stereonet
 
     with atomic_write(args.output, args.force) as temporary:
-        write_stereonet(temporary, net, format=format_, style=style.of_net(), size_mm=style.size_mm)
+        write_stereonet(
+            temporary, net, format=format_, style=style.of_net(),
+            width_mm=style.width_mm, height_mm=style.height_mm,
+        )  # fmt: skip
     _tell(args, table, net, out)
 
 

@@ -23,6 +23,7 @@ from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.additions import draw_additions
 from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
+from vomstudio.products.net.figure_style import SIZE_MM
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
@@ -35,7 +36,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-PRINT_SIZE_MM = (170.0, 115.0)
+_HIGHEST_MM, _STEP_MM = 240.0, 5.0
+_LEAST_NET_MM, _LEAST_SHARE = 75.0, 0.7
+"""A net is no smaller than the one, or on a narrow page than this share of its width, where the
+page may grow."""
 
 
 def picture_format(path: str | Path, field: str) -> str:
@@ -181,19 +185,42 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     )  # fmt: skip
 
 
+def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> float:
+    """The usual height of a figure, or as much more as its words need."""
+    from matplotlib.figure import Figure
+
+    least = min(_LEAST_NET_MM, _LEAST_SHARE * width_mm) / 25.4 * 72.0
+    height, before = SIZE_MM[1], 0.0
+    while height < _HIGHEST_MM:
+        page = Page(Figure(figsize=(width_mm / 25.4, height / 25.4)), net, style)
+        # The width may be what keeps it small.
+        if page.whole and (2.0 * page.radius >= least or page.radius <= before):
+            break
+        before = page.radius
+        height += _STEP_MM
+    return height
+
+
 def write_stereonet(
     target: str | Path | IO[bytes],
     net: NetContents,
     *,
     format: str,
     style: NetStyle = PRINT,
-    size_mm: tuple[float, float] = PRINT_SIZE_MM,
+    width_mm: float | None = None,
+    height_mm: float | None = None,
     dpi: float = 300.0,
 ) -> None:
-    """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
+    """Writes the figure as svg, pdf or png (text stays text in svg and pdf). Without a height it
+    is as high as its words need."""
+    width = width_mm or SIZE_MM[0]
+
+    def size() -> tuple[float, float]:
+        return width, height_mm or _fitting_height_mm(net, style, width)
+
     write_figure(
         target, lambda figure: draw_stereonet(figure, net, style),
-        format=format, size_mm=size_mm, paper=style.paper, dpi=dpi, settings=font_of(style),
+        format=format, size_mm=size, paper=style.paper, dpi=dpi, settings=font_of(style),
     )  # fmt: skip
 
 

@@ -94,12 +94,12 @@ def fonts() -> list[str]:
 
 
 def size_of(text: str | None) -> tuple[float | None, float | None]:
-    """Width and height of "WxH" in millimetres. Raises UsageError."""
+    """Width and height of "WxH" in millimetres, or of "W". Raises UsageError."""
     if text is None:
         return None, None
-    wide, _, high = text.lower().replace("\N{MULTIPLICATION SIGN}", "x").partition("x")
+    wide, by, high = text.lower().replace("\N{MULTIPLICATION SIGN}", "x").partition("x")
     try:
-        return float(wide), float(high)
+        return float(wide), float(high) if by else None
     except ValueError:
         raise UsageError(
             tr("“{text}” is no size of a figure; write it like 170x115.", text=text),

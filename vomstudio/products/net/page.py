@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -38,8 +39,6 @@ PROJECTION_NAMES = {
 
 _WIDEST = 24.0
 """Of a legend beside the net, in letters."""
-_MOST_WORDS = 0.3
-"""Of the height for averages in words."""
 _NEAR = 1.5
 """A label that is further from its mark than so many letters is joined to it by a line."""
 _SLIP = 0.1
@@ -67,6 +66,7 @@ class Page:
             self.foot.append(tr("Nowhere dense enough for a contour"))
         self.foot.append(tr(PROJECTION_NAMES[net.projection]))
         self.words: list[str] = []
+        self.whole = True
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
         self.outlines: list[Array] = []
@@ -83,63 +83,75 @@ class Page:
 
     def _arrange(self) -> None:
         """Where the net goes, and where legend and colour bar have room: beside the net or below
-        it, whichever leaves the larger net."""
+        it, whichever leaves the larger net. Says in `whole` whether nothing was left out."""
         head = self.row + 0.6 * self.font  # N and its tick
         tick = 0.9 * self.font
-        foot = len(self.foot)
         bar = bar_room(self.bar, self.font)
-        self.words = self._averages(_WIDEST * self.font)
+        notes, widest = self.foot, _WIDEST * self.font
 
+        self.foot = self._lines(notes, widest)
+        words = self._lines(self.net.averages, widest)
         gap = tick + 1.5 * self.font
-        column = self._column_width()
+        column = self._column_width(words)
         beside = min(
             self.height - head - tick - self.pad,
             self.width - 2 * self.pad - tick - gap - column,
         )
-
-        # Beside the net the bar has its name over it; at the right edge there is no room for it.
-        named = self.bar is not None and not self.net.compact
-        foot += named
-        rows = self._flow(self.width - 2 * self.pad)
-        words = self._averages(self.width - 2 * self.pad)
-        least = (0.55 if self.net.compact else 0.4) * self.height
-        low = (len(rows) + len(words) + foot) * self.row + self.pad
-        # The net has its room first, then the legend, then the averages.
-        while (len(rows) > 1 or words) and self.height - head - tick - low < least:
-            if words:
-                words = words[:-2] + [tr("…: the averages need more room")] if words[1:] else []
-            else:
-                rows.pop()
-            low = (len(rows) + len(words) + foot) * self.row + self.pad
-        below = min(
-            self.height - head - tick - low - self.heading,
-            self.width - 2 * (self.pad + tick) - bar,
-        )
+        low_foot = self._lines(notes, self.width - 2 * self.pad)
+        room = self.width - 2 * (self.pad + tick) - bar
+        rows, low_words, low = self._under_net(low_foot, head + tick, room)
+        below = min(self.height - head - tick - low - self.heading, room)
 
         self.beside = beside >= below
         self.radius = max(beside, below, 20.0) / 2.0
         if self.beside:
             room = self.height - 2 * self.pad - self._foot() - self.heading
-            most = int(room / (1.15 * self.row))
-            self.rows = [[(0.0, e)] for e in self.entries[: max(most, 1)]]
+            most = max(int(room / (1.15 * self.row)), 1)
+            self.rows = [[(0.0, e)] for e in self.entries[:most]]
+            room -= 1.15 * self.row * len(self.rows)
+            self.words = self._cut(words, max(int(room / self.row), 0))
+            self.whole = len(self.rows) == len(self.entries) and self.words == words
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2
             self.legend_x = self.cx + self.radius + gap
             self.legend_width = self.width - self.legend_x - self.pad
         else:
-            if self.bar is not None and named:
+            self.foot, self.rows, self.words = low_foot, rows, low_words
+            self.whole = self.words == self._lines(self.net.averages, self.width - 2 * self.pad)
+            self.whole = self.whole and sum(map(len, rows)) == len(self.entries)
+            # Beside the net the bar has its name over it; at the right edge there is no room for
+            # that.
+            if self.bar is not None and not self.net.compact:
                 full = f"{self.bar.name}; {self.bar.unit}"
                 fits = text_width(full, self.font) <= self.width - 2 * self.pad
                 self.foot.insert(-1, full if fits else self.bar.name)
-            self.rows, self.words = rows, words
             self.cx = (self.width - bar) / 2.0
             self.cy = self.height - self.heading - head - self.radius
             self.legend_x = self.pad
             self.legend_width = self.width - 2 * self.pad
 
-    def _column_width(self) -> float:
+    def _under_net(
+        self, foot: list[str], head: float, widest: float
+    ) -> tuple[list[list[tuple[float, Entry]]], list[str], float]:
+        """The rows of a legend below the net, the averages in lines, and the height of all that is
+        there; head : height of what stands above the net, which is `widest` at most."""
+        rows = self._flow(self.width - 2 * self.pad)
+        words = self._lines(self.net.averages, self.width - 2 * self.pad)
+        under = len(foot) + (self.bar is not None and not self.net.compact)
+        least = min((0.55 if self.net.compact else 0.4) * self.height, widest)
+        low = (len(rows) + len(words) + under) * self.row + self.pad
+        # The net has its room first, then the legend, then the averages.
+        while (len(rows) > 1 or words) and self.height - head - low < least:
+            if words:
+                words = self._cut(words, len(words) - 1)
+            else:
+                rows.pop()
+            low = (len(rows) + len(words) + under) * self.row + self.pad
+        return rows, words, low
+
+    def _column_width(self, words: list[str]) -> float:
         """Width of a legend beside the net; long names are shortened rather than the net."""
-        texts = [*self.foot, *self.words]
+        texts = [*self.foot, *words]
         if self.bar is not None:
             texts += [self.bar.name, self.bar.unit]
         entries = [2.2 * self.font + text_width(e.text, self.font) for e in self.entries]
@@ -147,18 +159,22 @@ class Page:
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
         return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
 
+    def _lines(self, texts: Sequence[str], width: float) -> list[str]:
+        """Texts in lines of that width."""
+        return [line for text in texts for line in wrapped(text, self.font, width)]
+
+    def _cut(self, words: list[str], most: int) -> list[str]:
+        """At most so many lines of averages, of which the last says that there are more."""
+        if len(words) <= most:
+            return words
+        return [*words[: most - 1], tr("…: the averages need more room")] if most > 1 else []
+
     def _foot(self) -> float:
         """Height of what stands under a legend beside the net: the caption and the colour bar."""
         under = (self.under + 1.0) * self.row
         if self.bar is None:
             return under
         return under + bar_height(self.bar, self.font, self.height) + 3.0 * self.row
-
-    def _averages(self, width: float) -> list[str]:
-        """The averages in lines, as many as leave the net its room."""
-        lines = [w for said in self.net.averages for w in wrapped(said, self.font, width)]
-        most = max(int(_MOST_WORDS * self.height / self.row), 1)
-        return lines if len(lines) <= most else [*lines[: most - 1], "…"]
 
     @property
     def under(self) -> int:
@@ -407,10 +423,10 @@ class Page:
                 text = shortened(text, self.font, room)
                 self._legend_entry(offset, y, replace(entry, text=text))
             y -= step
-        for i, line in enumerate(reversed([*self.words, *self.foot])):
-            y = self.pad + (i + 0.5) * self.row
+        for i, line in enumerate([*self.words, *self.foot]):
+            y = self.pad + (self.under - i - 0.5) * self.row
             text = shortened(line, self.font, self.legend_width)
-            soft = i < len(self.foot)
+            soft = i >= len(self.words)
             self.text(self.legend_x, y, text, color=self.style.soft if soft else self.style.ink)
 
     def _legend_entry(self, offset: float, y: float, entry: Entry) -> None:

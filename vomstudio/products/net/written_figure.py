@@ -35,7 +35,7 @@ def write_figure(
     draw: Callable[[Figure], Drawn],
     *,
     format: str,
-    size_mm: tuple[float, float],
+    size_mm: tuple[float, float] | Callable[[], tuple[float, float]],
     paper: str,
     dpi: float,
     settings: Mapping[str, Any] | None = None,
@@ -43,7 +43,8 @@ def write_figure(
     """Write what `draw` puts on a figure as svg, pdf, png or jpeg, without a date or names drawn by
     chance; text stays text in svg and pdf. Returns what `draw` does.
 
-    settings : matplotlib's, while it is drawn and written
+    size_mm : width and height, or what finds them out with these settings; settings : matplotlib's,
+    while it is drawn and written
     Raises UsageError for another format.
     """
     if format not in _HOW:
@@ -57,7 +58,8 @@ def write_figure(
 
     kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
     with _SETTINGS, rc_context(kept | dict(settings or {})):
-        figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), dpi=dpi)
+        width, height = size_mm() if callable(size_mm) else size_mm
+        figure = Figure(figsize=(width / 25.4, height / 25.4), dpi=dpi)
         FigureCanvasAgg(figure)
         figure.set_facecolor(paper)
         drawn = draw(figure)

@@ -44,8 +44,10 @@ def net_words(
         said += [] if method == "schmidt" else [("--sigma", contouring.sigma)]
         said += [("--levels", numbers_text(wishes.levels))] if wishes.levels else []
     said += [f"--{name}" for name in _ASKED if name in wishes.asked]
-    if style.width_mm is not None or style.height_mm is not None:
+    if style.height_mm is not None:
         said.append(("--size", "{:g}x{:g}".format(*style.size_mm)))
+    elif style.width_mm is not None:
+        said.append(("--size", f"{style.width_mm:g}"))
     said += _look(style, colors, True)
     return ["stereonet", table, *said, *_typed(wishes, notation), *end]
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from vomstudio.products.net.rose_contents import RoseContents
     from vomstudio.ui.analyse.net.wishes import NetWishes
 
-_LEGEND_ROW_MM = 4.8
-
 
 class NetDock(Protocol):
     """What the dock of the net tells of itself."""
@@ -51,10 +49,7 @@ def write_shown(
         width = style.width_mm or SIZE_MM[0]
         write_roses(target, shown, format=format_, style=style.of_net(), width_mm=width, dpi=dpi)
         return
-    wide, high = style.size_mm
-    if style.height_mm is None:
-        # High enough for the whole legend.
-        high = max(high, _LEGEND_ROW_MM * (len(shown.sets) + 8))
     write_stereonet(
-        target, shown, format=format_, style=style.of_net(), size_mm=(wide, high), dpi=dpi
-    )
+        target, shown, format=format_, style=style.of_net(),
+        width_mm=style.width_mm, height_mm=style.height_mm, dpi=dpi,
+    )  # fmt: skip
