@@ -4,13 +4,15 @@ Weighted least squares over the seven numbers of `observations`, from several st
 Where accuracies are not stated, those of each group of rows are estimated together with the
 similarity (iterated variance components; Foerstner 1979, Z. f. Vermessungswesen 104, 149), and what
 is stated from few of them is widened as Student's t asks, with Satterthwaite's degrees of freedom.
+What fits well by itself is not made out to be bad because something else contradicts it: a group's
+error is that of the group alone where it would be larger by more than chance.
 What nothing determines stays as it is in the model's file, tilts before turns about the vertical.
 The covariance is that of linear least squares: good for rotations known to some 20 degrees.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -36,6 +38,11 @@ _SMALL_START = 1e-6
 # Of the information with its diagonal made 1: less is rounding.
 _NOTHING = 1e-9
 _SURE = 0.99
+# Free misses that say something of an error.
+_FEWEST_ALONE = 1.5
+# By chance the error of a group is larger beside others than alone by more than Fisher's F this
+# rarely.
+_RARE = 1e-3
 # What rows without a stated error are taken to be as good as, where nothing is left over to judge
 # them by: metres as a share of the model's size, radians.
 _USUAL_SHARE = 0.01
@@ -67,6 +74,7 @@ class Adjusted:
     assumed : names of groups whose error could not be judged and was taken as usual
     overdrawn : how many times larger the misses are than what was stated; 1 where they agree
     ambiguous : a quite different rotation fits as well
+    free_of : of each group whose error is not stated, how many free misses it rests on
     common, common_covariance : (k,) and (k, k) of the errors that rows share, in the order of
         `rows.shared_names`
     """
@@ -88,11 +96,27 @@ class Adjusted:
     information: Array
     common: Array
     common_covariance: Array
+    free_of: Mapping[str, float]
 
     @property
     def rotation(self) -> Array:
         """(3, 3) radians squared, about east, north, up."""
         return self.covariance[:3, :3]
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """kinds, centre, size : as of `adjust`; alone : as of `_alone`"""
+
+    kinds: Sequence[Observed]
+    centre: Array
+    size: float
+    alone: Mapping[str, tuple[float, float]]
+
+    def at(self, fit: Similarity) -> tuple[Rows, list[int], Array]:
+        """The rows there, where those of each kind begin, and (3,) what they turn about."""
+        place = fit(self.centre)[0]
+        return (*all_rows(self.kinds, fit, place), place)
 
 
 def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
@@ -108,21 +132,39 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
         )
     offset = _offset(kinds)
     kinds = [_shifted(kind, offset) for kind in kinds]
-    ended = [
-        _followed(kinds, start, centre, size)
-        for start in _agreed_by_most(kinds, _starts(kinds, centre, size), centre, size)
-    ]
+    alone = _alone(kinds, centre, size)
+    problem = _Problem(kinds, centre, size, alone)
+    ended = [_followed(problem, start) for start in _agreed_by_most(problem, _starts(problem))]
     least = min(cost for _, cost in ended)
     good = [fit for fit, cost in ended if cost <= least + AS_GOOD]
     # Of those that fit alike the one that tilts the model least, then the one that turns it least.
     good.sort(key=lambda fit: (round(_tilt_of(fit.rotation), 3), _angle_of(fit.rotation)))
-    found = _judged(kinds, good[0], centre, size)
+    found = _judged(problem, good[0])
     # Where turns are free, others fit as well by themselves.
     held = not found.free.shape[1] or np.abs(found.free[:3]).max() < 1e-6
     apart = any(_angle_of(good[0].rotation.T @ fit.rotation) > _APART for fit in good)
     found = replace(found, ambiguous=bool(held and apart))
     fit = replace(found.fit, translation=found.fit.translation + offset)
     return replace(found, fit=fit, centre=found.centre + offset)
+
+
+def _alone(kinds: Sequence[Observed], centre: Array, size: float) -> dict[str, tuple[float, float]]:
+    """Of each group without a stated error the variance by the misses of its kind alone, and how
+    many free ones there are; of kinds that stand beside others only."""
+    kinds = [kind for kind in kinds if len(kind.labels)]
+    found: dict[str, tuple[float, float]] = {}
+    for kind in kinds if len(kinds) > 1 else ():
+        stated = getattr(kind, "sigma", None)
+        if stated is None or np.isfinite(stated).all():
+            continue
+        one = adjust([kind], centre, size)
+        groups = np.array(one.rows.groups)
+        unknown = ~np.isfinite(one.rows.sigma)
+        for name, free in one.free_of.items():
+            if free >= _FEWEST_ALONE:
+                sigma = one.sigma[unknown & (groups == name)]
+                found[name] = float(sigma[0] ** 2), free
+    return found
 
 
 def _shifted(kind: Observed, offset: Array) -> Observed:
@@ -142,9 +184,10 @@ def _offset(kinds: Sequence[Observed]) -> Array:
 
 
 # --- starts -----------------------------------------------------------------------------------
-def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Similarity]:
+def _starts(problem: _Problem) -> list[Similarity]:
     from scipy.spatial.transform import Rotation
 
+    kinds, centre = problem.kinds, problem.centre
     for kind in kinds:
         if isinstance(kind, Combined):
             return [kind.start]
@@ -166,7 +209,7 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
         else:
             shift = centre.ravel() - scale * turn @ centre.ravel()
         start = Similarity(scale, turn, shift)
-        found.append((_cost(kinds, start, centre, size, robust=True), start))
+        found.append((_cost(problem, start, robust=True), start))
     followed = [found[0][1]]
     for _, start in sorted(found[1:], key=lambda pair: pair[0]):
         # Many that lie side by side lead to one and the same.
@@ -177,14 +220,12 @@ def _starts(kinds: Sequence[Observed], centre: Array, size: float) -> list[Simil
     return followed
 
 
-def _agreed_by_most(
-    kinds: Sequence[Observed], starts: Sequence[Similarity], centre: Array, size: float
-) -> list[Similarity]:
+def _agreed_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[Similarity]:
     """Where starts lead to if gross mistakes count little; those that most observations bear out.
     By squares alone one strike that was read as dip direction can turn a model upside down."""
     if len(starts) < 2:
         return list(starts)
-    ended = [_followed(kinds, start, centre, size, robust=True) for start in starts]
+    ended = [_followed(problem, start, robust=True) for start in starts]
     least = min(cost for _, cost in ended)
     return [fit for fit, cost in ended if cost <= least + AS_GOOD]
 
@@ -212,28 +253,32 @@ def _first_scale(kinds: Sequence[Observed], model: Array, world: Array) -> float
     return 1.0
 
 
-def _usual(rows: Rows, size: float) -> Array:
-    """(m,) what errors begin with: stated, or usual for their kind."""
+def _usual(rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]) -> Array:
+    """(m,) what errors begin with: stated, or usual for their kind, or what is the most that they
+    may be by what they show alone."""
     metres = np.array([g in _METRES for g in rows.groups])
-    return np.where(
-        np.isfinite(rows.sigma), rows.sigma, np.where(metres, _USUAL_SHARE * size, _USUAL_RAD)
-    )
+    usual = np.where(metres, _USUAL_SHARE * size, _USUAL_RAD)
+    for name, (variance, free) in alone.items():
+        which = np.array(rows.groups) == name
+        most = float(np.sqrt(variance * _most_times(free, free)))
+        usual[which] = np.minimum(usual[which], max(most, 1e-12 * size))
+    return np.where(np.isfinite(rows.sigma), rows.sigma, usual)
+
+
+def _most_times(free: float, free_alone: float) -> float:
+    """By how much a variance of so many free misses may be larger by chance than that alone."""
+    from scipy.stats import f
+
+    return float(f.isf(_RARE, free, free_alone))
 
 
 _METRES = {"points", "cameras", "lengths"}
 
 
-def _cost(
-    kinds: Sequence[Observed],
-    fit: Similarity,
-    centre: Array,
-    size: float,
-    *,
-    robust: bool = False,
-) -> float:
+def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
     """The sum of squares, each by its usual error; robust : by Cauchy's function of them."""
-    rows, _ = all_rows(kinds, fit, fit(centre)[0])
-    squares = (rows.misses / _usual(rows, size * fit.scale)) ** 2
+    rows, _, _ = problem.at(fit)
+    squares = (rows.misses / _usual(rows, problem.size * fit.scale, problem.alone)) ** 2
     return float((_CAUCHY**2 * np.log1p(squares / _CAUCHY**2) if robust else squares).sum())
 
 
@@ -303,28 +348,23 @@ def moved(fit: Similarity, step: Array, centre: Array) -> Similarity:
 
 
 def _followed(
-    kinds: Sequence[Observed],
-    fit: Similarity,
-    centre: Array,
-    size: float,
-    *,
-    robust: bool = False,
+    problem: _Problem, fit: Similarity, *, robust: bool = False
 ) -> tuple[Similarity, float]:
     """Where a start leads to with usual errors, and the cost there; robust : as in `_cost`."""
     for _ in range(_STEPS):
-        at = fit(centre)[0]
-        rows, _ = all_rows(kinds, fit, at)
-        sigma = _usual(rows, size * fit.scale)
+        rows, _, at = problem.at(fit)
+        size = problem.size * fit.scale
+        sigma = _usual(rows, size, problem.alone)
         if robust:
             sigma = np.hypot(sigma, rows.misses / _CAUCHY)
-        step = _step(rows, sigma, size * fit.scale, _preference(rows))
+        step = _step(rows, sigma, size, _preference(rows))
         length = np.linalg.norm(step[:3])
         if length > 0.7:
             step = step * (0.7 / length)
         fit = moved(fit, step, at)
         if np.abs(step[:4]).max() < _SMALL_START:
             break
-    return fit, _cost(kinds, fit, centre, size, robust=robust)
+    return fit, _cost(problem, fit, robust=robust)
 
 
 def _preference(rows: Rows) -> Array:
@@ -335,26 +375,26 @@ def _preference(rows: Rows) -> Array:
 
 
 # --- errors -----------------------------------------------------------------------------------
-def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: float) -> Adjusted:
+def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
     from scipy.stats import chi2
 
-    rows, begins = all_rows(kinds, fit, fit(centre)[0])
-    sigma = _usual(rows, size * fit.scale)
+    size, alone = problem.size, problem.alone
+    rows, begins, at = problem.at(fit)
+    sigma = _usual(rows, size * fit.scale, alone)
     groups = np.array(rows.groups)
     unstated = [str(g) for g in dict.fromkeys(groups[~np.isfinite(rows.sigma)])]
     free_of: dict[str, float] = {}
+    held: set[str] = set()
     for _ in range(_STEPS):
-        at = fit(centre)[0]
-        rows, begins = all_rows(kinds, fit, at)
+        rows, begins, at = problem.at(fit)
         before = sigma.copy()
         if unstated:
-            sigma, free_of = _estimated(rows, sigma, size * fit.scale, unstated)
+            sigma, free_of = _estimated(rows, sigma, size * fit.scale, unstated, alone, held)
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
         fit = moved(fit, step, at)
         if np.abs(step[:4]).max() < _SMALL and np.allclose(before, sigma, rtol=1e-6):
             break
-    at = fit(centre)[0]
-    rows, begins = all_rows(kinds, fit, at)
+    rows, begins, at = problem.at(fit)
     length = size * fit.scale
     moves, misses, units = _system(rows, sigma, length)
     information = moves.T @ moves
@@ -375,15 +415,21 @@ def _judged(kinds: Sequence[Observed], fit: Similarity, centre: Array, size: flo
     return Adjusted(
         fit, at, covariance[:7, :7], plain[:7, :7], null[:7], rows, sigma, sigma * share,
         tuple(begins), assumed, overdrawn, False, length, redundancy, information, common,
-        covariance[7:, 7:],
+        covariance[7:, 7:], free_of,
     )  # fmt: skip
 
 
 def _estimated(
-    rows: Rows, sigma: Array, size: float, unstated: Sequence[str]
+    rows: Rows,
+    sigma: Array,
+    size: float,
+    unstated: Sequence[str],
+    alone: Mapping[str, tuple[float, float]],
+    held: set[str],
 ) -> tuple[Array, dict[str, float]]:
     """(m,) errors with those of unstated groups as the misses show them, and how many free misses
-    each of these rests on."""
+    each of these rests on. held : groups that keep the error that they have alone; those are added
+    that would exceed it by more than chance"""
     moves, misses, _ = _system(rows, sigma, size)
     inverse, _ = _inverse(moves.T @ moves)
     misses = _left_over(moves, misses, inverse, len(sigma))
@@ -400,6 +446,11 @@ def _estimated(
             variance = float(sigma[which][0] ** 2) * squares / free
             doubted = rows.shared.shape[1] and name not in _METRES
             least = _FINEST_RAD if doubted else 1e-12 * size
+            own, own_free = alone.get(name, (np.inf, free))
+            if variance > own * _most_times(free, own_free):
+                held.add(name)
+            if name in held:
+                variance, free_of[name] = own, own_free
             found[which] = np.sqrt(max(variance, least**2))
     return found, free_of
 

@@ -20,6 +20,7 @@ from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.observations import (
     COMPASS,
+    YAW,
     Attitudes,
     Azimuths,
     Directions,
@@ -39,6 +40,10 @@ _BY_CHANCE = 0.001
 _ANY_NORTH_RAD = np.radians(60.0)
 _NOT_SEEN_DEG = 20.0
 _LITTLE_DEG = 0.5
+# So near a quarter turn a yaw is taken for that of another side of the camera.
+_NEAR_QUARTER_DEG = 10.0
+_STEP_DEG = 10.0
+_SEE_NORTH = Points | Attitudes | Combined | Directions | Azimuths
 _STEPS = 6
 
 
@@ -115,64 +120,134 @@ def _of_turn_and_scale(found: Adjusted) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class CompassTurn:
-    """What all azimuths of a compass are too large by, and its 95 % error, degrees. freed : the
-    kinds with a north that is not known beforehand, against which single readings are judged"""
+class NorthTurn:
+    """What all azimuths of one north are too large by, and its 95 % error, degrees; name : of that
+    north"""
 
+    name: str
     turn_deg: float
     error95_deg: float
-    freed: list[Observed]
 
     def in_words(self) -> str:
+        near = min((90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(self.turn_deg - quarter))
+        quarter = abs(self.turn_deg - near) < _NEAR_QUARTER_DEG
+        if self.name == COMPASS and quarter:
+            return tr(
+                "All compass readings are turned by {turn:+.0f}° ± {error:.0f}° (95 %) against "
+                "what else places the model, nearly a quarter or half turn: strikes may have been "
+                "read as dip directions, or directions to the opposite side. Look the columns up. "
+                "The model was placed without their north.",
+                turn=self.turn_deg,
+                error=self.error95_deg,
+            )
+        if self.name == COMPASS:
+            return tr(
+                "All compass readings are turned by {turn:+.1f}° ± {error:.1f}° (95 %) against "
+                "what else places the model: the declination may have been applied twice or not at "
+                "all, or iron is near. Correct it (--declination), or state how far north may be "
+                "off (--north-sigma). The model was placed without their north.",
+                turn=self.turn_deg,
+                error=self.error95_deg,
+            )
+        if quarter:
+            return tr(
+                "The yaws are off by {off:+.0f}° for all photos alike, nearly a quarter or half "
+                "turn: they may be of another side of the camera. Add {back:+.0f}° to them. The "
+                "model was placed without their north.",
+                off=self.turn_deg,
+                back=-near,
+            )
         return tr(
-            "All compass readings are turned by {turn:+.1f}° ± {error:.1f}° (95 %) against what "
-            "else places the model: the declination may have been applied twice or not at all, or "
-            "iron is near. Correct it (--declination), or state how far north may be off "
-            "(--north-sigma).",
-            turn=self.turn_deg,
+            "The yaws are off by {off:+.1f}° ± {error:.1f}° (95 %) for all photos alike, by what "
+            "else places the model: a compass may be wrong so, or declination was not taken into "
+            "account. The model was placed without their north.",
+            off=self.turn_deg,
             error=self.error95_deg,
         )
 
 
-def compass_turn(kinds: Sequence[Observed], centre: Array, size: float) -> CompassTurn | None:
-    """By how much a compass is off for all readings alike, where something else determines north
-    and it is more than chance; None where not."""
+def turned_norths(
+    kinds: Sequence[Observed], centre: Array, size: float
+) -> tuple[list[NorthTurn], list[Observed]]:
+    """Of compass and yaws by how much they are off for all readings alike, where something else
+    determines north and it is more than chance; and the kinds with these norths corrected and not
+    known beforehand, as the model is best placed by and single readings are judged."""
+    found, left = [], list(kinds)
+    for name in (COMPASS, YAW):
+        turned = _turned(left, centre, size, name)
+        if turned is not None:
+            turn, left = turned
+            found.append(turn)
+    return found, left
+
+
+def _turned(
+    kinds: Sequence[Observed], centre: Array, size: float, name: str
+) -> tuple[NorthTurn, list[Observed]] | None:
     from scipy.stats import norm
 
-    if not any(isinstance(kind, Points | Attitudes | Combined) for kind in kinds):
+    read = Attitudes if name == YAW else Directions | Azimuths
+    others = [kind for kind in kinds if not isinstance(kind, read)]
+    if len(others) == len(kinds) or not any(isinstance(kind, _SEE_NORTH) for kind in others):
         return None
-    turned = 0.0
-    freed = [_freed(kind, 0.0) for kind in kinds]
-    if not any(isinstance(kind, Directions | Azimuths) for kind in kinds):
+    try:
+        turned = _first_turn(kinds, others, centre, size, name)
+    except GeometryError:
         return None
+    freed = [_freed(kind, turned, name) for kind in kinds]
     for _ in range(_STEPS):
         try:
             found = adjust(freed, centre, size)
         except GeometryError:
             return None
-        at = found.rows.shared_names.index(COMPASS)
+        at = found.rows.shared_names.index(name)
         # The rows turn what is placed, against the clock; readings run with it.
         step = -float(np.degrees(found.common[at]))
         turned += step
         error = float(np.degrees(np.sqrt(found.common_covariance[at, at])))
         if error > _NOT_SEEN_DEG:
             return None
-        freed = [_freed(kind, turned) for kind in kinds]
+        freed = [_freed(kind, turned, name) for kind in kinds]
         if abs(step) < 0.01:
             break
+    turned = float((turned + 180.0) % 360.0 - 180.0)
     if abs(turned) < max(_LITTLE_DEG, float(norm.isf(_BY_CHANCE / 2.0)) * error):
         return None
-    return CompassTurn(turned, 1.959963984540054 * error, freed)
+    return NorthTurn(name, turned, 1.959963984540054 * error), freed
 
 
-def _freed(kind: Observed, turned_deg: float) -> Observed:
-    """A kind of compass readings with this taken off its azimuths, and with a north that is not
-    known beforehand."""
+def _first_turn(
+    kinds: Sequence[Observed], others: Sequence[Observed], centre: Array, size: float, name: str
+) -> float:
+    """About by how much the readings are turned, degrees, by what the others place the model by:
+    from far off, small steps would end at a wrong place."""
+    found = adjust(others, centre, size)
+    if np.abs(found.free[:3]).sum() > 0:
+        return 0.0
+    read = [kind for kind in kinds if not any(kind is other for other in others)]
+    turns = np.arange(0.0, 360.0, _STEP_DEG)
+    misses = [
+        np.median(np.abs(np.concatenate(
+            [_freed(kind, turn, name).rows(found.fit, found.centre).misses for kind in read]
+        )))
+        for turn in turns
+    ]  # fmt: skip
+    return float(turns[int(np.argmin(misses))])
+
+
+def _freed(kind: Observed, turned_deg: float, name: str) -> Observed:
+    """A kind of readings with this taken off its azimuths, and with a north that is not known
+    beforehand; other kinds as they are."""
     by = np.radians(turned_deg)
+    c, s = np.cos(by), np.sin(by)
+    back = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    if name == YAW:
+        if isinstance(kind, Attitudes):
+            return replace(kind, world=back @ kind.world, axes=back @ kind.axes,
+                           north_sigma=_ANY_NORTH_RAD)  # fmt: skip
+        return kind
     if isinstance(kind, Azimuths):
         return replace(kind, azimuth=kind.azimuth - by, north_sigma=_ANY_NORTH_RAD)
     if isinstance(kind, Directions):
-        c, s = np.cos(by), np.sin(by)
-        back = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        return replace(kind, world=kind.world @ back, north_sigma=_ANY_NORTH_RAD)
+        return replace(kind, world=kind.world @ back.T, north_sigma=_ANY_NORTH_RAD)
     return kind

@@ -32,8 +32,6 @@ _MOST = 600
 # A turn of which so much is about the vertical leaves that as it is.
 _LEVEL = 0.95
 _NAMED = 8
-# A yaw that is off for all photos alike by more is told.
-_OFF_DEG = 5.0
 
 
 def left_out(
@@ -128,39 +126,6 @@ def verticals_left_out(
                 )
             )
     return out
-
-
-def said_of_north(angles: Array, model: Array, rotation: Array) -> list[str]:
-    """How far the yaws are off for all photos alike, by what else placed the model.
-
-    rotation : (3, 3) of the placed model
-    """
-    from scipy.spatial.transform import Rotation
-
-    if not len(angles):
-        return []
-    turns = camera_rotations(angles) @ np.swapaxes(rotation @ model, 1, 2)
-    # A turn about up lessens azimuths.
-    off = -float(np.degrees(np.median(Rotation.from_matrix(turns).as_rotvec()[:, 2])))
-    if abs(off) < _OFF_DEG:
-        return []
-    near = min((90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(off - quarter))
-    if abs(off - near) < 2 * _OFF_DEG:
-        return [
-            tr(
-                "The yaws are off by {off:+.0f}° for all photos alike, nearly a quarter or half "
-                "turn: they may be of another side of the camera. Add {back:+.0f}° to them.",
-                off=off,
-                back=-near,
-            )
-        ]
-    return [
-        tr(
-            "The yaws are off by {off:+.1f}° for all photos alike, by what else places the model: "
-            "a compass may be wrong so, or declination was not taken into account.",
-            off=off,
-        )
-    ]
 
 
 # --- what angles may mean ---------------------------------------------------------------------

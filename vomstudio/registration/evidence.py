@@ -25,7 +25,6 @@ from vomstudio.io.control.observation_tables import (
     ScaleBar,
 )
 from vomstudio.io.photos.photo_names import photo_finder
-from vomstudio.registration.attitude_checks import said_of_north
 from vomstudio.registration.attitude_evidence import (
     NORTH_DOUBT_DEG,
     AttitudeMiss,
@@ -189,8 +188,6 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.positions is not None and _alone(kinds):
         _refuse_unsure(placed)
     if attitudes is not None:
-        rotation = np.array(placed.matrix)[:3, :3] / placed.scale
-        said += said_of_north(attitudes.angles, attitudes.model, rotation)
         said += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
     return with_warnings(_with_pixels(placed, evidence), said)
 

@@ -23,6 +23,8 @@ Array = npt.NDArray[np.float64]
 
 COMPASS = "compass"
 """One instrument reads planes, lines and azimuths: what its north is off is off in all of them."""
+YAW = "yaw"
+"""What the north of all photos is off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,7 +265,7 @@ class Attitudes:
         moves[:, :, :3] = inverse
         rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("yaw", "pitch", "roll"))
         # The turn of all that a wrong north is, seen as yaw, pitch and roll of each.
-        rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma)
+        rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
         return _sharing(rows, (inverse @ placed).reshape(-1, 3), self.mount_sigma)
 
 

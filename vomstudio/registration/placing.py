@@ -12,7 +12,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.agreement import compass_turn, said_of_disagreement
+from vomstudio.registration.agreement import said_of_disagreement, turned_norths
 from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out, left_out
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.length_evidence import kept_scale
@@ -84,15 +84,12 @@ def place(
     if points is not None and len(kinds) == 1:
         _require_enough(points)
     centre, size = _extent(kinds, extent)
-    found = widened(kinds, adjust(kinds, centre, size), centre)
+    # Readings that are all off alike are none of them wrong beside the others.
+    norths, judged = turned_norths(kinds, centre, size)
+    found = widened(judged, adjust(judged, centre, size), centre)
     known = _known(found)
-    turned = compass_turn(kinds, centre, size)
-    judged, by = (kinds, found) if turned is None else (turned.freed, found)
-    if turned is not None:
-        # Readings that are all off alike are none of them wrong beside the others.
-        by = adjust(judged, centre, size)
-    blunders = find_blunders(judged, by, centre, size)
-    without = leave_one_out(judged, by, centre, size)
+    blunders = find_blunders(judged, found, centre, size)
+    without = leave_one_out(judged, found, centre, size)
     if without and without[0].suspect:
         blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
     control = _residuals(points, found.fit)
@@ -100,14 +97,14 @@ def place(
     rotation, rotation95 = _rotation_errors(found, known)
     scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
     named = [
-        *(said_of_without(without) or said_of_blunders(judged, blunders, by, centre, size)),
+        *(said_of_without(without) or said_of_blunders(judged, blunders, found, centre, size)),
         *said_of_mirrors(points, found.fit),
     ]
     warnings = [
         *named,
         *said_of_fit(found, kinds),
-        *said_of_disagreement(kinds, centre, size),
-        *([] if turned is None else [turned.in_words()]),
+        *said_of_disagreement(judged, centre, size),
+        *(north.in_words() for north in norths),
         *said_of_points(control, checked, points),
         *said_of_errors(rotation, scale95, known, points, named=bool(named)),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
