@@ -85,3 +85,39 @@ def test_stated_accuracies_that_the_residuals_contradict_are_not_believed() -> N
 def test_a_scale_known_badly_is_told_with_its_error() -> None:
     assert scale_warning(0.004) == ""
     assert "6.0 % (95 %)" in scale_warning(0.06 / 1.96)
+
+
+def test_a_receiver_that_drifts_is_recognised_where_the_order_is_known() -> None:
+    """By independent errors about half of the tilts lie within what is stated."""
+    inside, sound = np.zeros(2), 0
+    n, runs, rho = 30, 60, 0.9
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        row = np.where(np.arange(n) % 2, 20.0, -20.0)
+        places = np.column_stack([np.linspace(-50, 50, n), row, rng.uniform(-5, 5, n)])
+        errors = rng.normal(size=(n, 3))
+        sound += scatter_of(places, left_over(places, errors), in_order=True).drift > 0.0
+        for i in range(1, n):
+            errors[i] = rho * errors[i - 1] + np.sqrt(1.0 - rho**2) * errors[i]
+        fit = fit_similarity(places, places + errors)
+        off = np.abs(Rotation.from_matrix(fit.rotation).as_rotvec())
+        for k, in_order in enumerate((False, True)):
+            found = scatter_of(places, fit(places) - places - errors, in_order=in_order)
+            inside[k] += (off <= 1.96 * np.sqrt(np.diag(found.rotation))).mean()
+    assert inside[0] / runs < 0.75
+    assert inside[1] / runs > 0.84
+    assert sound <= 4
+
+
+def left_over(places: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    return fit_similarity(places, places + errors)(places) - places - errors
+
+
+@pytest.mark.parametrize("heights", [1.0, 2.0])
+def test_four_points_do_not_show_that_heights_are_worse_and_the_error_holds(
+    heights: float,
+) -> None:
+    """By one error for all coordinates 85 % of the tilts lie within it."""
+    found = inside(4, heights, False, (60.0, 40.0, 6.0))
+    assert (found >= 0.90 - 0.02).all(), found
+    assert (found <= 0.99 + 0.01).all(), found

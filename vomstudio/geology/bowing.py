@@ -21,6 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.serial_errors import correlation_of, whitened
+
 Array = npt.NDArray[np.float64]
 
 FEWEST = 6
@@ -162,7 +164,8 @@ def bowing_of(
     """The bowing that residuals show; None where too few points, or points on a line, or all at one
     distance from the middle, tell nothing of it.
 
-    places, residuals : (n, 3), World, fitted less given
+    places, residuals : (n, 3), World, fitted less given, in the order in which they were taken:
+        errors that follow each other, as those of a receiver that drifts, are not taken for a bend
     sigma : (n, 3) stated errors of the coordinates, by which they are weighted; None for none
     extent : (m, 3) points all over the model, whose mean plane, middle and edge count; None to take
         those of the places
@@ -188,15 +191,29 @@ def bowing_of(
     if sigma is not None and np.isfinite(sigma).all() and (sigma > 0).all():
         weight = 1.0 / np.sqrt((sigma**2) @ normal**2)
         weight = weight / weight.mean()
-    rows = columns * weight[:, None]
+    drift = _drift(columns, residuals @ axes.T)
+    rows = whitened(columns * weight[:, None], drift)
     # How much of the last column the others leave: all at one distance say nothing.
     rest = rows[:, 3] - rows[:, :3] @ np.linalg.lstsq(rows[:, :3], rows[:, 3], rcond=None)[0]
     if float(rest @ rest) < _THIN**2 * float(rows[:, 3] @ rows[:, 3]):
         return None
-    out = (residuals @ normal) * weight
+    out = whitened((residuals @ normal) * weight, drift)
     # Fitted less given is the model's bend itself.
     bend, error = _last_of(rows, out, rest)
     return _bowing(n, bend / size**2, error / size**2, reach, normal)
+
+
+def _drift(columns: Array, residuals: Array) -> float:
+    """The correlation of neighbours among what the columns (n, k) leave of residuals (n, 3)."""
+    left = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
+    sizes = np.sqrt((left**2).mean(axis=0))
+    if not (sizes > 0.0).all():
+        return 0.0
+    k = columns.shape[1]
+    moves = np.zeros((len(columns), 3, 3 * k))
+    for axis in range(3):
+        moves[:, axis, axis * k : (axis + 1) * k] = columns
+    return correlation_of(moves, left / sizes)
 
 
 def bowing_of_turns(

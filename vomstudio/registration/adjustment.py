@@ -20,6 +20,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geometry.serial_errors import (
+    correlated,
+    correlation_of,
+    independent_share,
+    more_taken,
+)
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import rotations_by_pairs
 from vomstudio.registration.observations import Directions, Observed, Points, Rows, all_rows
@@ -75,6 +81,7 @@ class Adjusted:
     overdrawn : how many times larger the misses are than what was stated; 1 where they agree
     ambiguous : a quite different rotation fits as well
     free_of : of each group whose error is not stated, how many free misses it rests on
+    drift : correlation of the errors of neighbouring cameras, 0 where they are independent
     common, common_covariance : (k,) and (k, k) of the errors that rows share, in the order of
         `rows.shared_names`
     """
@@ -97,6 +104,7 @@ class Adjusted:
     common: Array
     common_covariance: Array
     free_of: Mapping[str, float]
+    drift: float
 
     @property
     def rotation(self) -> Array:
@@ -403,7 +411,8 @@ def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
     misses = _left_over(moves, misses, inverse, len(rows.misses))
     rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
-    share, spread, factor = _spread(rows, moves, misses, inverse)
+    drift = _drift(rows, moves, misses)
+    share, spread, factor = _spread(rows, moves, misses, inverse, drift)
     overdrawn = 1.0
     if np.isfinite(rows.sigma).any() and redundancy > 0:
         squares = float((misses**2).sum())
@@ -415,7 +424,7 @@ def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
     return Adjusted(
         fit, at, covariance[:7, :7], plain[:7, :7], null[:7], rows, sigma, sigma * share,
         tuple(begins), assumed, overdrawn, False, length, redundancy, information, common,
-        covariance[7:, 7:], free_of,
+        covariance[7:, 7:], free_of, drift,
     )  # fmt: skip
 
 
@@ -465,7 +474,28 @@ def _left_over(moves: Array, misses: Array, inverse: Array, m: int) -> Array:
     return np.asarray(left, np.float64)
 
 
-def _spread(rows: Rows, moves: Array, misses: Array, inverse: Array) -> tuple[Array, Array, Array]:
+def _drift(rows: Rows, moves: Array, misses: Array) -> float:
+    """The correlation of neighbours among the positions of cameras, in the order of the table."""
+    own = np.flatnonzero(np.array(rows.groups) == "cameras")
+    if not len(own):
+        return 0.0
+    return correlation_of(moves[own].reshape(-1, 3, moves.shape[1]), misses[own].reshape(-1, 3))
+
+
+def _drifted(rows: Rows, moves: Array, drift: float) -> Array:
+    """The rows of weighted derivatives times the correlations of their errors."""
+    own = np.flatnonzero(np.array(rows.groups) == "cameras")
+    if not (drift > 0.0 and len(own)):
+        return moves
+    found = moves.copy()
+    each = correlated(moves[own].reshape(-1, 3, moves.shape[1]), drift)
+    found[own] = each.reshape(len(own), -1)
+    return found
+
+
+def _spread(
+    rows: Rows, moves: Array, misses: Array, inverse: Array, drift: float
+) -> tuple[Array, Array, Array]:
     """(m,) by how much the errors of each row differ from those that it entered the fit with,
     the covariance of the numbers by these, and what makes Student's 95 % of one sigma.
 
@@ -479,11 +509,12 @@ def _spread(rows: Rows, moves: Array, misses: Array, inverse: Array) -> tuple[Ar
     unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
     names = np.array([*rows.parts, *[""] * (len(misses) - m)])
     parts = [np.flatnonzero(unknown & (names == g)) for g in dict.fromkeys(names[unknown])]
+    follow = _drifted(rows, moves, drift)
     fixed = inverse @ (moves[~unknown].T @ moves[~unknown])
     own = [inverse @ (moves[g].T @ moves[g]) for g in parts]
     free = np.array([len(g) - np.trace(o) for g, o in zip(parts, own, strict=True)])
     share = np.ones(m)
-    spread = fixed @ inverse
+    spread = inverse @ (moves[~unknown].T @ follow[~unknown]) @ inverse
     shaky = np.zeros(len(inverse))
     variances = np.ones(len(parts))
     if parts and (free > 0.1).all():
@@ -494,11 +525,15 @@ def _spread(rows: Rows, moves: Array, misses: Array, inverse: Array) -> tuple[Ar
         for which in _same_group(rows, parts).values():
             pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
             variances[which] = np.maximum(variances[which], least_variance(pooled, free[which]))
+    doubt = np.ones(m) if rows.doubt is None else rows.doubt
+    worth = independent_share(drift)
     for g, o, v, f in zip(parts, own, variances, free, strict=True):
-        share[g] = np.sqrt(v)
-        part = v * (o @ inverse)
+        variance = v * more_taken(o, inverse @ (moves[g].T @ follow[g]), len(g))
+        share[g] = np.sqrt(variance) * doubt[g]
+        worse = doubt[g][:, None] ** 2
+        part = variance * (inverse @ ((moves[g] * worse).T @ follow[g]) @ inverse)
         spread = spread + part
-        shaky += np.diag(part) ** 2 / max(float(f), 1.0)
+        shaky += np.diag(part) ** 2 / max(float(f) * worth, 1.0)
     # Satterthwaite: the degrees of freedom of a sum of estimated variances.
     total = np.maximum(np.diag(spread), 1e-300)
     each = np.clip(total**2 / np.maximum(shaky, 1e-300), 1.0, 1e9)

@@ -16,7 +16,11 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.scatter import FEWEST_FOR_HEIGHTS, FEWEST_PER_AXIS
+from vomstudio.registration.scatter import (
+    FEWEST_FOR_HEIGHTS,
+    FEWEST_PER_AXIS,
+    UNSEEN_HEIGHTS,
+)
 from vomstudio.registration.similarity import Similarity, jacobians
 
 Array = npt.NDArray[np.float64]
@@ -34,6 +38,7 @@ class Rows:
     shared : (m, k) their derivatives by k errors that all rows of a kind have in common, and
     shared_sigma : (k,) how large these may be; shared_names : (k,) errors of one name are one, also
     of several kinds, "" for those of the kind alone
+    doubt : (m,) how many times as bad as its part a row may be, which too few rows show; None for 1
     """
 
     misses: Array
@@ -44,6 +49,7 @@ class Rows:
     shared: Array
     shared_sigma: Array
     shared_names: tuple[str, ...] = ()
+    doubt: Array | None = None
 
 
 class Observed(Protocol):
@@ -82,7 +88,10 @@ class Points:
         elif n >= FEWEST_FOR_HEIGHTS:
             parts = (" level", " level", " up")
         named = tuple(self.name + part for part in parts)
-        return _rows((placed - self.world).ravel(), moves, self.sigma, (self.name,) * 3, named)
+        rows = _rows((placed - self.world).ravel(), moves, self.sigma, (self.name,) * 3, named)
+        if n >= FEWEST_FOR_HEIGHTS:
+            return rows
+        return replace(rows, doubt=np.tile([1.0, 1.0, UNSEEN_HEIGHTS], n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,6 +303,9 @@ def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Row
         shared,
         sizes,
         tuple(key if isinstance(key, str) else "" for key in columns),
+        np.concatenate(
+            [np.ones(len(rows.misses)) if rows.doubt is None else rows.doubt for rows in each]
+        ),
     )
     return whole, begins
 

@@ -17,7 +17,7 @@ from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fits
 from vomstudio.registration.observations import Directions, Lengths, Observed, Points
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
-from vomstudio.registration.scatter import scale_warning
+from vomstudio.registration.scatter import said_of_drift, scale_warning
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.words import tr, tr_n
 
@@ -65,6 +65,7 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
                 times=times,
             )
         )
+    said += said_of_drift(found.drift)
     if found.ambiguous:
         said.append(
             tr(

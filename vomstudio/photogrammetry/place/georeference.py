@@ -25,7 +25,7 @@ from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
-from vomstudio.registration.scatter import scale_warning, scatter_of
+from vomstudio.registration.scatter import said_of_drift, scale_warning, scatter_of
 from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
@@ -170,7 +170,8 @@ def place_by_gps(
         ),
         None if effect is None else effect.bend,
     )
-    report = replace(report, warnings=tuple(_warnings(report, scene, placed)))
+    said = [*_warnings(report, scene, placed), *said_of_drift(quality.drift)]
+    report = replace(report, warnings=tuple(said))
     return better, report
 
 
@@ -237,6 +238,7 @@ class _Quality:
     scale_error: float
     turn_deg: Array
     covariance: Array
+    drift: float
 
 
 def _quality(
@@ -246,7 +248,7 @@ def _quality(
     where they do not determine it."""
     residuals = centres - local
     each = None if stated is None else np.array([stated, stated, HEIGHTS_WORSE * stated])
-    scatter = scatter_of(local[used], residuals[used], each)
+    scatter = scatter_of(local[used], residuals[used], each, in_order=True)
     sigma = float(np.sqrt((scatter.sigma[:2] ** 2).mean()))
     inside = local[used] - local[used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
@@ -278,6 +280,7 @@ def _quality(
         scatter.scale_error,
         turn,
         scatter.covariance,
+        scatter.drift,
     )
 
 
