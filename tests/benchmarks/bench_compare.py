@@ -13,7 +13,7 @@ import numpy as np
 
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.registration.comparison import compare
+from vomstudio.registration.distances.comparison import compare
 
 
 def rock(n: int, seed: int, up: float = 0.0) -> np.ndarray:

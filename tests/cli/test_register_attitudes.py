@@ -212,7 +212,7 @@ def test_a_compass_that_is_off_is_told_by_what_else_is_known(
     told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
                "--json").json  # fmt: skip
     assert off_deg(told) < 0.1
-    assert any("off by +15.0°" in said for said in told["warnings"])
+    assert any("turned by +15.0°" in said for said in told["warnings"])
     phones(folder, VIEWS, 90.0, "T")
     told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
                "--json").json  # fmt: skip

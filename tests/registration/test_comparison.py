@@ -10,10 +10,10 @@ from vomstudio.errors import Cancelled, GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import CancelToken, Silent
-from vomstudio.registration import m3c2
-from vomstudio.registration.cloud_distance import CloudSides
-from vomstudio.registration.comparison import compare, statistics
-from vomstudio.registration.mesh_distance import MeshSides
+from vomstudio.registration.distances import m3c2
+from vomstudio.registration.distances.cloud_distance import CloudSides
+from vomstudio.registration.distances.comparison import compare, statistics
+from vomstudio.registration.distances.mesh_distance import MeshSides
 from vomstudio.registration.overlap import crs_doubts
 from vomstudio.registration.surface_points import surface_points
 

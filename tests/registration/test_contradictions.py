@@ -97,7 +97,7 @@ def test_level_lines_that_are_wrong_do_not_tilt_good_points(n: int, wrong: float
 
 @pytest.mark.parametrize("n", [4, 6, 10])
 @pytest.mark.parametrize(
-    ("wrong", "word"), [(30.0, "declination"), (90.0, "strikes"), (180.0, "opposite")]
+    ("wrong", "word"), [(30.0, "declination"), (90.0, "Add -90°"), (180.0, "other end")]
 )
 def test_an_azimuth_that_is_wrong_is_named_and_does_not_turn_good_points(
     n: int, wrong: float, word: str

@@ -10,8 +10,8 @@ from vomstudio.api.checking import single_number, warn
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.progress import CancelToken
-from vomstudio.registration import comparison
-from vomstudio.registration.comparison import Comparison
+from vomstudio.registration.distances import comparison
+from vomstudio.registration.distances.comparison import Comparison
 from vomstudio.registration.overlap import crs_doubts
 from vomstudio.words import tr
 

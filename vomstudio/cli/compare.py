@@ -16,7 +16,7 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.agreement import Agreement
-    from vomstudio.registration.comparison import Comparison
+    from vomstudio.registration.distances.comparison import Comparison
     from vomstudio.workspace.world_models import WorldModel
 
 
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.io.project.reconstructions import placing_error_m
-    from vomstudio.registration.comparison import compare, require_lengths
+    from vomstudio.registration.distances.comparison import compare, require_lengths
     from vomstudio.registration.overlap import crs_doubts
     from vomstudio.workspace.world_models import read_beside, read_in_world
 

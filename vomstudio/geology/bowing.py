@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.serial_errors import correlation_of, whitened
+from vomstudio.geology.serial_errors import correlation_of, whitened
 
 Array = npt.NDArray[np.float64]
 

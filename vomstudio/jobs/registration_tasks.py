@@ -187,7 +187,7 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     import numpy as np
 
     from vomstudio.files.atomic import atomic_write
-    from vomstudio.registration.comparison import compare
+    from vomstudio.registration.distances.comparison import compare
     from vomstudio.registration.overlap import crs_doubts
 
     names = (asked.model.name, asked.benchmark.name)

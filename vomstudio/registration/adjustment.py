@@ -20,16 +20,19 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geometry.serial_errors import (
-    correlated,
-    correlation_of,
-    independent_share,
-    more_taken,
-)
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import rotations_by_pairs
 from vomstudio.registration.observations import Directions, Observed, Points, Rows, all_rows
-from vomstudio.registration.scatter import expected_squares, least_variance
+from vomstudio.registration.row_errors import (
+    METRES,
+    drift_of,
+    estimated,
+    inverse_of,
+    left_over,
+    most_times,
+    spread_of,
+    system_of,
+)
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
 from vomstudio.words import tr
 
@@ -41,21 +44,13 @@ _STEPS = 60
 _SMALL = 1e-11
 # Starts are only compared with each other: the one that is chosen is followed to the end.
 _SMALL_START = 1e-6
-# Of the information with its diagonal made 1: less is rounding.
-_NOTHING = 1e-9
 _SURE = 0.99
 # Free misses that say something of an error.
 _FEWEST_ALONE = 1.5
-# By chance the error of a group is larger beside others than alone by more than Fisher's F this
-# rarely.
-_RARE = 1e-3
 # What rows without a stated error are taken to be as good as, where nothing is left over to judge
 # them by: metres as a share of the model's size, radians.
 _USUAL_SHARE = 0.01
 _USUAL_RAD = np.radians(3.0)
-# Angles that nobody measures better: beside the doubt about a compass, errors that are much smaller
-# would leave that to rounding.
-_FINEST_RAD = 3e-4
 # Starts that end with this much more than the least sum of squares fit as well by chance.
 AS_GOOD = 9.0
 # Of its error: what misses by more counts less and less.
@@ -264,23 +259,13 @@ def _first_scale(kinds: Sequence[Observed], model: Array, world: Array) -> float
 def _usual(rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]) -> Array:
     """(m,) what errors begin with: stated, or usual for their kind, or what is the most that they
     may be by what they show alone."""
-    metres = np.array([g in _METRES for g in rows.groups])
+    metres = np.array([g in METRES for g in rows.groups])
     usual = np.where(metres, _USUAL_SHARE * size, _USUAL_RAD)
     for name, (variance, free) in alone.items():
         which = np.array(rows.groups) == name
-        most = float(np.sqrt(variance * _most_times(free, free)))
+        most = float(np.sqrt(variance * most_times(free, free)))
         usual[which] = np.minimum(usual[which], max(most, 1e-12 * size))
     return np.where(np.isfinite(rows.sigma), rows.sigma, usual)
-
-
-def _most_times(free: float, free_alone: float) -> float:
-    """By how much a variance of so many free misses may be larger by chance than that alone."""
-    from scipy.stats import f
-
-    return float(f.isf(_RARE, free, free_alone))
-
-
-_METRES = {"points", "cameras", "lengths"}
 
 
 def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
@@ -291,52 +276,10 @@ def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
 
 
 # --- one start --------------------------------------------------------------------------------
-def _system(rows: Rows, sigma: Array, size: float) -> tuple[Array, Array, Array]:
-    """(m + k, 7 + k) and (m + k,) of the rows and of what is known beforehand of shared errors,
-    each divided by its error, and (7 + k,) the units of the columns."""
-    k = rows.shared.shape[1]
-    units = np.concatenate([np.ones(4), np.full(3, size), rows.shared_sigma])
-    moves = np.vstack(
-        [
-            np.hstack([rows.moves, rows.shared]) / sigma[:, None] * units,
-            np.hstack([np.zeros((k, 7)), np.eye(k)]),
-        ]
-    )
-    return moves, np.concatenate([rows.misses / sigma, np.zeros(k)]), units
-
-
-def _inverse(information: Array) -> tuple[Array, Array]:
-    """Of what is determined, and the null space (orthonormal columns) of the rest."""
-    told = np.diag(information) > 0.0
-    if not told.all():
-        # Of planes and lines alone nothing tells scale and place.
-        n, some = len(told), np.ix_(told, told)
-        inner, free = _inverse(information[some]) if told.any() else (np.zeros((0, 0)),) * 2
-        inverse, null = np.zeros((n, n)), np.zeros((n, free.shape[1] + n - int(told.sum())))
-        inverse[some] = inner
-        null[told, : free.shape[1]] = free
-        null[~told, free.shape[1] :] = np.eye(n - int(told.sum()))
-        return inverse, null
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    scale = np.where(scale < 1e-140, 1.0, scale)
-    values, axes = np.linalg.eigh(information / np.outer(scale, scale))
-    held = values > _NOTHING
-    if held.all():
-        return (axes / values) @ axes.T / np.outer(scale, scale), np.zeros((len(scale), 0))
-    null = (axes / scale[:, None])[:, ~held]
-    null, _ = np.linalg.qr(null)
-    inside = np.eye(len(information)) - null @ null.T
-    part = inside @ information @ inside
-    # In the subspace that is determined, or numbers of others would leak in.
-    basis = np.linalg.svd(inside)[0][:, : int(held.sum())]
-    inverse = basis @ np.linalg.pinv(basis.T @ part @ basis, hermitian=True) @ basis.T
-    return inverse, null
-
-
 def _step(rows: Rows, sigma: Array, size: float, turn_first: Array) -> Array:
     """(7,) the change that lessens the squares most; of what is free, the least one."""
-    moves, misses, units = _system(rows, sigma, size)
-    inverse, null = _inverse(moves.T @ moves)
+    moves, misses, units = system_of(rows, sigma, size)
+    inverse, null = inverse_of(moves.T @ moves)
     step = -inverse @ (moves.T @ misses)
     if null.shape[1]:
         weighed = turn_first[:, None] * null
@@ -397,22 +340,22 @@ def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
         rows, begins, at = problem.at(fit)
         before = sigma.copy()
         if unstated:
-            sigma, free_of = _estimated(rows, sigma, size * fit.scale, unstated, alone, held)
+            sigma, free_of = estimated(rows, sigma, size * fit.scale, unstated, alone, held)
         step = _step(rows, sigma, size * fit.scale, _preference(rows))
         fit = moved(fit, step, at)
         if np.abs(step[:4]).max() < _SMALL and np.allclose(before, sigma, rtol=1e-6):
             break
     rows, begins, at = problem.at(fit)
     length = size * fit.scale
-    moves, misses, units = _system(rows, sigma, length)
+    moves, misses, units = system_of(rows, sigma, length)
     information = moves.T @ moves
-    inverse, null = _inverse(information)
+    inverse, null = inverse_of(information)
     common = -(inverse @ (moves.T @ misses) * units)[7:]
-    misses = _left_over(moves, misses, inverse, len(rows.misses))
+    misses = left_over(moves, misses, inverse, len(rows.misses))
     rows = replace(rows, misses=misses[: len(rows.misses)] * sigma)
     redundancy = float(len(rows.misses) - (7 - null.shape[1]))
-    drift = _drift(rows, moves, misses)
-    share, spread, factor = _spread(rows, moves, misses, inverse, drift)
+    drift = drift_of(rows, moves, misses)
+    share, spread, factor = spread_of(rows, moves, misses, inverse, drift)
     overdrawn = 1.0
     if np.isfinite(rows.sigma).any() and redundancy > 0:
         squares = float((misses**2).sum())
@@ -428,132 +371,12 @@ def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
     )  # fmt: skip
 
 
-def _estimated(
-    rows: Rows,
-    sigma: Array,
-    size: float,
-    unstated: Sequence[str],
-    alone: Mapping[str, tuple[float, float]],
-    held: set[str],
-) -> tuple[Array, dict[str, float]]:
-    """(m,) errors with those of unstated groups as the misses show them, and how many free misses
-    each of these rests on. held : groups that keep the error that they have alone; those are added
-    that would exceed it by more than chance"""
-    moves, misses, _ = _system(rows, sigma, size)
-    inverse, _ = _inverse(moves.T @ moves)
-    misses = _left_over(moves, misses, inverse, len(sigma))
-    hat = np.einsum("ij,jk,ik->i", moves, inverse, moves)[: len(sigma)]
-    groups = np.array(rows.groups)
-    unknown = ~np.isfinite(rows.sigma)
-    found, free_of = sigma.copy(), {}
-    for name in unstated:
-        which = unknown & (groups == name)
-        free = float(which.sum() - hat[which].sum())
-        free_of[name] = free
-        if free >= 0.5:
-            squares = float((misses[: len(sigma)][which] ** 2).sum())
-            variance = float(sigma[which][0] ** 2) * squares / free
-            doubted = rows.shared.shape[1] and name not in _METRES
-            least = _FINEST_RAD if doubted else 1e-12 * size
-            own, own_free = alone.get(name, (np.inf, free))
-            if variance > own * _most_times(free, own_free):
-                held.add(name)
-            if name in held:
-                variance, free_of[name] = own, own_free
-            found[which] = np.sqrt(max(variance, least**2))
-    return found, free_of
-
-
-def _left_over(moves: Array, misses: Array, inverse: Array, m: int) -> Array:
-    """The misses without what the errors that rows have in common explain of them."""
-    k = len(misses) - m
-    if not k:
-        return misses
-    shared = (inverse @ (moves.T @ misses))[-k:]
-    left = misses - moves[:, -k:] @ shared
-    return np.asarray(left, np.float64)
-
-
-def _drift(rows: Rows, moves: Array, misses: Array) -> float:
-    """The correlation of neighbours among the positions of cameras, in the order of the table."""
-    own = np.flatnonzero(np.array(rows.groups) == "cameras")
-    if not len(own):
-        return 0.0
-    return correlation_of(moves[own].reshape(-1, 3, moves.shape[1]), misses[own].reshape(-1, 3))
-
-
-def _drifted(rows: Rows, moves: Array, drift: float) -> Array:
-    """The rows of weighted derivatives times the correlations of their errors."""
-    own = np.flatnonzero(np.array(rows.groups) == "cameras")
-    if not (drift > 0.0 and len(own)):
-        return moves
-    found = moves.copy()
-    each = correlated(moves[own].reshape(-1, 3, moves.shape[1]), drift)
-    found[own] = each.reshape(len(own), -1)
-    return found
-
-
-def _spread(
-    rows: Rows, moves: Array, misses: Array, inverse: Array, drift: float
-) -> tuple[Array, Array, Array]:
-    """(m,) by how much the errors of each row differ from those that it entered the fit with,
-    the covariance of the numbers by these, and what makes Student's 95 % of one sigma.
-
-    The parts of a group have variances of their own: the unbiased quadratic estimates that leave
-    the similarity out (Rao's MINQUE): with the projection M on the misses, the squares of part g
-    have the expectation sum_k tr(M_gk M_kg) v_k.
-    """
-    from scipy.stats import norm, t
-
-    m = len(rows.misses)
-    unknown = np.concatenate([~np.isfinite(rows.sigma), np.zeros(len(misses) - m, bool)])
-    names = np.array([*rows.parts, *[""] * (len(misses) - m)])
-    parts = [np.flatnonzero(unknown & (names == g)) for g in dict.fromkeys(names[unknown])]
-    follow = _drifted(rows, moves, drift)
-    fixed = inverse @ (moves[~unknown].T @ moves[~unknown])
-    own = [inverse @ (moves[g].T @ moves[g]) for g in parts]
-    free = np.array([len(g) - np.trace(o) for g, o in zip(parts, own, strict=True)])
-    share = np.ones(m)
-    spread = inverse @ (moves[~unknown].T @ follow[~unknown]) @ inverse
-    shaky = np.zeros(len(inverse))
-    variances = np.ones(len(parts))
-    if parts and (free > 0.1).all():
-        system = expected_squares(own, [len(g) for g in parts])
-        squares = np.array([float((misses[g] ** 2).sum()) for g in parts])
-        squares -= [float(np.trace(o @ fixed)) for o in own]
-        variances = np.linalg.lstsq(system, squares, rcond=None)[0]
-        for which in _same_group(rows, parts).values():
-            pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
-            variances[which] = np.maximum(variances[which], least_variance(pooled, free[which]))
-    doubt = np.ones(m) if rows.doubt is None else rows.doubt
-    worth = independent_share(drift)
-    for g, o, v, f in zip(parts, own, variances, free, strict=True):
-        variance = v * more_taken(o, inverse @ (moves[g].T @ follow[g]), len(g))
-        share[g] = np.sqrt(variance) * doubt[g]
-        worse = doubt[g][:, None] ** 2
-        part = variance * (inverse @ ((moves[g] * worse).T @ follow[g]) @ inverse)
-        spread = spread + part
-        shaky += np.diag(part) ** 2 / max(float(f) * worth, 1.0)
-    # Satterthwaite: the degrees of freedom of a sum of estimated variances.
-    total = np.maximum(np.diag(spread), 1e-300)
-    each = np.clip(total**2 / np.maximum(shaky, 1e-300), 1.0, 1e9)
-    return share, spread, t.ppf(0.975, each) / norm.ppf(0.975)
-
-
-def _same_group(rows: Rows, parts: Sequence[npt.NDArray[np.int64]]) -> dict[str, Array]:
-    """Which parts belong to a group."""
-    found: dict[str, list[int]] = {}
-    for number, part in enumerate(parts):
-        found.setdefault(rows.groups[part[0]], []).append(number)
-    return {name: np.array(numbers) for name, numbers in found.items()}
-
-
 def weighed_rows(found: Adjusted) -> tuple[Array, Array]:
     """(m, 7 + k) the rows divided by their errors, with what they share, and (7 + k, 7 + k) the
     covariance by these errors as they are, without the widening for few of them; of what nothing
     determines zero."""
-    moves, _, _ = _system(found.rows, found.sigma, found.size)
-    inverse, _ = _inverse(moves.T @ moves)
+    moves, _, _ = system_of(found.rows, found.sigma, found.size)
+    inverse, _ = inverse_of(moves.T @ moves)
     return moves[: len(found.sigma)], inverse
 
 

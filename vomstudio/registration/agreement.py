@@ -122,15 +122,26 @@ def _of_turn_and_scale(found: Adjusted) -> Array:
 @dataclass(frozen=True, eq=False)
 class NorthTurn:
     """What all azimuths of one north are too large by, and its 95 % error, degrees; name : of that
-    north"""
+    north; planes : whether planes and lines were read by it, and not azimuths alone"""
 
     name: str
     turn_deg: float
     error95_deg: float
+    planes: bool
 
     def in_words(self) -> str:
         near = min((90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(self.turn_deg - quarter))
         quarter = abs(self.turn_deg - near) < _NEAR_QUARTER_DEG
+        if self.name == COMPASS and quarter and not self.planes:
+            return tr(
+                "All compass readings are turned by {turn:+.0f}° ± {error:.0f}° (95 %) against "
+                "what else places the model, nearly a quarter or half turn: they may be of another "
+                "side of the camera, or of the other end of a line. Add {back:+.0f}° to them. The "
+                "model was placed without their north.",
+                turn=self.turn_deg,
+                error=self.error95_deg,
+                back=-near,
+            )
         if self.name == COMPASS and quarter:
             return tr(
                 "All compass readings are turned by {turn:+.0f}° ± {error:.0f}° (95 %) against "
@@ -213,7 +224,8 @@ def _turned(
     turned = float((turned + 180.0) % 360.0 - 180.0)
     if abs(turned) < max(_LITTLE_DEG, float(norm.isf(_BY_CHANCE / 2.0)) * error):
         return None
-    return NorthTurn(name, turned, 1.959963984540054 * error), freed
+    planes = any(isinstance(kind, Directions) for kind in kinds)
+    return NorthTurn(name, turned, 1.959963984540054 * error, planes), freed
 
 
 def _first_turn(

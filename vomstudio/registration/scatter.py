@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.serial_errors import (
+from vomstudio.geology.serial_errors import (
     correlated,
     correlation_of,
     independent_share,

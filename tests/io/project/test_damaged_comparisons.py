@@ -15,7 +15,7 @@ from tests.samples import HASH
 from vomstudio.document.records import IDENTITY, Frame, Model
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.project.comparisons import KeptComparison, file_for, keep, kept_of
-from vomstudio.registration.comparison import compare
+from vomstudio.registration.distances.comparison import compare
 
 MODEL = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", HASH, Frame("local"))
 

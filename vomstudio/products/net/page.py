@@ -89,15 +89,15 @@ class Page:
         bar = bar_room(self.bar, self.font)
         notes, widest = self.foot, _WIDEST * self.font
 
-        self.foot = self._lines(notes, widest)
-        words = self._lines(self.net.averages, widest)
+        self.foot = _lines(notes, self.font, widest)
+        words = _lines(self.net.averages, self.font, widest)
         gap = tick + 1.5 * self.font
         column = self._column_width(words)
         beside = min(
             self.height - head - tick - self.pad,
             self.width - 2 * self.pad - tick - gap - column,
         )
-        low_foot = self._lines(notes, self.width - 2 * self.pad)
+        low_foot = _lines(notes, self.font, self.width - 2 * self.pad)
         room = self.width - 2 * (self.pad + tick) - bar
         rows, low_words, low = self._under_net(low_foot, head + tick, room)
         below = min(self.height - head - tick - low - self.heading, room)
@@ -109,7 +109,7 @@ class Page:
             most = max(int(room / (1.15 * self.row)), 1)
             self.rows = [[(0.0, e)] for e in self.entries[:most]]
             room -= 1.15 * self.row * len(self.rows)
-            self.words = self._cut(words, max(int(room / self.row), 0))
+            self.words = _cut(words, max(int(room / self.row), 0))
             self.whole = len(self.rows) == len(self.entries) and self.words == words
             self.cx = self.pad + tick + self.radius
             self.cy = self.height - head - self.radius - self.pad / 2
@@ -117,7 +117,9 @@ class Page:
             self.legend_width = self.width - self.legend_x - self.pad
         else:
             self.foot, self.rows, self.words = low_foot, rows, low_words
-            self.whole = self.words == self._lines(self.net.averages, self.width - 2 * self.pad)
+            self.whole = self.words == _lines(
+                self.net.averages, self.font, self.width - 2 * self.pad
+            )
             self.whole = self.whole and sum(map(len, rows)) == len(self.entries)
             # Beside the net the bar has its name over it; at the right edge there is no room for
             # that.
@@ -136,14 +138,14 @@ class Page:
         """The rows of a legend below the net, the averages in lines, and the height of all that is
         there; head : height of what stands above the net, which is `widest` at most."""
         rows = self._flow(self.width - 2 * self.pad)
-        words = self._lines(self.net.averages, self.width - 2 * self.pad)
+        words = _lines(self.net.averages, self.font, self.width - 2 * self.pad)
         under = len(foot) + (self.bar is not None and not self.net.compact)
         least = min((0.55 if self.net.compact else 0.4) * self.height, widest)
         low = (len(rows) + len(words) + under) * self.row + self.pad
         # The net has its room first, then the legend, then the averages.
         while (len(rows) > 1 or words) and self.height - head - low < least:
             if words:
-                words = self._cut(words, len(words) - 1)
+                words = _cut(words, len(words) - 1)
             else:
                 rows.pop()
             low = (len(rows) + len(words) + under) * self.row + self.pad
@@ -158,16 +160,6 @@ class Page:
         widest = min(max(entries, default=0.0), _WIDEST * self.font)
         title = text_width(self.net.title[:40], 1.15 * self.font, "bold")
         return 1.05 * max(widest, title, *(text_width(t, self.font) for t in texts))
-
-    def _lines(self, texts: Sequence[str], width: float) -> list[str]:
-        """Texts in lines of that width."""
-        return [line for text in texts for line in wrapped(text, self.font, width)]
-
-    def _cut(self, words: list[str], most: int) -> list[str]:
-        """At most so many lines of averages, of which the last says that there are more."""
-        if len(words) <= most:
-            return words
-        return [*words[: most - 1], tr("…: the averages need more room")] if most > 1 else []
 
     def _foot(self) -> float:
         """Height of what stands under a legend beside the net: the caption and the colour bar."""
@@ -451,3 +443,15 @@ class Page:
                 markeredgecolor=edge, markeredgewidth=width,
             )  # fmt: skip
         self.text(x + 2.2 * self.font, y, entry.text)
+
+
+def _lines(texts: Sequence[str], font_pt: float, width: float) -> list[str]:
+    """Texts in lines of that width."""
+    return [line for text in texts for line in wrapped(text, font_pt, width)]
+
+
+def _cut(words: list[str], most: int) -> list[str]:
+    """At most so many lines of averages, of which the last says that there are more."""
+    if len(words) <= most:
+        return words
+    return [*words[: most - 1], tr("…: the averages need more room")] if most > 1 else []

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from vomstudio.geometry.serial_errors import correlated, correlation_of, whitened
+from vomstudio.geology.serial_errors import correlated, correlation_of, whitened
 
 Array = npt.NDArray[np.float64]
 

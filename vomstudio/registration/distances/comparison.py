@@ -13,9 +13,9 @@ from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress, Silent
-from vomstudio.registration import m3c2
-from vomstudio.registration.cloud_distance import CloudSides, has_sides
-from vomstudio.registration.mesh_distance import MeshSides
+from vomstudio.registration.distances import m3c2
+from vomstudio.registration.distances.cloud_distance import CloudSides, has_sides
+from vomstudio.registration.distances.mesh_distance import MeshSides
 from vomstudio.registration.overlap import refuse_apart
 from vomstudio.registration.surface_points import Opposite, points_of, surface_points
 from vomstudio.reprs import Shown
