@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +121,7 @@ def project_items(
                 continue
             if best is None or np.abs(flat.away).mean() < np.abs(best.away).mean():
                 shift = np.array([panel.start, panel.level])
-                best = Flat(item, flat.points + shift, flat.away, flat.apparent_dip_deg)
+                best = replace(flat, points=flat.points + shift)
         if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
             continue
         found.append(best)
