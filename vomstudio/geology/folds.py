@@ -32,7 +32,7 @@ from vomstudio.geology.common_turns import (
     principal_axis,
     region,
 )
-from vomstudio.geology.folding.shapes import Shape, arc_deg, rms, shape_of, strays_of
+from vomstudio.geology.folding.shapes import Limbs, Shape, arc_deg, rms, shape_of, strays_of
 from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import (
@@ -376,8 +376,9 @@ def _cone_figures(shape: Shape) -> ConeFigures | None:
 
 
 def _limbs(shape: Shape) -> LimbFigures | None:
-    """Of the limbs' upward normals: the fold opens downward, or upward, but lies on neither."""
-    if shape.limbs is None:
+    """Of the limbs' upward normals: the fold opens downward, or upward, but lies on neither. None
+    where the poles do not tell the limbs."""
+    if shape.limbs is None or shape.limbs.doubt:
         return None
     first, second = (pole if pole[2] > 0 else -pole for pole in shape.limbs.poles)
     apart = math.degrees(
@@ -461,9 +462,29 @@ def _counted(shape: Shape) -> list[str]:
             arc_deg=shape.arc_deg,
         )
     ]
+    if shape.limbs is not None and shape.limbs.doubt:
+        said.append(_untold_limbs(shape.limbs))
     if shape.n == 2:
         said.append(tr("two planes always meet in a line: its error is unknown"))
     return said
+
+
+def _untold_limbs(limbs: Limbs) -> str:
+    """Why there is no interlimb angle, and the remedy."""
+    first, second = limbs.counts
+    if limbs.doubt == "hinge":
+        return tr(
+            "no interlimb angle: the poles are in two groups ({first} and {second} planes) "
+            "{apart:.0f} degrees apart: they may be two limbs, or the hinge and both limbs of a "
+            "tight fold, whose poles fall together; put each limb in a set of its own, without the "
+            "hinge",
+            first=first, second=second, apart=limbs.apart_deg,
+        )  # fmt: skip
+    return tr(
+        "no interlimb angle: of the two groups of poles ({first} and {second} planes) one is an "
+        "arc rather than a limb; put each limb in a set of its own, without the hinge",
+        first=first, second=second,
+    )  # fmt: skip
 
 
 def _weakness(semi_axes: tuple[float, float]) -> list[str]:
