@@ -54,3 +54,24 @@ def test_an_arc_beside_a_limb_is_no_second_limb() -> None:
     for _ in range(5):
         found = fold_of(rng, np.concatenate([np.full(30, -50.0), rng.uniform(-50, 60, 10)]))
         assert found.limbs is None
+
+
+@pytest.mark.parametrize("n", [9, 19, 39])
+@pytest.mark.parametrize("apart", [40.0, 60.0, 120.0])
+def test_a_limb_of_one_plane_proves_no_shape_and_is_named(n: int, apart: float) -> None:
+    rng = np.random.default_rng(n)
+    for _ in range(5):
+        poles = folded.one_and_the_other(rng, n, apart, 1.5)
+        found = fold_axis(*planes(poles), names=[f"B{k}" for k in range(n + 1)])
+        assert found.verdict in ("undetermined", "homoclinal")
+        if found.verdict == "undetermined":
+            assert any(f"B{n} " in r and "measure more planes" in r for r in found.reasons)
+
+
+def test_sound_folds_rest_on_many_planes() -> None:
+    rng = np.random.default_rng(4)
+    said = 0
+    for _ in range(40):
+        found = fold_axis(*planes(folded.bent(rng, 12, 100, 3)))
+        said += any("rests on one plane" in reason for reason in found.reasons)
+    assert said == 0

@@ -42,7 +42,11 @@ def mapped(tmp_path) -> Path:
     for number, shift in enumerate((0.0, 2.5)):
         vertices = tuple((x + 576_665.725, y + 5_188_117.06, z + shift) for x, y, z in ZIGZAG)
         session.apply(edits.add_trace(session.records, bed(f"t{number}", vertices=vertices)))
-    session.apply(edits.set_attributes(session.records, ["t1"], notes='"wet",\tdark', set_name="Ä"))
+    session.apply(
+        edits.set_attributes(
+            session.records, ["t1"], notes='"wet",\tdark', set_name="Ä", overturned=True
+        )
+    )
     session.save()
     project.close()
     return tmp_path / "map.vom"

@@ -431,6 +431,25 @@ def limbs_of(poles: Array, axes: Array) -> Limbs | None:
     )  # fmt: skip
 
 
+def lone_limb(poles: Array) -> int | None:
+    """The place of the one plane that is a limb by itself: all others have one dip, as a limb of
+    `limbs_of` has, and lie far from it. None where there is none."""
+    if len(poles) < 4:
+        return None
+    _, axes = orientation_tensor(poles)
+    row = int(np.argmax(np.abs(poles @ axes[1])))
+    rest = np.delete(poles, row, axis=0)
+    mean = orientation_tensor(rest)[1][0]
+    toward = poles[row] * math.copysign(1.0, float(poles[row] @ mean))
+    apart = math.acos(min(max(float(toward @ mean), -1.0), 1.0))
+    toward = toward - mean * float(toward @ mean)
+    length = float(np.linalg.norm(toward))
+    if apart < math.radians(20.0) or length == 0.0:
+        return None
+    along = np.arcsin(np.clip(flip_to(rest, mean) @ toward / length, -1.0, 1.0))
+    return row if apart >= LIMBS_APART * rms(along) else None
+
+
 def _doubt_of(groups: list[Array], apart: float, across: float) -> str:
     """Of two groups of angles along the great circle, so far apart, with their scatter across it
     (radians): as `Limbs.doubt`."""
