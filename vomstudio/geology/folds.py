@@ -344,9 +344,9 @@ def _on_many(
     turned = left.turn_deg > max(most, FELT_DEG)
     row = lone_limb(poles)
     if row is None and turned:
-        # Where there is no one axis beta may turn, if what is found stays.
+        # Where there is no one axis beta may turn, if there is none without that plane either.
         shaped = found.verdict in ("conical", "two axes")
-        if not shaped or _verdict_of(np.delete(poles, left.index, axis=0)) != found.verdict:
+        if not shaped or _verdict_of(np.delete(poles, left.index, axis=0)).valid != "no":
             row = left.index
     if row is None:
         return found
@@ -374,11 +374,11 @@ def _on_many(
     return replace(found, verdict="undetermined", valid=valid, reasons=(said, *reasons))
 
 
-def _verdict_of(poles: Array) -> str:
+def _verdict_of(poles: Array) -> Verdict:
     values, axes = orientation_tensor(poles)
     semi_axes = _semi_axes(values, len(poles))
     error = None if semi_axes is None else semi_axes[0]
-    return verdict_of(shape_of(poles, values, axes), error, uniformity(poles, False).p, None).name
+    return verdict_of(shape_of(poles, values, axes), error, uniformity(poles, False).p, None)
 
 
 def axis_of(
