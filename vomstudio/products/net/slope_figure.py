@@ -239,7 +239,7 @@ def _daylight_envelope(dip_deg: float) -> Array:
     """Poles of the planes whose line of dip lies in the face: tan p = tan d cos a, where it plunges
     by p, a from the face's own.
 
-    Evenly by both angles: of a steep face p hardly falls until a is a right angle, and then at once.
+    Evenly by both angles: of a steep face p hardly falls until a is near a right angle.
     """
     dip = np.radians(min(dip_deg, 90.0 - 1e-9))
     aside = np.linspace(0.0, 0.5 * np.pi, 91)[:-1]

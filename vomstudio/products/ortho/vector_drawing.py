@@ -41,7 +41,8 @@ DIP_TICK_MM = 5.0
 class Shape:
     """points : (n, 2) metres right and up; of a single point `dip_deg` is the tick that is drawn,
     down to the right, or `symbol` is that of a map, as of `Flat`; filled : the color is that of the
-    area inside; values : what files with columns say of it"""
+    area inside; values : what files with columns say of it; aside : it is no feature, but a line
+    that explains the drawing"""
 
     layer: str
     points: Array
@@ -52,6 +53,7 @@ class Shape:
     filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
     symbol: tuple[Array, ...] = ()
+    aside: bool = False
 
     def marks(self, reach: float) -> list[Array]:
         """Polylines (k, 2) that say how the plane at this place lies; reach : half the length of
@@ -360,7 +362,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     over when the drawing is read."""
     scale = paper_scale(drawing.bounds)
     beside = {
-        shape.layer: shape.layer + SYMBOLS
+        shape.layer: shape.layer if shape.aside else shape.layer + SYMBOLS
         for shape in drawing.shapes
         if shape.label or shape.marks(1.0)
     }
@@ -377,7 +379,9 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
-            if len(points) == 1:
+            if shape.aside:
+                out.line(points, names[shape.layer])
+            elif len(points) == 1:
                 out.point(points[0], names[shape.layer], values)
             else:
                 out.polyline(points, names[shape.layer], values, shape.closed)
