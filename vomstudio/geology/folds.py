@@ -40,7 +40,7 @@ from vomstudio.geology.folding.shapes import (
     shape_of,
     strays_of,
 )
-from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
+from vomstudio.geology.folding.verdicts import FEW_PLANES, WEAK_AXIS_DEG, Verdict, verdict_of
 from vomstudio.geology.folding.words import bowed_in_words, error_in_words, shape_in_words
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import (
@@ -339,7 +339,9 @@ def _on_many(
     """The verdict, which must not rest on one plane: undetermined where beta turns out of its own
     95 % region without a plane, and where one plane alone is a limb."""
     left, most = found.leave_one_out, found.max_confidence95_deg
-    if left is None or most is None or found.verdict in ("homoclinal", "scattered"):
+    if left is None or most is None or found.n < FEW_PLANES:
+        return found
+    if found.verdict in ("homoclinal", "scattered"):
         return found
     turned = left.turn_deg > max(most, FELT_DEG)
     row = lone_limb(poles)
