@@ -41,7 +41,12 @@ from vomstudio.geology.folding.shapes import (
     strays_of,
 )
 from vomstudio.geology.folding.verdicts import FEW_PLANES, WEAK_AXIS_DEG, Verdict, verdict_of
-from vomstudio.geology.folding.words import bowed_in_words, error_in_words, shape_in_words
+from vomstudio.geology.folding.words import (
+    bowed_in_words,
+    error_in_words,
+    lone_plane_in_words,
+    shape_in_words,
+)
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import (
     Array,
@@ -308,7 +313,7 @@ def fold_axis(
         return _on_many(found, poles, names, bowed)
     azimuths, dips = np.atleast_1d(dip_direction_deg), np.atleast_1d(dip_deg)
     rest = None if turns is None else turns.of(~stray)
-    called = [names[row] if names else str(row + 1) for row in np.flatnonzero(~stray)]
+    called = [names[row] if names else str(row + 1) for row in np.flatnonzero(~stray).tolist()]
     others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg, called)
     if others.valid == "no" or others.strays:
         return _on_many(found, poles, names, bowed)
@@ -353,21 +358,8 @@ def _on_many(
     if row is None:
         return found
     name = names[row] if names else str(row + 1)
-    if row == left.index and turned:
-        said = tr(
-            "the verdict rests on one plane: without plane {name} beta turns by {turn:.0f} "
-            "degrees, more than its stated error of {error:.1f} degrees (95 %); measure more "
-            "planes that lie as that one does",
-            name=name,
-            turn=left.turn_deg,
-            error=most,
-        )
-    else:
-        said = tr(
-            "the verdict rests on one plane: without plane {name} the others have one dip, and no "
-            "axis; measure more planes that lie as that one does",
-            name=name,
-        )
+    turn = left.turn_deg if turned and row == left.index else None
+    said = lone_plane_in_words(name, turn, most)
     # What spoke for the shape does so no more.
     reasons = found.reasons
     if found.verdict != "undetermined":

@@ -40,6 +40,24 @@ def shape_in_words(shape: Shape) -> list[str]:
     return said
 
 
+def lone_plane_in_words(name: str, turn_deg: float | None, error95_deg: float) -> str:
+    """Why a verdict rests on one plane: without it beta turns so far, or (None) there is none."""
+    if turn_deg is None:
+        return tr(
+            "the verdict rests on one plane: without plane {name} the others have one dip, and no "
+            "axis; measure more planes that lie as that one does",
+            name=name,
+        )
+    return tr(
+        "the verdict rests on one plane: without plane {name} beta turns by {turn:.0f} degrees, "
+        "more than its stated error of {error:.1f} degrees (95 %); measure more planes that lie "
+        "as that one does",
+        name=name,
+        turn=turn_deg,
+        error=error95_deg,
+    )
+
+
 def _untold_limbs(limbs: Limbs) -> str:
     """Why there is no interlimb angle, and the remedy."""
     first, second = limbs.counts

@@ -114,7 +114,7 @@ def write_orthophoto(
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a page to scale
     for people (PNG, JPG or PDF), with the features on it. drawn : the picture, where it has been
     drawn by this plan already. features : of World, to be drawn over it as vector data.
-    legend : on the sheet, of these features. Raises TargetError, Cancelled, and InputError where
+    legend : on the sheet, of these features. Raises TargetError, Cancelled; InputError where
     nothing is seen.
     """
     progress = progress or Silent()
@@ -147,8 +147,7 @@ def write_orthophoto(
             covered, filled = _draw(
                 drawn_tiles(source, grid, progress, threads), picture_file, depth_file, small
             )
-        if not covered:
-            raise InputError(edge_on(plan.points, plan.frame, grid.gsd) or tr(_NOTHING_SEEN))
+        _refuse_empty(covered, plan)
         warnings += source.warnings()
         facts |= {
             "image": image.name,
@@ -176,6 +175,11 @@ def write_orthophoto(
             write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
     shown, said = next(iter(chosen), None), tuple(warnings)
     return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
+
+
+def _refuse_empty(covered: int, plan: Plan) -> None:
+    if not covered:
+        raise InputError(edge_on(plan.points, plan.frame, plan.grid.gsd) or tr(_NOTHING_SEEN))
 
 
 def _of_features(drawing: Drawing, beside: int) -> list[str]:
