@@ -357,9 +357,8 @@ def _on_many(
             row = left.index
     if row is None:
         return found
-    name = names[row] if names else str(row + 1)
     turn = left.turn_deg if turned and row == left.index else None
-    said = lone_plane_in_words(name, turn, most)
+    said = lone_plane_in_words(names[row] if names else str(row + 1), turn, most)
     # What spoke for the shape does so no more.
     reasons = found.reasons
     if found.verdict != "undetermined":

@@ -113,9 +113,8 @@ def write_orthophoto(
 
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a page to scale
     for people (PNG, JPG or PDF), with the features on it. drawn : the picture, where it has been
-    drawn by this plan already. features : of World, to be drawn over it as vector data.
-    legend : on the sheet, of these features. Raises TargetError, Cancelled; InputError where
-    nothing is seen.
+    drawn by this plan already. features : of World, to be drawn over it as vector data. legend :
+    on the sheet, of these features. Raises TargetError, Cancelled, InputError.
     """
     progress = progress or Silent()
     image = Path(image)
