@@ -43,6 +43,13 @@ def chevron(rng: Rng, n: int, apart_deg: float, noise_deg: float) -> np.ndarray:
     return strayed(rng, np.cos(t) * first + np.sin(t) * second, noise_deg)
 
 
+def one_and_the_other(rng: Rng, n: int, apart_deg: float, noise_deg: float) -> np.ndarray:
+    """A limb of n beds, and one bed of another limb."""
+    _, first, second = axis_frame(rng)
+    t = np.radians(np.append(np.zeros(n), apart_deg))[:, None]
+    return strayed(rng, np.cos(t) * first + np.sin(t) * second, noise_deg)
+
+
 def two_folds(rng: Rng, n: int, arc_deg: float, noise_deg: float, apart_deg: float) -> np.ndarray:
     """Two cylinders whose axes are so far apart, each with half of the planes."""
     axis, first, second = axis_frame(rng)

@@ -68,6 +68,9 @@ CASES: dict[str, tuple[Callable[[Rng], FoldAxis], tuple[str, str | None]]] = {
     "chevron of 80 degrees": (
         lambda rng: fold_axis(*planes(folded.chevron(rng, 30, 80, 3))), UNDETERMINED
     ),
+    "one limb and one bed of the other": (
+        lambda rng: fold_axis(*planes(folded.one_and_the_other(rng, 19, 60, 2))), UNDETERMINED
+    ),
     "two folds, axes 30 degrees apart": (
         lambda rng: fold_axis(*planes(folded.two_folds(rng, 60, 100, 3, 30))), ("two axes", "no")
     ),

@@ -29,6 +29,20 @@ def test_a_vertical_plane_has_ticks_on_both_sides_and_a_horizontal_one_a_cross()
     assert np.linalg.norm(one[1] - one[0]) == np.linalg.norm(other[1] - other[0])
 
 
+def test_an_overturned_bed_has_a_hook_up_the_dip_whose_ends_are_on_the_bar() -> None:
+    for dip in (0.0, 35.0, 90.0):
+        plain = strike_and_dip(AT, 110.0, dip, 2.0)
+        *same, hook = strike_and_dip(AT, 110.0, dip, 2.0, True)
+        assert all((a == b).all() for a, b in zip(plain, same, strict=True))
+        bar, down = plain[0], Line(110.0, 0.0).vector()
+        along = (bar[1] - bar[0]) / 2.0
+        steps = hook - AT
+        assert np.linalg.norm(steps, axis=1) == pytest.approx(0.2)
+        assert steps[[0, -1]] @ down == pytest.approx(0.0, abs=1e-9)
+        assert steps[0] @ along == pytest.approx(-steps[-1] @ along)
+        assert (steps[1:-1] @ down < 0).all()
+
+
 def test_an_arrow_points_along_the_trend_with_heads_at_both_ends_where_horizontal() -> None:
     shaft, head = trend_arrow(AT, 120.0, 30.0, 2.0)
     assert shaft[1] - shaft[0] == pytest.approx(2.0 * Line(120.0, 0.0).vector())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from matplotlib.figure import Figure
 
 from tests.geology.samples import fisher_sample
 from vomstudio.errors import UsageError
+from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import (
     Line,
     Plane,
@@ -21,12 +23,25 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geology.stereonet import project
 from vomstudio.io.text.orientation_reading import read_orientations
-from vomstudio.products.net.contents import Contouring, NetContents, NetEllipse, make_sets
+from vomstudio.products.net.contents import (
+    MARKERS,
+    Contouring,
+    NetContents,
+    NetEllipse,
+    make_sets,
+    means_of,
+)
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.figure_style import FigureStyle, size_of
 from vomstudio.products.net.found_in_sets import averages_of, girdles_of, maxima_of, with_findings
-from vomstudio.products.net.net_options import Turning, net_after, typed_slip
+from vomstudio.products.net.legend import legend_entries
+from vomstudio.products.net.net_options import Turning, net_after, typed_cone, typed_slip
+from vomstudio.products.net.net_wishes import NetWishes
+from vomstudio.products.net.style import NetStyle
 from vomstudio.products.net.table_net import error_ellipses
+
+ROWS: Any = None
+"""Of a table, for what needs its errors only."""
 
 
 def fold(axis: Line, n: int = 60) -> tuple[np.ndarray, np.ndarray]:
@@ -198,3 +213,40 @@ def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
     assert size_of("90 x 60") == (90.0, 60.0)
     with pytest.raises(UsageError):
         size_of("wide")
+
+
+@pytest.mark.parametrize("turning", [
+    Turning(Plane(100, 35)), Turning(None, Line(40, 30), 75.0),
+    Turning(Plane(10, 90), Line(5, 0), 20.0),
+])  # fmt: skip
+def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None:
+    """A plane, a cone about its pole and a line on it are the same things typed and measured."""
+    plane = Plane(120, 60)
+    planes = np.array([120.0, 125.0, 118.0]), np.array([60.0, 61.0, 58.0])
+    measured_net = NetContents(make_sets({"beds": ("plane", *planes)}))
+    circle, mark = typed_slip("120/60/40")
+    cone = typed_cone(f"{plane.pole().trend_deg}/{plane.pole().plunge_deg}/20")
+    wishes = NetWishes(turning, (circle, cone), (mark,))
+    after = wishes.net(measured_net, ROWS)
+    measured = Line.from_vector(after.sets[0].vectors()[0])
+    for drawn in after.circles_typed:
+        assert angle_between_lines(drawn.axis, measured) < 1e-6
+        assert "turned to" in drawn.label
+    (line,) = after.marks
+    assert abs(line.line.vector() @ measured.vector()) < 1e-9
+    assert line.label == f"rake 40: {format_line(line.line)}"
+    before = NetWishes(Turning(), (circle, cone), (mark,)).net(measured_net, ROWS)
+    assert before.circles_typed == (circle, cone)
+    assert before.marks == (mark,)
+
+
+def test_a_line_that_was_typed_has_a_symbol_of_its_own_in_the_legend() -> None:
+    _, mark = typed_slip("120/60/40")
+    shown = replace(net(), marks=(mark,), means=means_of(net().sets))
+    entries = legend_entries(shown, NetStyle())
+    (own,) = (e for e in entries if "rake" in e.text)
+    others = [e.marker for e in entries if e is not own]
+    assert own.marker == mark.marker
+    assert mark.marker not in others
+    assert mark.marker not in MARKERS
+    assert not any("rake" in e.text for e in legend_entries(net(), NetStyle()))

@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             field="--along" if args.along is not None else "--within",
         )
     along = _direction(args.along)
-    writing.check_projection(curtain, along)
+    grazing = writing.check_projection(curtain, along)
     writing.check_targets(args.output, args.features is not None, force=args.force)
     items = () if args.features is None else read_features(args.features)
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     cut = cut_model(model.data, curtain, args.slab, spacing if math.isfinite(spacing) else 0.0)
     flats, left_out = writing.project_items(items, curtain, along, args.within)
     try:
-        figures = writing.figures_of(cut, curtain, flats, left_out)
+        figures = writing.figures_of(cut, curtain, flats, left_out, along)
     except InputError as error:
         raise error.of_file(args.model) from error
     made = writing.write_section(
@@ -88,12 +88,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         model=str(model.loaded.path),
         metric=model.in_metres,
         north_known=model.placed,
-        warnings=(*model.warnings, *warnings),
+        warnings=(*model.warnings, *warnings, *grazing),
         force=args.force,
     )
     out.result(named_by_unit(made.as_dict(), metric=model.in_metres))
     out.warn(made.warnings)
-    out.text(_in_words(made.as_dict(), unit_of(model.in_metres)))
+    words = writing.projection_words(figures)
+    out.text(_in_words(made.as_dict(), unit_of(model.in_metres), words))
 
 
 def _curtain(args: argparse.Namespace) -> tuple[Any, tuple[str, ...]]:
@@ -134,7 +135,7 @@ def _direction(text: str | None) -> Any:
         raise UsageError(error.message, field="--along") from error
 
 
-def _in_words(result: dict[str, Any], unit: str) -> str:
+def _in_words(result: dict[str, Any], unit: str, projected: list[str]) -> str:
     said = [
         tr(
             "{count} lines, {length:.3f} {unit} in all",
@@ -160,5 +161,6 @@ def _in_words(result: dict[str, Any], unit: str) -> str:
                 left_out=result["left_out"],
             )
         )
+    said += projected
     said += [file for file in (result["file"], result["features_file"]) if file is not None]
     return "\n".join(said)

@@ -75,7 +75,10 @@ def _add_drawn(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--untilt",
         metavar="DD/D",
-        help=tr("turn everything so that this plane (dip direction/dip) becomes horizontal"),
+        help=tr(
+            "turn everything, also what is typed here, so that this plane (dip direction/dip) "
+            "becomes horizontal"
+        ),
     )
     parser.add_argument(
         "--rotate",

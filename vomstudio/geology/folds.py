@@ -32,8 +32,21 @@ from vomstudio.geology.common_turns import (
     principal_axis,
     region,
 )
-from vomstudio.geology.folding.shapes import Shape, arc_deg, rms, shape_of, strays_of
-from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict, verdict_of
+from vomstudio.geology.folding.shapes import (
+    Shape,
+    arc_deg,
+    lone_limb,
+    rms,
+    shape_of,
+    strays_of,
+)
+from vomstudio.geology.folding.verdicts import FEW_PLANES, WEAK_AXIS_DEG, Verdict, verdict_of
+from vomstudio.geology.folding.words import (
+    bowed_in_words,
+    error_in_words,
+    lone_plane_in_words,
+    shape_in_words,
+)
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import (
     Array,
@@ -46,6 +59,9 @@ from vomstudio.geology.orientation import (
 from vomstudio.geology.populations.distributions import LineFigures, f95, uniformity
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 from vomstudio.words import tr, tr_n
+
+FELT_DEG = 1.0
+"""A turn of beta by less is no matter for any verdict, however exact the planes are."""
 
 MIN_ARC = 1e-10
 """S2 below this: the planes are parallel (to 1e-5 rad); any line in them would do."""
@@ -174,7 +190,8 @@ class FoldAxis:
     registration_error_deg: larger half-angle of the 95 % region by which the registrations of the
     planes' models can turn beta, None where none is known. total: the joint 95 % region with it,
     None where that of the planes is not known.
-    strays: the planes that the verdict is not about; beta is that of all.
+    strays: the planes that the verdict is not about; beta is that of all. judged: the reasons that
+    are the verdict's own.
     """
 
     n: int
@@ -197,6 +214,7 @@ class FoldAxis:
     leave_one_out: LeaveOneOut | None = None
     pairs: tuple[PairFigures, ...] = ()
     strays: tuple[Stray, ...] = ()
+    judged: tuple[str, ...] = ()
 
     @property
     def error95_deg(self) -> float | None:
@@ -275,33 +293,30 @@ def fold_axis(
                 n=n,
             )
         )
-    semi_axes: tuple[float, float] | None = None
-    if n > 2:
-        variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
-        first, second = np.degrees(np.arctan(np.sqrt(variance * 2.0 * f95(n - 2))))
-        semi_axes = float(second), float(first)
+    semi_axes = _semi_axes(values, n)
     given = None if turns is None or not turns.known else moved(poles, turns)
     turned = None if given is None else principal_axis(given, values, axes, 2)
     shape = shape_of(poles, values, axes)
     uniform = uniformity(poles, False).p
-    bowed = _bowed(bowed_deg, shape.arc_deg)
+    bowed = bowed_in_words(bowed_deg, shape.arc_deg)
 
     def judged(error95_deg: float | None) -> Verdict:
         found = verdict_of(shape, error95_deg, uniform, waviness_deg)
         valid = "conditional" if bowed and found.valid == "yes" else found.valid
         return Verdict(found.name, valid, (*bowed, *found.reasons))
 
-    made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, _counted(shape))
+    made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, shape_in_words(shape))
     left_out = None if n < 4 else _leave_one_out(poles, axes[2])
     found = replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
     stray = strays_of(poles, axes)
     if not stray.any():
-        return found
+        return _on_many(found, poles, names, bowed)
     azimuths, dips = np.atleast_1d(dip_direction_deg), np.atleast_1d(dip_deg)
     rest = None if turns is None else turns.of(~stray)
-    others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg)
+    called = [names[row] if names else str(row + 1) for row in np.flatnonzero(~stray).tolist()]
+    others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg, called)
     if others.valid == "no" or others.strays:
-        return found
+        return _on_many(found, poles, names, bowed)
     strayed = [int(row) for row in np.flatnonzero(stray)]
     listed = [names[row] if names else str(row + 1) for row in strayed]
     return replace(
@@ -311,6 +326,52 @@ def fold_axis(
         verdict=others.verdict,
         reasons=(_said_strays(listed, found, others), *others.reasons),
     )
+
+
+def _semi_axes(values: Array, n: int) -> tuple[float, float] | None:
+    """Degrees, of the joint 95 % region of beta by the eigenvalues of the tensor of n poles, the
+    larger first; None where they have no redundancy."""
+    if n < 3:
+        return None
+    variance = values[2] * values[:2] / ((n - 2) * (values[:2] - values[2]) ** 2 + 1e-300)
+    first, second = np.degrees(np.arctan(np.sqrt(variance * 2.0 * f95(n - 2))))
+    return float(second), float(first)
+
+
+def _on_many(
+    found: FoldAxis, poles: Array, names: Sequence[str] | None, bowed: Sequence[str]
+) -> FoldAxis:
+    """The verdict, which must not rest on one plane: undetermined where beta turns out of its own
+    95 % region without a plane, and where one plane alone is a limb."""
+    left, most = found.leave_one_out, found.max_confidence95_deg
+    if left is None or most is None or found.n < FEW_PLANES:
+        return found
+    if found.verdict in ("homoclinal", "scattered"):
+        return found
+    turned = left.turn_deg > max(most, FELT_DEG)
+    row = lone_limb(poles)
+    if row is None and turned:
+        # Where there is no one axis beta may turn, if there is none without that plane either.
+        shaped = found.verdict in ("conical", "two axes")
+        if not shaped or _verdict_of(np.delete(poles, left.index, axis=0)).valid != "no":
+            row = left.index
+    if row is None:
+        return found
+    turn = left.turn_deg if turned and row == left.index else None
+    said = lone_plane_in_words(names[row] if names else str(row + 1), turn, most)
+    # What spoke for the shape does so no more.
+    reasons = found.reasons
+    if found.verdict != "undetermined":
+        reasons = tuple(each for each in reasons if each in bowed or each not in found.judged)
+    valid = "no" if found.valid == "no" and found.verdict == "undetermined" else "conditional"
+    return replace(found, verdict="undetermined", valid=valid, reasons=(said, *reasons))
+
+
+def _verdict_of(poles: Array) -> Verdict:
+    values, axes = orientation_tensor(poles)
+    semi_axes = _semi_axes(values, len(poles))
+    error = None if semi_axes is None else semi_axes[0]
+    return verdict_of(shape_of(poles, values, axes), error, uniformity(poles, False).p, None)
 
 
 def axis_of(
@@ -339,7 +400,7 @@ def axis_of(
     direction = None if semi_axes is None else Line.from_vector(swing)
     verdict = judged(None if total is None else total.largest_deg)
     off = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
-    known = [] if semi_axes is None else _weakness(semi_axes)
+    known = [] if semi_axes is None else error_in_words(semi_axes)
     return FoldAxis(
         n=len(poles),
         beta=beta,
@@ -354,6 +415,7 @@ def axis_of(
         valid=verdict.valid,
         verdict=verdict.name,
         reasons=(*verdict.reasons, *counted, *known, *said),
+        judged=verdict.reasons,
         registration_error_deg=registration,
         total=total,
     )
@@ -376,8 +438,9 @@ def _cone_figures(shape: Shape) -> ConeFigures | None:
 
 
 def _limbs(shape: Shape) -> LimbFigures | None:
-    """Of the limbs' upward normals: the fold opens downward, or upward, but lies on neither."""
-    if shape.limbs is None:
+    """Of the limbs' upward normals: the fold opens downward, or upward, but lies on neither. None
+    where the poles do not tell the limbs."""
+    if shape.limbs is None or shape.limbs.doubt:
         return None
     first, second = (pole if pole[2] > 0 else -pole for pole in shape.limbs.poles)
     apart = math.degrees(
@@ -399,20 +462,6 @@ def _leave_one_out(poles: Array, beta: Array) -> LeaveOneOut | None:
     worst = int(np.argmax(turn))
     line = Line.from_vector(others[worst])
     return LeaveOneOut(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
-
-
-def _bowed(bowed_deg: float | None, arc_deg: float) -> list[str]:
-    """A dome looks like an open fold: limbs that differ by no more prove none."""
-    if bowed_deg is None or arc_deg >= bowed_deg:
-        return []
-    return [
-        tr(
-            "the model may be bowed so that dips differ by {bowed:.1f} degrees from edge to edge, "
-            "and these poles differ by {arc:.1f} degrees only: the fold may be the bowing",
-            bowed=bowed_deg,
-            arc=arc_deg,
-        )
-    ]
 
 
 def _said_strays(listed: Sequence[str], found: FoldAxis, others: FoldAxis) -> str:
@@ -449,39 +498,3 @@ def _registered(registration: float, total: Region | None) -> str:
     if total.largest_deg > WEAK_AXIS_DEG:
         return tr("{text}: over {limit:.0f}, too weak to rely on", text=said, limit=WEAK_AXIS_DEG)
     return said
-
-
-def _counted(shape: Shape) -> list[str]:
-    said = [
-        tr(
-            "n = {n}, poles {rms_deg:.1f} degrees RMS from the great circle, along "
-            "{arc_deg:.0f} degrees of it",
-            n=shape.n,
-            rms_deg=shape.rms_deg,
-            arc_deg=shape.arc_deg,
-        )
-    ]
-    if shape.n == 2:
-        said.append(tr("two planes always meet in a line: its error is unknown"))
-    return said
-
-
-def _weakness(semi_axes: tuple[float, float]) -> list[str]:
-    major, minor = semi_axes
-    text = tr(
-        "beta is known to {major:.1f} by {minor:.1f} degrees (joint 95 %)", major=major, minor=minor
-    )
-    if major > WEAK_AXIS_DEG:
-        return [tr("{text}: over {limit:.0f}, too weak to rely on", text=text, limit=WEAK_AXIS_DEG)]
-    cost = 100.0 * (1.0 - math.cos(math.radians(major)))
-    shift = 100.0 * math.sin(math.radians(major))
-    return [
-        tr(
-            "{text}: a direction wrong by {major:.1f} shortens lengths by {cost:.1f} % "
-            "and displaces by {shift:.0f} % of the depth of the view",
-            text=text,
-            major=major,
-            cost=cost,
-            shift=shift,
-        )
-    ]

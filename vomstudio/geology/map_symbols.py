@@ -2,7 +2,7 @@
 
 Drawn in the horizontal plane through the feature, as usual (FGDC-STD-013-2006, sections 6 and 9): a
 bar along the strike with a tick down the dip; on both sides where vertical; a cross where
-horizontal; an arrow along the trend.
+horizontal; a hook on the other side where the bed is overturned; an arrow along the trend.
 """
 
 from __future__ import annotations
@@ -16,19 +16,33 @@ FLAT_DEG, STEEP_DEG = 0.5, 89.5
 """A dip that is written 0 or 90 is drawn so."""
 
 
+TICK = 0.4
+"""Of half the bar."""
+_HOOK_PIECES = 8
+
+
 def strike_and_dip(
-    centre: npt.ArrayLike, dip_direction_deg: float, dip_deg: float, size: float
+    centre: npt.ArrayLike,
+    dip_direction_deg: float,
+    dip_deg: float,
+    size: float,
+    overturned: bool = False,
 ) -> list[Array]:
-    """Polylines (k, 3) of a symbol whose bar is `size` long, at a place (3,), World."""
+    """Polylines (k, 3) of a symbol whose bar is `size` long, at a place (3,), World. overturned :
+    the bed's younger side is below: a half circle stands up the dip, whose ends are on the bar"""
     at = np.asarray(centre, np.float64)
     sine, cosine = (float(part) for part in sin_cos_deg(dip_direction_deg))
     down = 0.5 * size * np.array([sine, cosine, 0.0])
     along = 0.5 * size * np.array([-cosine, sine, 0.0])
     bar = np.array([at - along, at + along])
+    hook = []
+    if overturned:
+        turn = np.linspace(0.0, np.pi, _HOOK_PIECES + 1)[:, None]
+        hook = [at + 0.5 * TICK * (np.cos(turn) * along - np.sin(turn) * down)]
     if dip_deg < FLAT_DEG:
-        return [bar, np.array([at - down, at + down])]
-    start = at - 0.4 * down if dip_deg > STEEP_DEG else at
-    return [bar, np.array([start, at + 0.4 * down])]
+        return [bar, np.array([at - down, at + down]), *hook]
+    start = at - TICK * down if dip_deg > STEEP_DEG else at
+    return [bar, np.array([start, at + TICK * down]), *hook]
 
 
 def trend_arrow(

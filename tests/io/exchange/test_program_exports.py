@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -41,7 +42,11 @@ def mapped(tmp_path) -> Path:
     for number, shift in enumerate((0.0, 2.5)):
         vertices = tuple((x + 576_665.725, y + 5_188_117.06, z + shift) for x, y, z in ZIGZAG)
         session.apply(edits.add_trace(session.records, bed(f"t{number}", vertices=vertices)))
-    session.apply(edits.set_attributes(session.records, ["t1"], notes='"wet",\tdark', set_name="Ä"))
+    session.apply(
+        edits.set_attributes(
+            session.records, ["t1"], notes='"wet",\tdark', set_name="Ä", overturned=True
+        )
+    )
     session.save()
     project.close()
     return tmp_path / "map.vom"
@@ -181,6 +186,35 @@ def test_gems_has_the_fields_of_the_standard(specimen, tmp_path) -> None:
             assert float(row["Azimuth"]) == pytest.approx(ours["strike_rhr_deg"], abs=1e-6)
     overturned = [r for r, o in zip(rows, made.rows, strict=True) if o["overturned"]]
     assert {row["Symbol"] for row in overturned if row["Type"] == "bedding"} == {"06.04"}
+
+
+def test_overturned_beds_have_a_hook_in_drawings_and_globes(specimen, mapped, tmp_path) -> None:
+    import ezdxf
+
+    made = export_project(specimen, "dxf", tmp_path / "d.dxf")
+    planes = [r for r in made.rows if r["geometry"] == "plane" and r["x"] is not None]
+    hooked = [row for row in planes if row["overturned"]]
+    assert hooked
+    lines = ezdxf.readfile(tmp_path / "d.dxf").modelspace().query("LINE")
+    for row in planes:
+        place = np.array([row[axis] for axis in "xyz"])
+        ends = np.array([[line.dxf.start.xyz, line.dxf.end.xyz] for line in lines]) - place
+        away = np.linalg.norm(ends, axis=2)
+        # The pieces of a half circle begin and end equally far from its middle, as the bar does.
+        near = (np.abs(away[:, 0] - away[:, 1]) < 1e-6) & (
+            np.linalg.norm(ends.sum(1), axis=1) > 1e-6
+        )
+        assert (near.sum() >= 8) == bool(row["overturned"])
+    export_project(mapped, "kml", tmp_path / "k.kml")
+    marks = (tmp_path / "k.kml").read_text("utf-8").split("<Placemark>")[1:]
+    symbols = [mark for mark in marks if "<Point>" in mark and 'name="dip_deg"' in mark]
+
+    def turned(mark: str) -> bool:
+        return re.search(r'name="overturned">\s*<value>(True|1|true)<', mark) is not None
+
+    for mark in symbols:
+        assert mark.count("<LineString>") == (3 if turned(mark) else 2)
+    assert any(map(turned, symbols))
 
 
 def test_geojson_is_read_by_gdal_in_the_crs_of_the_project(mapped, tmp_path) -> None:

@@ -34,6 +34,22 @@ LIMBS_APART = 6.0
 """Two limbs: their poles lie apart by so many times their scatter along the great circle (those of
 an evenly bent arc, cut in the middle, by 3.5)."""
 
+UNEVEN_LIMBS = 2.0
+"""A group that strays along the great circle by so many times the other, and is not `LIMBS_APART`
+by its own scatter, is an arc rather than a limb: its mean is no plane of the fold."""
+
+ACROSS_HINGE_DEG = 25.0
+"""Both limbs of a tight fold have poles within this of the plane at right angles to that of the
+hinge, and fall together, since poles have no ends."""
+
+ISOCLINAL_DEG, HINGE_SHARE = 10.0, 0.35
+"""So near to that plane the poles of both limbs are one group that shows no two; a hinge has no
+larger share of the planes."""
+
+BENT_P, BENT_FEW_P, BENT_FEW = 0.01, 0.05, 8
+"""A group is bent where its scatter along the great circle has a smaller chance, by that across it;
+the second of groups of fewer planes."""
+
 
 @dataclass(frozen=True)
 class Cone:
@@ -72,13 +88,16 @@ class TwoCircles:
 @dataclass(frozen=True)
 class Limbs:
     """Two limbs by their mean poles (2, 3) and numbers of planes; by how much they lie apart along
-    the great circle, and how far (RMS) the poles stray along and across it from their means."""
+    the great circle, and how far (RMS) the poles stray along and across it from their means.
+    doubt: why they may be no limbs of one fold: "hinge" where one group may be both limbs of a
+    tight fold and the other its hinge, "arc" where one is rather an arc; "" without."""
 
     poles: tuple[Array, Array]
     counts: tuple[int, int]
     apart_deg: float
     along_deg: float
     across_deg: float
+    doubt: str = ""
 
     @property
     def flat(self) -> bool:
@@ -408,4 +427,46 @@ def limbs_of(poles: Array, axes: Array) -> Limbs | None:
     return Limbs(
         (means[0], means[1]), (len(groups[0]), len(groups[1])),
         math.degrees(apart), math.degrees(scatter), math.degrees(across),
+        _doubt_of([along[group] for group in groups], apart, across),
     )  # fmt: skip
+
+
+def lone_limb(poles: Array) -> int | None:
+    """The place of the one plane that is a limb by itself: all others have one dip, as a limb of
+    `limbs_of` has, and lie far from it. None where there is none."""
+    if len(poles) < 4:
+        return None
+    _, axes = orientation_tensor(poles)
+    row = int(np.argmax(np.abs(poles @ axes[1])))
+    rest = np.delete(poles, row, axis=0)
+    mean = orientation_tensor(rest)[1][0]
+    toward = poles[row] * math.copysign(1.0, float(poles[row] @ mean))
+    apart = math.acos(min(max(float(toward @ mean), -1.0), 1.0))
+    toward = toward - mean * float(toward @ mean)
+    length = float(np.linalg.norm(toward))
+    if apart < math.radians(20.0) or length == 0.0:
+        return None
+    along = np.arcsin(np.clip(flip_to(rest, mean) @ toward / length, -1.0, 1.0))
+    return row if apart >= LIMBS_APART * rms(along) else None
+
+
+def _doubt_of(groups: list[Array], apart: float, across: float) -> str:
+    """Of two groups of angles along the great circle, so far apart, with their scatter across it
+    (radians): as `Limbs.doubt`."""
+    free = sum(map(len, groups)) - 2
+    # By all that scatter of the planes themselves, rather than a bend, could be.
+    variance = max(across**2 * (free + 2) / free, math.radians(NO_SCATTER_DEG) ** 2)
+    own = [float(np.var(group, ddof=1)) for group in groups]
+    bent = [
+        f_tail(len(group) - 1, free, value / variance)
+        < (BENT_FEW_P if len(group) < BENT_FEW else BENT_P)
+        for group, value in zip(groups, own, strict=True)
+    ]
+    off = abs(math.degrees(apart) - 90.0)
+    small = min(map(len, groups)) <= HINGE_SHARE * sum(map(len, groups))
+    if (off <= ACROSS_HINGE_DEG and any(bent)) or (off <= ISOCLINAL_DEG and small):
+        return "hinge"
+    wide = math.sqrt(max(own))
+    if wide > UNEVEN_LIMBS * math.sqrt(min(own)) and apart < LIMBS_APART * wide:
+        return "arc"
+    return ""

@@ -71,7 +71,9 @@ def _parts(layer: Layer, row: int, size: float) -> list[Floats]:
     if layer.kind != "point":
         return [shape]
     if "dip_deg" in figures:
-        return strike_and_dip(shape[0], figures["dip_direction_deg"], figures["dip_deg"], size)
+        flag = bool(figures.get("overturned", False))
+        angles = figures["dip_direction_deg"], figures["dip_deg"]
+        return strike_and_dip(shape[0], *angles, size, flag)
     if "plunge_deg" in figures:
         return trend_arrow(shape[0], figures["trend_deg"], figures["plunge_deg"], size)
     return []

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
-from vomstudio.io.gis.layer_reading import layers_of, names_no_crs
+from vomstudio.io.gis.layer_reading import are_features, layers_of, names_no_crs, symbol_layers
 from vomstudio.words import tr, tr_n
 
 Shapes = npt.NDArray[np.object_]
@@ -110,9 +110,13 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
         told, _, raw, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
         # A table without geometry has none at all.
         shapes = shapely.from_wkb([] if raw is None else raw, on_invalid="ignore")
+    columns = dict(zip(map(str, told["fields"]), fields, strict=True))
+    if path.suffix.lower() == ".dxf" and len(shapes):
+        keep = are_features(columns, len(shapes))
+        shapes = shapes[keep]
+        columns = {name: values[keep] for name, values in columns.items()}
     axes = _axes(path, told["crs"], shapes)
     factor, said = _factor(path, axes)
-    columns = dict(zip(map(str, told["fields"]), fields, strict=True))
     parts, feature, left = _parts(shapes, wanted)
     said += left
     if not len(parts):
@@ -138,13 +142,16 @@ def _layer_of(path: Path, wanted: tuple[str, ...]) -> str | None:
 
     with layers_of(path, lambda: _unreadable(path)) as named:
         layers = pyogrio.list_layers(named)
+    symbols = symbol_layers(str(name) for name, _ in layers)
     # None is no geometry at all, Unknown is any.
+    kinds = ("Unknown", *wanted, "Curve", "GeometryCollection")
     fit = [
         str(name)
         for name, kind in layers
-        if kind is not None and (kind == "Unknown" or any(w in kind for w in (*wanted, "Curve",
-                                                          "GeometryCollection")))
-    ]  # fmt: skip
+        if kind is not None
+        and str(name).casefold() not in symbols
+        and any(part in kind for part in kinds)
+    ]
     if len(fit) > 1:
         raise UsageError(
             tr("The file has several layers: {names}. Name one of them.", names=", ".join(fit)),

@@ -11,8 +11,12 @@ import contextlib
 import re
 import sqlite3
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
@@ -21,6 +25,10 @@ from vomstudio.words import tr
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
 """Options of GDAL: whatever is asked for goes to the port of this machine that discards it."""
+
+SYMBOLS = "_symbols"
+"""At the end of the name of a layer: what stands beside the features of another one, to be looked
+at."""
 
 _HEAD = 4096
 _SQLITE = b"SQLite format 3\0"
@@ -92,6 +100,28 @@ def _refuse_views(path: Path) -> None:
             ),
             file=path,
         )
+
+
+def symbol_layers(names: Iterable[str]) -> set[str]:
+    """Of the layers of a drawing those that only hold symbols: `bedding_symbols` beside `bedding`
+    or `bedding_planes`."""
+    every = {name.casefold() for name in names}
+    found = set()
+    for name in every:
+        base = name.removesuffix(SYMBOLS)
+        beside = any(other == base or other.startswith(f"{base}_") for other in every - {name})
+        if base and base != name and beside:
+            found.add(name)
+    return found
+
+
+def are_features(fields: Mapping[str, npt.NDArray[Any]], count: int) -> npt.NDArray[np.bool_]:
+    """(n,) which of the entities of a drawing for CAD are none of its symbols, by their layers."""
+    layers = [str(name) for name in fields.get("Layer", ())]
+    symbols = symbol_layers(layers)
+    if not symbols:
+        return np.ones(count, bool)
+    return np.array([name.casefold() not in symbols for name in layers], bool)
 
 
 def names_no_crs(path: Path) -> bool:

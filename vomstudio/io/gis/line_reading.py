@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.gis.layer_reading import layers_of
+from vomstudio.io.gis.layer_reading import are_features, layers_of, symbol_layers
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -42,8 +42,8 @@ class ReadLines:
 
 def read_gis_lines(path: str | Path) -> ReadLines:
     """All lines and polygons of all layers of a GeoPackage, GeoJSON, shapefile or DXF; rings of a
-    polygon and parts of a collection are lines of their own. Raises InputError where the file
-    cannot be read."""
+    polygon and parts of a collection are lines of their own, and symbols are none. Raises
+    InputError where the file cannot be read."""
     import pyogrio
 
     path = Path(path)
@@ -52,13 +52,18 @@ def read_gis_lines(path: str | Path) -> ReadLines:
     crs: str | None = None
     skipped = 0
     with layers_of(path, lambda: _unreadable(path)) as named:
-        for layer, kind in pyogrio.list_layers(named):
-            if kind is None:
+        layers = pyogrio.list_layers(named)
+        symbols = symbol_layers(str(layer) for layer, _ in layers)
+        for layer, kind in layers:
+            if kind is None or str(layer).casefold() in symbols:
                 continue
             told, _, shapes, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
             crs = crs or told["crs"]
             info = pyogrio.read_info(named, layer=layer)
             described.append(str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")))
+            if path.suffix.lower() == ".dxf":
+                keep = are_features(dict(zip(told["fields"], fields, strict=True)), len(shapes))
+                shapes, fields = shapes[keep], [values[keep] for values in fields]
             names = _names(told["fields"], fields, len(shapes))
             lines, others = _lines(str(layer), names, shapes)
             found += lines

@@ -167,8 +167,11 @@ def _symbol(
     azimuth, angle = (float(values.get(name, np.nan)) for name in names)
     if not np.isfinite([azimuth, angle]).all():
         return
-    draw, away = (strike_and_dip, 0.5 * size) if plane else (trend_arrow, 1.3 * size)
-    parts = draw(centre, azimuth, angle, size)
+    if plane:
+        flag = bool(values.get("overturned", False))
+        parts, away = strike_and_dip(centre, azimuth, angle, size, flag), 0.5 * size
+    else:
+        parts, away = trend_arrow(centre, azimuth, angle, size), 1.3 * size
     for part in parts:
         drawing.line(part, layer)
     turned = np.radians(azimuth)

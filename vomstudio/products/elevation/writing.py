@@ -20,6 +20,7 @@ from vomstudio.products.elevation.heights import Heights
 from vomstudio.products.elevation.planning import HeightPlan
 from vomstudio.products.elevation.results import ElevationFigures, Wanted, WrittenElevation
 from vomstudio.products.elevation.shading import dips_of, hillshade
+from vomstudio.products.ortho.planning import edge_on
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.version import __version__
 from vomstudio.words import to_translate, tr
@@ -67,7 +68,7 @@ def figures_of(
     known = np.isfinite(heights)
     covered = int(known.sum())
     if not covered:
-        raise InputError(tr(NOTHING_SEEN))
+        raise InputError(edge_on(plan.points, plan.frame, plan.grid.gsd) or tr(NOTHING_SEEN))
     grid, plane, frame = plan.grid, plan.plane, plan.frame
     return ElevationFigures(
         grid.width,

@@ -36,6 +36,9 @@ OKABE_ITO = (
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
+TYPED_LINE = "d"
+"""The marker of a line that was typed: of no set, and of no mean."""
+
 AUTO_CIRCLES = 40
 """With more planes than this their great circles hide the poles and are left out unless asked."""
 
@@ -180,12 +183,13 @@ AnyEllipse = NetEllipse | NetLineEllipse | NetBand
 @dataclass(frozen=True)
 class NetMark:
     """A direction that is marked, with the text beside it. color: of the set that it is of, None
-    for one that was typed."""
+    for one that was typed; said: of a typed one, the words of its text before its line."""
 
     line: Line
     label: str
     marker: str = "x"
     color: str | None = None
+    said: str = ""
 
 
 @dataclass(frozen=True)

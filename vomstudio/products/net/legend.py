@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from vomstudio.geology.notation import format_plane
 from vomstudio.products.net.contents import (
+    TYPED_LINE,
     NetContents,
     NetLineEllipse,
     NetSet,
@@ -63,6 +64,9 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
     for circle in (each for each in net.circles_typed if each.label):
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
         entries.append(Entry(circle.label, color, None, circle.dash))
+    if any(mark.marker == TYPED_LINE for mark in net.marks):
+        text = tr("Line on a plane, by its rake")
+        entries.append(Entry(text, style.net, TYPED_LINE, None, outlined=True))
     if net.errors:
         entries.append(Entry(tr("95 % of each by its own error"), style.soft, None, "-"))
     if net.means:

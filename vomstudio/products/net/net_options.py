@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.notation import format_azimuth, format_line, parse_plane
+from vomstudio.geology.notation import format_azimuth, format_line, format_plane, parse_plane
 from vomstudio.geology.orientation import (
     Array,
     Line,
@@ -19,6 +19,7 @@ from vomstudio.geology.orientation import (
 from vomstudio.geology.rotations import meetings, turned, untilted
 from vomstudio.products.net.contents import (
     OKABE_ITO,
+    TYPED_LINE,
     AnyEllipse,
     NetBand,
     NetCircle,
@@ -59,11 +60,16 @@ def typed_slip(text: str) -> tuple[NetCircle, NetMark]:
     if not abs(rake) <= 180.0:
         raise UsageError(tr("A rake is an angle from -180 to 180 degrees."), field="--slip-line")
     plane = Plane(direction, dip)
-    line = line_from_rake(plane, rake)
+    said = tr("rake {rake:g}", rake=rake)
     return (
         NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text.rpartition("/")[0])),
-        NetMark(line, tr("rake {rake:g}: {line}", rake=rake, line=format_line(line)), "o"),
+        _typed_mark(line_from_rake(plane, rake), said),
     )
+
+
+def _typed_mark(line: Line, said: str) -> NetMark:
+    label = tr("{said}: {line}", said=said, line=format_line(line))
+    return NetMark(line, label, TYPED_LINE, said=said)
 
 
 def plane_of(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
@@ -152,6 +158,18 @@ class Turning:
         slips = None if s.slips is None else self.vectors(s.slips)
         return replace(s, azimuth_deg=azimuth, angle_deg=angle, turns=None, slips=slips)
 
+    def of_circle(self, circle: NetCircle, notation: str = "dipdir/dip") -> NetCircle:
+        """One that was typed: named as it was, and as it lies now."""
+        axis = Line.from_vector(self.vectors(circle.axis.vector()))
+        now = format_line(axis)
+        if circle.half_angle_deg == 90.0:
+            now = format_plane(axis.normal_plane(), notation)
+        label = tr("{typed}, turned to {now}", typed=circle.label, now=now)
+        return replace(circle, axis=axis, label=label)
+
+    def of_mark(self, mark: NetMark) -> NetMark:
+        return _typed_mark(Line.from_vector(self.vectors(mark.line.vector())), mark.said)
+
     def of_ellipse(self, ellipse: AnyEllipse) -> AnyEllipse:
         if isinstance(ellipse, NetBand):
             one, other = ellipse.edges
@@ -172,7 +190,7 @@ def net_turned(net: NetContents, axis: Line, angle_deg: float) -> NetContents:
 
 
 def net_after(net: NetContents, turning: Turning) -> NetContents:
-    """All of the net turned, its means found anew; circles and marks that were typed stay."""
+    """All of the net turned, its means found anew."""
     sets = [turning.of_set(s) for s in net.sets]
     meant = {mean.color + mean.marker for mean in net.means}
     clustered = [s for s in sets if s.color + s.marker in meant]
@@ -181,6 +199,8 @@ def net_after(net: NetContents, turning: Turning) -> NetContents:
         sets=tuple(sets),
         means=means_of(clustered, net.notation, net.decimals),
         errors=tuple(turning.of_ellipse(e) for e in net.errors),
+        circles_typed=tuple(turning.of_circle(c, net.notation) for c in net.circles_typed),
+        marks=tuple(map(turning.of_mark, net.marks)),
         notes=(*net.notes, *turning.notes),
     )
 

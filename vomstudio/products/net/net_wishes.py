@@ -15,7 +15,7 @@ FINDINGS = ("girdles", "maxima", "averages")
 
 @dataclass(frozen=True)
 class NetWishes:
-    """turning : of everything that is measured; circles, marks : that were typed; found : of
+    """turning : of everything; circles, marks : that were typed; found : of
     `FINDINGS`; intersections, errors : lines in which planes meet, ellipses of their errors"""
 
     turning: Turning = field(default_factory=Turning)
@@ -26,13 +26,13 @@ class NetWishes:
     errors: bool = False
 
     def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
-        """Intersections and errors are turned with the planes; what was typed stays. Raises
-        UsageError."""
+        """All is turned with the planes, what was typed too; findings are those of what was
+        turned. Raises UsageError."""
         if self.intersections:
             net = with_intersections(net)
         if self.errors:
             net = replace(net, errors=error_ellipses(rows))
+        net = replace(net, circles_typed=self.circles, marks=self.marks)
         if self.turning.turns:
             net = net_after(net, self.turning)
-        net = replace(net, circles_typed=self.circles, marks=self.marks)
         return with_findings(net, self.found)

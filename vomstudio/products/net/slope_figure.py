@@ -236,11 +236,22 @@ def _great_circle(dip_deg: float) -> Array:
 
 
 def _daylight_envelope(dip_deg: float) -> Array:
-    """Poles of the planes whose line of dip lies in the face."""
-    x, y, z = _great_circle(dip_deg)[1:-1].T
-    flat = np.hypot(x, y)
-    centre = np.array([[0.0, 0.0, -1.0]])
-    return np.vstack([centre, np.stack([z * x / flat, z * y / flat, -flat], axis=1), centre])
+    """Poles of the planes whose line of dip lies in the face: tan p = tan d cos a, where it plunges
+    by p, a from the face's own.
+
+    Evenly by both angles: of a steep face p hardly falls until a is near a right angle.
+    """
+    dip = np.radians(min(dip_deg, 90.0 - 1e-9))
+    aside = np.linspace(0.0, 0.5 * np.pi, 91)[:-1]
+    plunge = np.linspace(dip, 0.0, 91)
+    plunge = np.concatenate([np.arctan(np.tan(dip) * np.cos(aside)), plunge])
+    aside = np.append(aside, np.arccos(np.clip(np.tan(plunge[90:]) / np.tan(dip), -1.0, 1.0)))
+    order = np.lexsort((-plunge, aside))
+    aside, plunge = aside[order], plunge[order]
+    half = np.stack(
+        [-np.cos(aside) * np.sin(plunge), -np.sin(aside) * np.sin(plunge), -np.cos(plunge)], axis=1
+    )
+    return np.vstack([half[::-1] * [1.0, -1.0, 1.0], half])
 
 
 def _lateral_lines(face: SlopeFace) -> tuple[Array, ...]:

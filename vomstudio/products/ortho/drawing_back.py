@@ -23,7 +23,7 @@ from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
-OWN_GROUPS = ("page", "frame", "planes")
+OWN_GROUPS = ("page", "frame", "planes", "labels")
 """Of our own drawings: what is no line of anybody."""
 LIKE_PICTURE = 0.01
 """A page or picture in a drawing is of the orthophoto where its sides have the same ratio within

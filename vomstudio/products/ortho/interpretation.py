@@ -16,6 +16,7 @@ from vomstudio.document.kind import color_of, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import UsageError
+from vomstudio.geology.map_symbols import strike_and_dip
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_normals
 from vomstudio.io.project.export import refuse_empty, thresholds_of
 from vomstudio.io.project.journal import read_replay
@@ -34,15 +35,19 @@ colours and symbols mean, on a sheet."""
 _PART: dict[Form, str] = {"line": "traces", "ring": "patches", "point": "symbols"}
 
 NO_COLOR = "#404040"
-EDGE_ON_DEG = 1e-6
-"""A plane that is parallel to the section within this has no trace on it."""
+EDGE_ON_DEG = 1.0
+"""A plane that is parallel to the picture within this has no trace on it: the direction of a trace
+would be that of the plane's error."""
+MAP_DEG = 10.0
+"""A picture that is seen within this of the vertical is a map: it shows strike and dip, since the
+trace of a plane on it is near the strike, whatever the dip."""
 
 
 @dataclass(frozen=True, eq=False)
 class Item:
     """A feature in World. form : of `points` (n, 3); normal : (3,) of a plane, upward, None of
     everything else; said : what is written beside it in place of its name; filled : the color is
-    that of its area"""
+    that of its area; overturned : of a bed, its younger side is below"""
 
     layer: str
     form: Form
@@ -57,18 +62,22 @@ class Item:
     dip_deg: float | None = None
     said: str = ""
     filled: bool = False
+    overturned: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Flat:
     """An item on a plane. points : (n, 2) metres right and up; away : (n,) metres from the plane
     toward the viewer; apparent_dip_deg : of a plane, -90 to 90 from the horizontal of the picture,
-    positive where it goes down to the right, None where the plane is parallel to it"""
+    positive where it goes down to the right, None where the plane is parallel to it and on a map;
+    symbol : of a plane on a map, polylines (k, 2) about its place, right and up, 1 being half the
+    length of the bar"""
 
     item: Item
     points: Array
     away: Array
     apparent_dip_deg: float | None
+    symbol: tuple[Array, ...] = ()
 
 
 def parse_parts(text: str) -> tuple[str, ...]:
@@ -128,7 +137,8 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
             found.append(
                 Item(layer.name, layer.kind, shape, **text, color=color, normal=normal,
                      dip_direction_deg=dd, dip_deg=dip,
-                     said=written.get(text["id"], ""), filled=layer.by != "kind")
+                     said=written.get(text["id"], ""), filled=layer.by != "kind",
+                     overturned=normal is not None and bool(said.get("overturned")))
             )  # fmt: skip
     return tuple(found)
 
@@ -189,8 +199,20 @@ def flattened(
             return None
         points = points - (away / share)[:, None] * along
     flat = np.stack([points @ right, points @ up], axis=1)
-    dip = None if item.normal is None else apparent_dip_deg(item.normal, right, up)
-    return Flat(item, flat, away, dip)
+    if item.normal is None or item.dip_deg is None:
+        return Flat(item, flat, away, None)
+    if is_map(toward):
+        azimuth = item.dip_direction_deg or 0.0
+        lines = strike_and_dip(np.zeros(3), azimuth, item.dip_deg, 2.0, item.overturned)
+        across = np.stack([right, up], axis=1)
+        return Flat(item, flat, away, None, tuple(line @ across for line in lines))
+    return Flat(item, flat, away, apparent_dip_deg(item.normal, right, up))
+
+
+def is_map(toward: Array) -> bool:
+    """Whether a picture with this normal (3,) is seen from so near above (or below) that it shows
+    strikes and dips."""
+    return abs(float(toward[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12
 
 
 def projection_vector(trend_deg: float, plunge_deg: float) -> Array:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import UsageError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.inside import check_beside
 from vomstudio.geology.notation import plain_azimuth
@@ -41,7 +41,7 @@ from vomstudio.products.ortho.drawn_features import (
 )
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.planning import Plan, edge_on
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.products.ortho.vector_drawing import Drawing
@@ -54,6 +54,10 @@ Array = npt.NDArray[np.float64]
 _NO_CRS = to_translate(
     "The model has no coordinate reference system (CRS). The orthophoto is written in the model's "
     "coordinates, without a CRS."
+)
+_NOTHING_SEEN = to_translate(
+    "No pixel of this picture shows the model. Choose another part of it, a finer ground sampling "
+    "distance or another direction."
 )
 
 
@@ -109,8 +113,8 @@ def write_orthophoto(
 
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a page to scale
     for people (PNG, JPG or PDF), with the features on it. drawn : the picture, where it has been
-    drawn by this plan already. features : of World, to be drawn over it as vector data.
-    legend : on the sheet, of these features. Raises TargetError, Cancelled.
+    drawn by this plan already. features : of World, to be drawn over it as vector data. legend :
+    on the sheet, of these features. Raises TargetError, Cancelled, InputError.
     """
     progress = progress or Silent()
     image = Path(image)
@@ -142,6 +146,7 @@ def write_orthophoto(
             covered, filled = _draw(
                 drawn_tiles(source, grid, progress, threads), picture_file, depth_file, small
             )
+        _refuse_empty(covered, plan)
         warnings += source.warnings()
         facts |= {
             "image": image.name,
@@ -169,6 +174,11 @@ def write_orthophoto(
             write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
     shown, said = next(iter(chosen), None), tuple(warnings)
     return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
+
+
+def _refuse_empty(covered: int, plan: Plan) -> None:
+    if not covered:
+        raise InputError(edge_on(plan.points, plan.frame, plan.grid.gsd) or tr(_NOTHING_SEEN))
 
 
 def _of_features(drawing: Drawing, beside: int) -> list[str]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.view_frame import ViewFrame
@@ -20,6 +21,8 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 
 MAX_PIXELS = 300_000_000
+EDGE_ON_SHARE = 0.02
+"""By so little of its width a flat model is seen within a degree of edge-on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +157,33 @@ def lay_grid(
             ),
             field="--gsd",
         )
+    if (said := edge_on(points if seen is world else points[used], frame, gsd)) is not None:
+        notes.append(said)
     return Laid(Grid.over(low, high, gsd), reference, points, tuple(notes))
+
+
+def edge_on(points: Array, frame: ViewFrame, gsd: float) -> str | None:
+    """A sentence with the remedy where a view shows next to nothing of a flat model: its points
+    (n, 3), in the axes of the frame, stray in the picture from one line by a fiftieth of what they
+    do from one line in space; or by two pixels, and by ten and more in space."""
+    few = points[:: max(1, len(points) // 100_000)]
+    few = few - few.mean(axis=0)
+    values, axes = np.linalg.eigh(few.T @ few)
+    # As wide as an even distribution is.
+    wide = math.sqrt(12.0 * max(float(values[1]), 0.0) / len(few))
+    flat = few[:, :2].T @ few[:, :2]
+    seen = math.sqrt(12.0 * max(float(np.linalg.eigvalsh(flat)[0]), 0.0) / len(few))
+    if not wide**2 > 1e-12 * 12.0 * float(values[2]) / len(few):
+        return None
+    if seen > EDGE_ON_SHARE * wide and not (seen < 2.0 * gsd and wide > 10.0 * gsd):
+        return None
+    plane = Plane.from_normal(frame.axes @ axes[:, 0])
+    return tr(
+        "The model is seen edge-on: it is nearly flat, and the view shows next to nothing of it. "
+        "Look against its mean plane: --plane {dd:03.0f}/{dip:.0f}.",
+        dd=plane.dip_direction_deg,
+        dip=plane.dip_deg,
+    )
 
 
 def default_gsd(

@@ -19,8 +19,11 @@ from vomstudio.products.ortho.sheet_legend import LETTER_MM, Legend, entries_of
 from vomstudio.products.ortho.vector_drawing import (
     DIP_TICK_MM,
     INK,
+    MARGIN_MM,
     Drawing,
     Shape,
+    left_margin_mm,
+    number_text,
     paper_scale,
     placed_labels,
     ticks_over,
@@ -38,7 +41,8 @@ Array = npt.NDArray[np.float64]
 FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".pdf": "pdf"}
 DPI = 300.0
 
-_MARGIN_MM, _TOP_MM = 18.0, 16.0
+_TOP_MM = 16.0
+_PT_MM = 0.353
 _LEAST_WIDTH_MM = 130.0
 """Of what stands below the picture, beside a narrow one."""
 _FONT_PT, _LABEL_PT, _LINE_PT = 8.0, 7.0, 0.9
@@ -71,7 +75,7 @@ def write_sheet(
     words = _words(view, page)
     below = _WORDS_MM + _ROW_MM * len(words)
     key = Legend(entries_of(drawing.shapes) if legend else [], page, _FONT_PT)
-    size = (page + 2 * _MARGIN_MM, tall + _TOP_MM + below + key.height_mm + 6.0)
+    size = (page + 2 * MARGIN_MM, tall + _TOP_MM + below + key.height_mm + 6.0)
     left, bottom = 0.5 * (size[0] - wide), size[1] - _TOP_MM - tall
 
     def draw(figure: Figure) -> None:
@@ -81,7 +85,7 @@ def write_sheet(
         # Paper keeps the picture's own pixels; the page's pixels are others, next to which nearest
         # neighbours would leave out or double whole rows of them.
         _draw_plane(ax, drawing, scale, "none" if format == "pdf" else "auto")
-        _draw_frame(ax, drawing, scale)
+        _draw_frame(ax, drawing, scale, left)
         page_axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         page_axes.set_xlim(0.0, size[0])
         page_axes.set_ylim(0.0, size[1])
@@ -115,7 +119,7 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
         extent = (float(low[0]), float(high[0]), float(low[1]), float(high[1]))
         ax.imshow(drawing.picture, extent=extent, interpolation=between, aspect="auto", zorder=0)
     _draw_shapes(ax, drawing.shapes, scale)
-    for label in placed_labels(drawing, scale, 0.353 * _LABEL_PT):
+    for label in placed_labels(drawing, scale, _PT_MM * _LABEL_PT):
         if label.apart:
             ends = np.array([label.named, (label.x, label.y)])
             ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
@@ -136,10 +140,9 @@ def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
         if shape.filled:
             ax.fill(shape.points[:, 0], shape.points[:, 1], color=shape.color, alpha=0.5,
                     linewidth=0.0, zorder=1)  # fmt: skip
-        line = _line_of(shape, scale)
         # Light below, so that a line is seen on dark rock too.
         for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
-            if line is not None:
+            for line in _lines_of(shape, scale):
                 lines.setdefault((color, width, above), []).append(line)
     gap = np.full((1, 2), math.nan)
     for (color, width, above), own in lines.items():
@@ -151,36 +154,41 @@ def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
         ax.plot(x, y, "o", markersize=3.0, color=color, zorder=3)
 
 
-def _line_of(shape: Shape, scale: int) -> Array | None:
-    """(n, 2) of a line or outline, or the tick of a plane; None of any other point."""
+def _lines_of(shape: Shape, scale: int) -> list[Array]:
+    """(n, 2) of a line or outline, or those by which a plane is drawn; none of any other point."""
     points = shape.points
     if len(points) > 1:
-        return np.vstack([points, points[:1]]) if shape.closed else points
-    if shape.dip_deg is None:
-        return None
-    a, reach = math.radians(shape.dip_deg), 0.001 * scale * DIP_TICK_MM
-    across = np.array([math.cos(a), -math.sin(a)]) * reach
-    return np.stack([points[0] - across, points[0] + across])
+        return [np.vstack([points, points[:1]]) if shape.closed else points]
+    return shape.marks(0.001 * scale * DIP_TICK_MM)
 
 
-def _draw_frame(ax: Axes, drawing: Drawing, scale: int) -> None:
+def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
+    """left : beside the frame, in millimetres; where the numbers would push the name of the axis
+    off the page they stand upright, as those of a map's grid."""
     low, high = drawing.bounds
     beside = ticks_over(float(low[0]), float(high[0]))
-    wide = LETTER_MM * _FONT_PT * (max((len(_number(v)) for v in beside), default=0) + 2)
+    wide = LETTER_MM * _FONT_PT * (max((len(number_text(v)) for v in beside), default=0) + 2)
     ax.set_xticks(_with_room(beside, 0.001 * scale * wide))
-    ax.set_yticks(_with_room(ticks_over(float(low[1]), float(high[1])), 0.001 * scale * _ROW_MM))
+    above = ticks_over(float(low[1]), float(high[1]))
+    upright = left_margin_mm(drawing.bounds, _PT_MM * _FONT_PT) > left
+    longest = max((len(number_text(v)) for v in above.tolist()), default=0)
+    tall = LETTER_MM * _FONT_PT * (longest + 2) if upright else _ROW_MM
+    if upright:
+        # Clear of the numbers below the frame's corner.
+        above = above[above >= float(low[1]) + 0.0005 * scale * tall]
+    ax.set_yticks(_with_room(above, 0.001 * scale * tall))
     for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(lambda value, _: _number(value))
+        axis.set_major_formatter(lambda value, _: number_text(value))
     ax.tick_params(labelsize=_FONT_PT, width=0.6, length=3.0, color=INK, labelcolor=INK)
+    if upright:
+        ax.tick_params(axis="y", labelrotation=90)
+        for text in ax.get_yticklabels():
+            text.set_verticalalignment("center")
     for spine in ax.spines.values():
         spine.set_linewidth(0.6)
         spine.set_color(INK)
     ax.set_xlabel(drawing.axes[0], fontsize=_FONT_PT, color=INK)
     ax.set_ylabel(drawing.axes[1], fontsize=_FONT_PT, color=INK)
-
-
-def _number(value: float) -> str:
-    return f"{value + 0.0:.12g}"
 
 
 def _with_room(ticks: Array, apart: float) -> Array:

@@ -7,11 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.map_symbols import strike_and_dip
 from vomstudio.products.ortho.vector_drawing import INK, Shape
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+Array = npt.NDArray[np.float64]
 
 LETTER_MM = 0.19
 """Of a letter's mean width and of a point of its size."""
@@ -26,7 +32,8 @@ _TICK_DEG = 35.0
 @dataclass
 class Entry:
     """name : of a type, rock or layer; line, area, place : whether something of it is drawn so;
-    filled : the area is; dips : the place has the tick of a plane"""
+    filled : the area is; dips : the place has the tick of a plane; mapped : it has the symbol of a
+    map; overturned : that of an overturned bed, too"""
 
     name: str
     color: str
@@ -35,6 +42,8 @@ class Entry:
     place: bool = False
     filled: bool = False
     dips: bool = False
+    mapped: bool = False
+    overturned: bool = False
 
 
 def entries_of(shapes: Sequence[Shape]) -> list[Entry]:
@@ -46,6 +55,8 @@ def entries_of(shapes: Sequence[Shape]) -> list[Entry]:
         if len(shape.points) == 1:
             entry.place = True
             entry.dips |= shape.dip_deg is not None
+            entry.mapped |= bool(shape.symbol)
+            entry.overturned |= bool(shape.values.get("overturned"))
         elif shape.closed:
             entry.area = True
             entry.filled |= shape.filled
@@ -67,9 +78,7 @@ class Legend:
         self._wide = self._slots * (_GLYPH_MM + _GAP_MM) + LETTER_MM * font_pt * (letters + 4)
         self._columns = max(1, math.floor(width_mm / max(self._wide, 1.0)))
         self._rows = math.ceil(len(entries) / self._columns)
-        self._remark = tr("Ticks at points: planes and their apparent dips")
-        if not any(entry.dips for entry in entries):
-            self._remark = ""
+        self._remark = _remark(entries)
         rows = self._rows + bool(self._remark)
         self.height_mm = rows * _ROW_MM + _ABOVE_MM if entries else 0.0
 
@@ -109,11 +118,31 @@ def _draw_glyphs(ax: Axes, entry: Entry, x: float, y: float) -> None:
                 )
         else:
             ax.plot([middle], [y], "o", markersize=3.0, color=entry.color)
-            if entry.dips:
-                a = math.radians(_TICK_DEG)
-                dx, dy = 0.45 * _GLYPH_MM * math.cos(a), 0.45 * _GLYPH_MM * math.sin(a)
-                ax.plot([middle - dx, middle + dx], [y + dy, y - dy], color=entry.color,
-                        linewidth=0.9)  # fmt: skip
+            for line in _marks(entry):
+                across, above = 0.45 * _GLYPH_MM * line.T
+                ax.plot(middle + across, y + above, color=entry.color, linewidth=0.9)
+
+
+def _marks(entry: Entry) -> list[Array]:
+    """Polylines (k, 2) about a place."""
+    if entry.mapped:
+        symbol = strike_and_dip(np.zeros(3), 180.0, 45.0, 2.0)
+        return [line[:, :2] for line in symbol]
+    if not entry.dips:
+        return []
+    a = math.radians(_TICK_DEG)
+    across = np.array([math.cos(a), -math.sin(a)])
+    return [np.stack([-across, across])]
+
+
+def _remark(entries: Sequence[Entry]) -> str:
+    if any(entry.overturned for entry in entries):
+        return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")
+    if any(entry.mapped for entry in entries):
+        return tr("Symbols at points: strike and true dip of planes")
+    if any(entry.dips for entry in entries):
+        return tr("Ticks at points: planes and their apparent dips")
+    return ""
 
 
 def _shortened(name: str) -> str:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from vomstudio.files.plain_characters import plain
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
+from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.products.ortho.interpretation import Flat
 
@@ -39,8 +40,9 @@ DIP_TICK_MM = 5.0
 @dataclass(frozen=True, eq=False)
 class Shape:
     """points : (n, 2) metres right and up; of a single point `dip_deg` is the tick that is drawn,
-    down to the right; filled : the color is that of the area inside; values : what files with
-    columns say of it"""
+    down to the right, or `symbol` is that of a map, as of `Flat`; filled : the color is that of the
+    area inside; values : what files with columns say of it; aside : it is no feature, but a line
+    that explains the drawing"""
 
     layer: str
     points: Array
@@ -50,6 +52,19 @@ class Shape:
     dip_deg: float | None = None
     filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
+    symbol: tuple[Array, ...] = ()
+    aside: bool = False
+
+    def marks(self, reach: float) -> list[Array]:
+        """Polylines (k, 2) that say how the plane at this place lies; reach : half the length of
+        the longest"""
+        if self.symbol:
+            return [self.points[0] + reach * line for line in self.symbol]
+        if self.dip_deg is None or len(self.points) > 1:
+            return []
+        a = math.radians(self.dip_deg)
+        across = reach * np.array([math.cos(a), -math.sin(a)])
+        return [np.stack([self.points[0] - across, self.points[0] + across])]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,18 +89,22 @@ class Drawing:
 
 
 def shape_of(flat: Flat) -> Shape:
-    """As it is drawn: a plane with its name and apparent dip; a line is named by its plane."""
+    """As it is drawn: a plane with its name and its apparent dip, on a map its true one; a line is
+    named by its plane."""
     item, dip = flat.item, flat.apparent_dip_deg
+    written = item.dip_deg if flat.symbol else dip
     label = item.said or (item.name if item.form == "point" else "")
-    if item.normal is not None and dip is not None:
-        label = f"{item.name} {abs(dip):.0f}°" if item.name else f"{abs(dip):.0f}°"
+    if item.normal is not None and written is not None:
+        label = f"{item.name} {abs(written):.0f}°" if item.name else f"{abs(written):.0f}°"
+    turned = {"overturned": 1} if flat.symbol and item.overturned else {}
     return Shape(
         item.layer, flat.points, item.color, item.form == "ring", label, dip, item.filled,
         {
             "id": item.id, "name": item.name, "kind": item.kind, "set": item.set,
             "dip_direction_deg": item.dip_direction_deg, "dip_deg": item.dip_deg,
-            "apparent_dip_deg": dip, "away_m": float(flat.away.mean()),
+            "apparent_dip_deg": dip, "away_m": float(flat.away.mean()), **turned,
         },
+        flat.symbol,
     )  # fmt: skip
 
 
@@ -105,6 +124,18 @@ def ticks_over(low: float, high: float) -> Array:
     return np.asarray(np.arange(first, last + 1) * step, np.float64)
 
 
+def number_text(value: float) -> str:
+    return f"{value + 0.0:.12g}"
+
+
+def left_margin_mm(bounds: Array, text_mm: float) -> float:
+    """Room for the numbers beside the frame, and for the name of the axis beside these. text_mm :
+    size of their letters"""
+    ticks = ticks_over(float(bounds[0, 1]), float(bounds[1, 1]))
+    longest = max((len(number_text(value)) for value in ticks.tolist()), default=0)
+    return max(MARGIN_MM, 0.68 * text_mm * longest + 7.5)
+
+
 def _escaped(words: str) -> str:
     return html.escape(plain(words))
 
@@ -116,9 +147,9 @@ def svg_text(drawing: Drawing) -> str:
     scale = paper_scale(drawing.bounds)
     mm = 1000.0 / scale
     width, height = ((high - low) * mm).tolist()
-    left, top = MARGIN_MM, MARGIN_MM
+    left, top = left_margin_mm(drawing.bounds, _TEXT_MM), MARGIN_MM
     page = (
-        width + 2 * MARGIN_MM,
+        width + left + MARGIN_MM,
         height + 2 * MARGIN_MM + (len(drawing.title) + 2) * 1.6 * _TEXT_MM,
     )
     matrix = (mm, mm, left - float(low[0]) * mm, top + float(high[1]) * mm)
@@ -155,20 +186,21 @@ def _svg_shape(shape: Shape, mm: float) -> str:
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
         parts = [f'<circle cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
-        if shape.dip_deg is not None:
-            a = math.radians(shape.dip_deg)
-            dx, dy = DIP_TICK_MM / mm * math.cos(a), DIP_TICK_MM / mm * math.sin(a)
-            parts.append(
-                f'<line x1="{x - dx!r}" y1="{y - dy!r}" x2="{x + dx!r}" y2="{y + dy!r}" '
-                f'stroke="{shape.color}"/>'
-            )
+        parts += [
+            f'<polyline points="{_svg_points(line)}" stroke="{shape.color}"/>'
+            for line in shape.marks(DIP_TICK_MM / mm)
+        ]
         return "".join(parts)
-    at = " ".join(f"{x!r},{-y + 0.0!r}" for x, y in shape.points.tolist())
+    at = _svg_points(shape.points)
     form = "polygon" if shape.closed else "polyline"
     look = f'stroke="{shape.color}"'
     if shape.filled:
         look = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
     return f'<{form} points="{at}" {look}><title>{title}</title></{form}>'
+
+
+def _svg_points(points: Array) -> str:
+    return " ".join(f"{x!r},{-y + 0.0!r}" for x, y in points.tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +227,10 @@ def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[Placed
     letters on paper"""
     mm = 0.001 * scale
     tall, gap = 1.25 * text_mm * mm, 1.2 * mm
-    dots = np.array([s.points[0] for s in drawing.shapes if len(s.points) == 1]).reshape(-1, 2)
+    places = [s.points for s in drawing.shapes if len(s.points) == 1]
+    # Nor over the end of a symbol's tick, which says where the plane dips.
+    places += [line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)]
+    dots = np.concatenate([np.empty((0, 2)), *places])
     taken: list[Box] = []
     found = []
     for shape in drawing.shapes:
@@ -238,7 +273,7 @@ def _meet(a: Box, b: Box) -> bool:
 
 def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: float) -> list[str]:
     sx, sy, tx, ty = matrix
-    found = []
+    found = ['<g id="labels">']
     for label in placed_labels(drawing, scale, _LABEL_MM):
         x, y = label.x * sx + tx, -label.y * sy + ty
         if label.apart:
@@ -254,7 +289,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
         halo = 'fill="white" stroke="white" stroke-width="0.6" stroke-linejoin="round"'
         found.append(f"<text {at} {halo}>{words}</text>")
         found.append(f'<text {at} fill="{label.color}">{words}</text>')
-    return found
+    return [*found, "</g>"]
 
 
 def _inside(ring: Array) -> Array:
@@ -290,11 +325,11 @@ def _frame(
     for value in ticks_over(float(low[0]), float(high[0])):
         x = value * sx + tx
         out.append(f'<line x1="{x:.3f}" y1="{bottom:.3f}" x2="{x:.3f}" y2="{bottom + 1.5:.3f}"/>')
-        text(x, bottom + 5, f"{value:g}", "middle")
+        text(x, bottom + 5, number_text(value), "middle")
     for value in ticks_over(float(low[1]), float(high[1])):
         y = -value * sy + ty
         out.append(f'<line x1="{left - 1.5:.3f}" y1="{y:.3f}" x2="{left:.3f}" y2="{y:.3f}"/>')
-        text(left - 2.2, y + 1.1, f"{value:g}", "end")
+        text(left - 2.2, y + 1.1, number_text(value), "end")
     bold = 'font-weight="bold"'
     text(left, top - 3, drawing.ends[0], "start", bold)
     text(left + width, top - 3, drawing.ends[1], "end", bold)
@@ -322,11 +357,20 @@ def _png(picture: npt.NDArray[np.uint8]) -> str:
 
 def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
     """A layer for each layer, coordinates right and up, whose unit is stated where it is the
-    metre; columns as extended data."""
-    names = dxf.layer_names(drawing.layers)
+    metre; columns as extended data. The ticks or symbols of planes, and what is written beside
+    shapes, are lines and texts on a layer of their own beside each, by whose name they are passed
+    over when the drawing is read."""
+    scale = paper_scale(drawing.bounds)
+    beside = {
+        shape.layer: shape.layer if shape.aside else shape.layer + SYMBOLS
+        for shape in drawing.shapes
+        if shape.label or shape.marks(1.0)
+    }
+    names = dxf.layer_names([*drawing.layers, *beside.values()])
     colors = {
-        names[layer]: dxf.color_number(next(s.color for s in drawing.shapes if s.layer == layer))
+        names[home]: dxf.color_number(next(s.color for s in drawing.shapes if s.layer == layer))
         for layer in drawing.layers
+        for home in (layer, beside.get(layer, layer))
     }
     bounds = np.column_stack([drawing.bounds, np.zeros(2)])
     with open(part, "w", encoding="ascii", newline="\r\n") as file:
@@ -335,16 +379,43 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
         for shape in drawing.shapes:
             points = np.column_stack([shape.points, np.zeros(len(shape.points))])
             values = {**shape.values, "label": shape.label}
-            if len(points) == 1:
+            if shape.aside:
+                out.line(points, names[shape.layer])
+            elif len(points) == 1:
                 out.point(points[0], names[shape.layer], values)
             else:
                 out.polyline(points, names[shape.layer], values, shape.closed)
+        for shape in drawing.shapes:
+            for line in shape.marks(0.001 * scale * DIP_TICK_MM):
+                flat = np.column_stack([line, np.zeros(len(line))])
+                out.line(flat, names[beside[shape.layer]])
+        for shape, place in _text_places(drawing, scale):
+            out.text(place, shape.label, 0.001 * scale * _LABEL_MM, names[beside[shape.layer]])
         out.close()
 
 
+def _text_places(drawing: Drawing, scale: float) -> list[tuple[Shape, Array]]:
+    """The middle (3,) of each text. Those that find no free place are written beside what they name
+    all the same: in CAD the drawing can be enlarged, and what is not there cannot be read."""
+    tall = 0.001 * scale * _LABEL_MM
+    found = {id(label.shape): label for label in placed_labels(drawing, scale, _LABEL_MM)}
+    places = []
+    for shape in drawing.shapes:
+        if not shape.label:
+            continue
+        half = 0.5 * _LETTER * tall * len(shape.label)
+        label = found.get(id(shape))
+        if label is None:
+            middle = shape.points[len(shape.points) // 2] + np.array([half + tall, 0.0])
+        else:
+            middle = np.array([label.x - half if label.right else label.x + half, label.y])
+        places.append((shape, np.append(middle, 0.0)))
+    return places
+
+
 def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) -> None:
-    """A layer for each layer and form of geometry. described : of every layer. Raises
-    TargetError."""
+    """A layer for each layer and form of geometry, and one of lines for the symbols of a map.
+    described : of every layer. Raises TargetError."""
     import shapely
 
     part.unlink(missing_ok=True)
@@ -366,3 +437,20 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) ->
                 columns[name] = np.array([v or "" for v in values], object)
         write_layer(part, layer, kind, geometry, columns, crs, described=described, append=append)
         append = True
+        mapped = [shape for shape in shapes if shape.symbol]
+        if not mapped:
+            continue
+        reach = 0.001 * paper_scale(drawing.bounds) * DIP_TICK_MM
+        symbols = np.empty(len(mapped), object)
+        for k, shape in enumerate(mapped):
+            symbols[k] = shapely.multilinestrings(
+                [shapely.linestrings(line) for line in shape.marks(reach)]
+            )
+        texts = {
+            "id": np.array([str(shape.values.get("id", "")) for shape in mapped], object),
+            "label": np.array([shape.label for shape in mapped], object),
+        }
+        write_layer(
+            part, layer + SYMBOLS, "MultiLineString", symbols, texts, crs,
+            described=described, append=True,
+        )  # fmt: skip

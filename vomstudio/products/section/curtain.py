@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -19,6 +20,9 @@ Array = npt.NDArray[np.float64]
 
 SHORTEST = 1e-9
 """Pieces of a line that are shorter are a point twice, metres."""
+
+BEND_DEG = 2.0
+"""A section that turns by less is straight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +81,18 @@ class Curtain:
         first, last = self.panels[0].right, self.panels[-1].right
         left, right = (math.degrees(math.atan2(v[0], v[1])) for v in (-first, last))
         return wrap360(left), wrap360(right)
+
+    def bends(self, most: int) -> list[tuple[float, float]]:
+        """Distances along the section at which it turns by `BEND_DEG` or more, and the azimuth of
+        its right end from there on; of more than `most` the sharpest."""
+        found = []
+        for before, after in itertools.pairwise(self.panels):
+            turn = math.degrees(math.acos(min(max(float(before.right @ after.right), -1.0), 1.0)))
+            azimuth = wrap360(math.degrees(math.atan2(after.right[0], after.right[1])))
+            if turn >= BEND_DEG:
+                found.append((turn, after.start, azimuth))
+        found = sorted(found, reverse=True)[:most]
+        return sorted((start, azimuth) for _, start, azimuth in found)
 
 
 def curtain_of_plane(plane: Plane, through: npt.ArrayLike) -> Curtain:

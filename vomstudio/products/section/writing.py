@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,8 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.spreadsheet_cells import guarded, head_line
-from vomstudio.geology.notation import plain_azimuth
+from vomstudio.geology.notation import format_azimuth, plain_azimuth
+from vomstudio.geology.orientation import Line
 from vomstudio.geometry.units import Axes, columns_of
 from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
 from vomstudio.products.ortho.vector_drawing import (
@@ -24,7 +25,7 @@ from vomstudio.products.ortho.vector_drawing import (
     write_dxf,
 )
 from vomstudio.products.ortho.view_words import wind
-from vomstudio.products.section.curtain import Curtain
+from vomstudio.products.section.curtain import Curtain, Panel
 from vomstudio.products.section.cutting import Cut
 from vomstudio.version import __version__
 from vomstudio.words import tr
@@ -35,7 +36,11 @@ _NARROWEST, _FLATTEST = 0.7, 0.15
 """The least width and height of a drawing, of the other one."""
 
 ENDINGS = (".csv", ".dxf", ".svg")
-_SURFACE = "section"
+_SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
+GRAZING_DEG, REFUSED_DEG = 20.0, 2.0
+"""A direction of projection that meets the section at less is warned of: an error of one degree
+moves what is projected by 15 % of its distance and more; and refused: by 14 times the distance."""
+MOST_BENDS = 20
 FEATURE_COLUMNS = (
     "layer", "id", "name", "kind", "set", "point", "distance_m", "height_m", "away_m",
     "dip_direction_deg", "dip_deg", "apparent_dip_deg",
@@ -51,6 +56,8 @@ class SectionFigures:
     dip_direction_deg, dip_deg : of the section's plane, None along a line with bends
     left_deg, right_deg : azimuths of its ends
     features : how many were projected onto it; left_out : how many lay too far from it
+    projection_trend_deg, projection_plunge_deg : the direction along which they were, None where at
+        right angles to the section; projection_angle_deg : between it and the section, the least
     """
 
     length_m: float
@@ -63,6 +70,9 @@ class SectionFigures:
     right_deg: float
     features: int
     left_out: int
+    projection_trend_deg: float | None = None
+    projection_plunge_deg: float | None = None
+    projection_angle_deg: float | None = None
 
 
 @dataclass(frozen=True)
@@ -107,12 +117,14 @@ def project_items(
     items: tuple[Item, ...], curtain: Curtain, along: Array | None, within: float | None
 ) -> tuple[tuple[Flat, ...], int]:
     """Features on the section, and how many were left out: too far from it, or not before any of
-    its panels. along : (3,) direction of projection, None at right angles. Raises UsageError where
-    it lies in the section."""
+    its panels that the direction meets. along : (3,) direction of projection, None at right
+    angles."""
     found: list[Flat] = []
     for item in items:
         best: Flat | None = None
         for panel in curtain.panels:
+            if _angle(panel, along) < REFUSED_DEG:
+                continue
             flat = flattened(item, panel.origin, panel.right, panel.up, along)
             if flat is None:
                 continue
@@ -121,7 +133,7 @@ def project_items(
                 continue
             if best is None or np.abs(flat.away).mean() < np.abs(best.away).mean():
                 shift = np.array([panel.start, panel.level])
-                best = Flat(item, flat.points + shift, flat.away, flat.apparent_dip_deg)
+                best = replace(flat, points=flat.points + shift)
         if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
             continue
         found.append(best)
@@ -129,19 +141,62 @@ def project_items(
     return tuple(found), left_out
 
 
-def check_projection(curtain: Curtain, along: Array | None) -> None:
-    """Raises UsageError for a direction that lies in the section."""
-    if along is not None and all(abs(float(along @ p.normal)) < 1e-6 for p in curtain.panels):
+def check_projection(curtain: Curtain, along: Array | None) -> tuple[str, ...]:
+    """What must be said of a direction that meets the section at a small angle. Raises UsageError
+    for one that lies in it, or nearly."""
+    if along is None:
+        return ()
+    angles = [_angle(panel, along) for panel in curtain.panels]
+    if max(angles) < REFUSED_DEG:
         raise UsageError(
-            tr("The direction of projection lies in the section. Choose one that meets it."),
+            tr(
+                "The direction of projection lies in the section (within {limit:g} degrees). "
+                "Choose one that meets it, at {wanted:g} degrees or more.",
+                limit=REFUSED_DEG,
+                wanted=GRAZING_DEG,
+            ),
             field="--along",
         )
+    said = []
+    if any(angle < REFUSED_DEG for angle in angles):
+        said.append(
+            tr(
+                "Pieces of the section within {limit:g} degrees of the direction of projection "
+                "hold no features.",
+                limit=REFUSED_DEG,
+            )
+        )
+    least = min(angle for angle in angles if angle >= REFUSED_DEG)
+    if least < GRAZING_DEG:
+        cost = math.radians(1.0) / math.sin(math.radians(least)) ** 2
+        said.append(
+            tr(
+                "The direction of projection meets the section at {angle:.0f} degrees only: each "
+                "degree of its error moves features by {cost:.0f} % of their distance from the "
+                "section. Choose a section more at right angles to it, or leave out what lies far "
+                "from it.",
+                angle=least,
+                cost=100.0 * cost,
+            )
+        )
+    return tuple(said)
+
+
+def _angle(panel: Panel, along: Array | None) -> float:
+    """Between a direction (3,) and a section, degrees; 90 where it is projected at right angles."""
+    if along is None:
+        return 90.0
+    return math.degrees(math.asin(min(abs(float(along @ panel.normal)), 1.0)))
 
 
 def figures_of(
-    cut: Cut, curtain: Curtain, flats: tuple[Flat, ...], left_out: int
+    cut: Cut,
+    curtain: Curtain,
+    flats: tuple[Flat, ...],
+    left_out: int,
+    along: Array | None = None,
 ) -> SectionFigures:
-    """Raises InputError where the section misses the model."""
+    """along : as of `project_items`. Raises InputError where the section misses the model."""
     if not cut.lines:
         if cut.points is not None and cut.slab_m is not None:
             raise InputError(
@@ -168,7 +223,18 @@ def figures_of(
         right,
         count_features(flat.item for flat in flats),
         left_out,
+        *(_projection(curtain, along) if flats or left_out else ()),
     )
+
+
+def _projection(curtain: Curtain, along: Array | None) -> tuple[float | None, float | None, float]:
+    """Trend and plunge, and the angle to the section."""
+    if along is None:
+        return None, None, 90.0
+    line = Line.from_vector(along)
+    angles = [_angle(panel, along) for panel in curtain.panels]
+    least = min(angle for angle in angles if angle >= REFUSED_DEG)
+    return line.trend_deg, line.plunge_deg, least
 
 
 def write_section(
@@ -198,8 +264,9 @@ def write_section(
                 parts[1].write_text(head + _features_table(flats, axes), "utf-8")
         else:
             drawing = section_drawing(
-                cut, curtain, flats, metric=metric, north_known=north_known, model=model
-            )
+                cut, curtain, flats, metric=metric, north_known=north_known, model=model,
+                figures=figures,
+            )  # fmt: skip
             if ending == ".svg":
                 parts[0].write_text(svg_text(drawing), "utf-8")
             else:
@@ -216,7 +283,9 @@ def section_drawing(
     metric: bool = True,
     north_known: bool = True,
     model: str = "",
+    figures: SectionFigures | None = None,
 ) -> Drawing:
+    """figures : for the words on how features were projected"""
     shapes = [Shape(_SURFACE, line, values={"polyline": k + 1}) for k, line in enumerate(cut.lines)]
     shapes += [shape_of(flat) for flat in flats]
     every = np.concatenate([shape.points for shape in shapes])
@@ -226,6 +295,7 @@ def section_drawing(
     width, height = (high - low).tolist()
     more = np.array([max(_NARROWEST * height - width, 0.0), max(_FLATTEST * width - height, 0.0)])
     low, high = low - 0.5 * more, high + 0.5 * more
+    shapes += _bend_marks(curtain, float(low[1]), float(high[1]))
     ends = end_names(curtain, north_known)
     unit = "m" if metric else tr("units")
     height = (
@@ -236,9 +306,46 @@ def section_drawing(
         np.stack([low - pad, high + pad]),
         ends,
         (tr("distance along the section ({unit})", unit=unit), height),
-        (section_words(curtain, cut, unit), *([Path(model).name] if model else [])),
+        (
+            section_words(curtain, cut, unit),
+            *([] if figures is None else projection_words(figures)),
+            *([Path(model).name] if model else []),
+        ),
         metric=metric,
     )
+
+
+def _bend_marks(curtain: Curtain, low: float, high: float) -> list[Shape]:
+    """A line up the section where it turns: what stands on either side is not in one plane. Of a
+    line drawn with a mouse the sharpest are marked."""
+    return [
+        Shape(
+            _BENDS,
+            np.array([[at, low], [at, high]]),
+            _BEND_COLOR,
+            label=tr("bend, on toward {azimuth}°", azimuth=f"{round(azimuth) % 360:03d}"),
+            values={"azimuth_deg": azimuth},
+            aside=True,
+        )
+        for at, azimuth in curtain.bends(MOST_BENDS)
+    ]
+
+
+def projection_words(figures: SectionFigures) -> list[str]:
+    """How features came onto the section; nothing of a section without."""
+    if not figures.features:
+        return []
+    if figures.projection_trend_deg is None or figures.projection_plunge_deg is None:
+        return [tr("Features projected at right angles to the section")]
+    return [
+        tr(
+            "Features projected along {trend}/{plunge:04.1f} (trend/plunge, °), {angle:.0f}° to "
+            "the section",
+            trend=format_azimuth(figures.projection_trend_deg, 1),
+            plunge=figures.projection_plunge_deg,
+            angle=figures.projection_angle_deg or 90.0,
+        )
+    ]
 
 
 def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
@@ -282,6 +389,18 @@ def _head(
             f"plane: dip direction {plain_azimuth(figures.dip_direction_deg)}, "
             f"dip {figures.dip_deg:.4f}"
         )
+    bends = ", ".join(f"{at:.3f}" for at, _ in curtain.bends(MOST_BENDS))
+    if bends:
+        rows.append(f"bends at {distance} {bends}")
+    if figures.features:
+        said = "at right angles to the section"
+        if figures.projection_trend_deg is not None:
+            said = (
+                f"along trend {plain_azimuth(figures.projection_trend_deg)}, plunge "
+                f"{figures.projection_plunge_deg:.4f}, at {figures.projection_angle_deg:.1f} deg "
+                "to the section"
+            )
+        rows.append(f"features projected {said}")
     if figures.slab_m is not None:
         unit = "m" if axes.metric else axes.unit
         rows.append(f"points within {figures.slab_m / 2:.6g} {unit} of the section on either side")

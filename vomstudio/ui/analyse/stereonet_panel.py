@@ -225,6 +225,7 @@ class StereonetPanel(QWidget):
         live = source.live()
         north = self._north(sets) and (live is None or axes_of(studio).north)
         asked = wishes.asked
+        circles, marks = wishes.typed()
         net = NetContents(
             sets=tuple(sets),
             projection=self.view.projection,
@@ -236,8 +237,8 @@ class StereonetPanel(QWidget):
             selected=frozenset(studio.selection.ids),
             ellipses=source.of_current(),
             registered=source.of_current_registered(),
-            circles_typed=wishes.circles,
-            marks=wishes.marks,
+            circles_typed=circles,
+            marks=marks,
             errors=source.errors(sets) if "errors" in asked else (),
             live=live,
             notation=studio.settings.notation,

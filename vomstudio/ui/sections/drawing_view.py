@@ -157,10 +157,9 @@ class DrawingView(QWidget):
             painter.setPen(QPen(color, 1.4))
             if len(at) == 1:
                 centre = QPointF(*at[0].tolist())
-                if shape.dip_deg is not None:
-                    a = math.radians(shape.dip_deg)
-                    reach = QPointF(_DIP_TICK * math.cos(a), _DIP_TICK * math.sin(a))
-                    painter.drawLine(centre - reach, centre + reach)
+                for line in shape.marks(_DIP_TICK / self._seen()[2]):
+                    there = self.place_of(line).tolist()
+                    painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in there]))
                 painter.setBrush(color)
                 painter.drawEllipse(centre, 2.4, 2.4)
                 painter.setBrush(Qt.BrushStyle.NoBrush)

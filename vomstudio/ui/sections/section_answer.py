@@ -52,6 +52,7 @@ class SectionAnswer:
     flats: tuple[Flat, ...]
     figures: SectionFigures
     drawing: Drawing
+    warnings: tuple[str, ...] = ()
 
 
 def answer(question: SectionQuestion) -> SectionAnswer | VomError:
@@ -64,7 +65,7 @@ def answer(question: SectionQuestion) -> SectionAnswer | VomError:
 
     q = question
     try:
-        writing.check_projection(q.curtain, q.along)
+        grazing = writing.check_projection(q.curtain, q.along)
         data = moved(q.data, q.to_world)
         spacing = 0.0 if isinstance(data, Mesh) else point_spacing(data)
         cut = cut_model(data, q.curtain, q.slab, spacing if np.isfinite(spacing) else 0.0)
@@ -73,14 +74,14 @@ def answer(question: SectionQuestion) -> SectionAnswer | VomError:
         )
         items = items_of(q.records, Measurements()) if features and q.records else ()
         flats, left_out = writing.project_items(items, q.curtain, q.along, q.within)
-        figures = writing.figures_of(cut, q.curtain, flats, left_out)
+        figures = writing.figures_of(cut, q.curtain, flats, left_out, q.along)
         drawing = writing.section_drawing(
             cut, q.curtain, flats,
-            metric=q.metric, north_known=q.north_known, model=str(q.path),
+            metric=q.metric, north_known=q.north_known, model=str(q.path), figures=figures,
         )  # fmt: skip
     except VomError as error:
         return error
-    return SectionAnswer(q, cut, flats, figures, drawing)
+    return SectionAnswer(q, cut, flats, figures, drawing, grazing if flats else ())
 
 
 def write(answered: SectionAnswer, path: Path) -> VomError | None:

@@ -305,7 +305,7 @@ class SectionPanel(SeenPanel):
                            count=f.features, left_out=f.left_out))  # fmt: skip
         if made.question.curtain.plane is None:
             said.append(tr("along {name}", name=self._line_name))
-        return "; ".join(said)
+        return "; ".join([*said, *made.warnings])
 
     def _show(self, answered: SectionAnswer | None, said: str) -> None:
         self.answered = answered

@@ -38,6 +38,15 @@ class NetWishes(QObject):
         self.turning = Turning()
         self.hidden: frozenset[str] = frozenset()
 
+    def typed(self) -> tuple[tuple[NetCircle, ...], tuple[NetMark, ...]]:
+        """The circles and marks as they are drawn: turned with all else."""
+        turning = self.turning
+        if not turning.turns:
+            return self.circles, self.marks
+        notation = self._studio.settings.notation
+        circles = tuple(turning.of_circle(circle, notation) for circle in self.circles)
+        return circles, tuple(map(turning.of_mark, self.marks))
+
     # --- what is typed -----------------------------------------------------------------------
     def draw(
         self,

@@ -1,0 +1,97 @@
+"""A section says how features came onto it, warns of grazing directions and marks its bends."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.ortho.interpretation import items_of_table
+from vomstudio.products.section.curtain import Curtain, curtain_of_line, curtain_of_plane
+from vomstudio.products.section.cutting import cut_model
+from vomstudio.products.section.writing import (
+    check_projection,
+    figures_of,
+    project_items,
+    section_drawing,
+    write_section,
+)
+
+EAST = curtain_of_plane(Plane(90.0, 90.0), (0.0, 0.0, 0.0))
+GROUND = Mesh(
+    np.array([[-99.0, -99.0, 0], [99.0, -99.0, 0], [99.0, 99.0, 5], [-99.0, 99.0, 5]]),
+    np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+)
+BEDS = items_of_table(
+    np.array([[10.0, 5.0, 1.0], [-7.0, 20.0, 2.0]]),
+    [{"id": str(k), "dip_direction_deg": 120.0, "dip_deg": 30.0} for k in range(2)],
+)
+
+
+def written(tmp_path: Path, curtain: Curtain, along: np.ndarray | None, name: str) -> str:
+    cut = cut_model(GROUND, curtain, None, 0.0)
+    flats, left_out = project_items(BEDS, curtain, along, None)
+    figures = figures_of(cut, curtain, flats, left_out, along)
+    write_section(tmp_path / name, cut, curtain, figures, flats)
+    return (tmp_path / name).read_text("utf-8")
+
+
+@pytest.mark.parametrize("angle", [3.0, 5.0, 12.0, 19.0])
+def test_a_grazing_direction_costs_what_is_said(angle: float) -> None:
+    """Features move by h cot a in the section, h from it: that is what a degree changes."""
+    (said,) = check_projection(EAST, Line(angle, 0.0).vector())
+    cot = [1.0 / math.tan(math.radians(angle + step)) for step in (-0.05, 0.05)]
+    wanted = 100.0 * (cot[0] - cot[1]) * 10.0
+    assert f"{wanted:.0f} %" in said or f"{wanted + 0.5:.0f} %" in said
+    assert f"{angle:.0f} degrees only" in said
+
+
+def test_directions_that_meet_the_section_are_not_warned_of_and_those_in_it_refused() -> None:
+    for line in (Line(90, 0), Line(21, 0), Line(120, 20), Line(135, 60)):
+        assert check_projection(EAST, line.vector()) == ()
+    assert check_projection(EAST, None) == ()
+    for line in (Line(0, 0), Line(1.5, 0), Line(181, 30), Line(0, 90)):
+        with pytest.raises(UsageError, match="lies in the section"):
+            check_projection(EAST, line.vector())
+
+
+def test_of_a_line_with_bends_the_pieces_that_are_met_hold_features() -> None:
+    bent = curtain_of_line([[0, -50], [0, 0], [50, 0]])
+    along = Line(0.0, 0.0).vector()
+    (said,) = check_projection(bent, along)
+    assert "hold no features" in said
+    flats, _ = project_items(BEDS, bent, along, None)
+    assert [float(flat.points[0, 0]) for flat in flats] == pytest.approx([60.0])
+
+
+def test_files_say_along_what_features_were_projected(tmp_path: Path) -> None:
+    along = Line(120.0, 20.0).vector()
+    angle = math.degrees(math.asin(math.cos(math.radians(20)) * math.cos(math.radians(30))))
+    assert "trend 120.0000, plunge 20.0000" in written(tmp_path, EAST, along, "a.csv")
+    assert f"at {angle:.1f} deg" in (tmp_path / "a_features.csv").read_text("utf-8")
+    assert "along 120.0/20.0" in written(tmp_path, EAST, along, "a.svg")
+    assert "projected at right angles" in written(tmp_path, EAST, None, "b.csv")
+    assert "projected at right angles" in written(tmp_path, EAST, None, "b.svg")
+    cut = cut_model(GROUND, EAST, None, 0.0)
+    figures = figures_of(cut, EAST, (), 0, None)
+    assert figures.projection_angle_deg is None
+
+
+def test_bends_are_marked_where_the_line_turns(tmp_path: Path) -> None:
+    line = np.array([[0.0, 0.0], [30.0, 0.0], [60.0, 0.2], [60.0, 40.0]])
+    curtain = curtain_of_line(line)
+    cut = cut_model(GROUND, curtain, None, 0.0)
+    (mark,) = (s for s in section_drawing(cut, curtain, ()).shapes if s.layer == "bends")
+    assert mark.points[:, 0] == pytest.approx(30 + math.hypot(30, 0.2))
+    assert mark.values["azimuth_deg"] == pytest.approx(0.0)
+    assert "bends at distance_m 60.001" in written(tmp_path, curtain, None, "c.csv")
+    # A line drawn with a mouse has many; the sharpest are marked.
+    turn = np.linspace(0, np.pi, 90)
+    many = curtain_of_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    assert len(many.bends(20)) == 20
+    assert not curtain_of_line([[0, 0], [5, 0], [9, 0.05]]).bends(20)
