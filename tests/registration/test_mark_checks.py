@@ -11,7 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.registration.mark_checks import nearest, require_pixels_of_photos, said_of_names
+from vomstudio.registration.marks.mark_checks import (
+    nearest,
+    require_pixels_of_photos,
+    said_of_names,
+)
 
 Array = npt.NDArray[np.float64]
 TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
@@ -101,7 +105,8 @@ def test_names_that_do_not_meet_are_told_with_the_nearest() -> None:
     assert said_of_names([f"P{i}" for i in range(8)], marks, views) == []
     once = [mark for mark in marks if mark[0] != "P3" or mark[1] == "IMG_02.jpg"]
     (said,) = said_of_names([f"P{i}" for i in range(8)], once, views)
-    assert "one photo" in said and "P3" in said
+    assert "one photo" in said
+    assert "P3" in said
 
 
 @pytest.mark.parametrize("name", ["p 7", "P07", "P_7", "P-007"])

@@ -12,7 +12,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register
 from vomstudio.registration.level_evidence import away_deg, said_of_level_lines
-from vomstudio.registration.wrong_marks import agreeing
+from vomstudio.registration.marks.wrong_marks import agreeing
 
 Array = npt.NDArray[np.float64]
 VIEWS = ring()

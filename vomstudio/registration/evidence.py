@@ -56,6 +56,7 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.length_evidence import kept_scale, lengths_of
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
+from vomstudio.registration.marks.wrong_marks import agreeing
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
@@ -66,7 +67,6 @@ from vomstudio.registration.placing import place, place_robustly, with_warnings
 from vomstudio.registration.remarks import said_of_bowing
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
-from vomstudio.registration.wrong_marks import agreeing
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]

@@ -30,7 +30,7 @@ def marked_pairs(
         read_marks,
     )
     from vomstudio.registration.evidence import marked_places
-    from vomstudio.registration.mark_checks import (
+    from vomstudio.registration.marks.mark_checks import (
         photos_of,
         require_pixels_of_photos,
         said_of_names,
