@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from vomstudio.api.checking import (
@@ -18,12 +19,9 @@ from vomstudio.api.checking import (
 from vomstudio.api.tables import text_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
-from vomstudio.geology.faults.displacement import (
-    Errors,
-    ThreePoints,
-    plane_of_three_points,
-)
+from vomstudio.geology.faults.displacement import Errors
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
+from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
 from vomstudio.geology.orientation import Line, rake_of
 from vomstudio.geometry.places import no_places
 from vomstudio.io.text.log_reading import boundaries_of, pairs_of
@@ -113,14 +111,16 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     ThreePoints: ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
     ``dip_direction_error_deg`` (95 %, each by itself), ``max_error95_deg`` (half-angle of the
     joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the points about the plane (None of
-    three), ``sigma_m`` behind the errors; None where nothing is known of errors.
+    three), ``sigma_m`` behind the errors, ``warnings``, ``dropped_lines``; None where nothing is
+    known of errors.
 
     Raises
     ------
     vs.errors.GeometryError for points on one line, or fewer than three;
     vs.errors.UsageError for a negative sigma; vs.errors.InputError for a table without places.
 
-    The plane of least squares, which of three points goes through all, with errors to first order.
+    The plane of least squares, which of three points goes through all; its errors are those of all
+    planes that the points allow.
 
     Examples
     --------
@@ -130,7 +130,10 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     (90, 26.6, 1.5)
     """
     sigma = required_number(sigma_m, "sigma_m")
-    return plane_of_three_points(boundaries_of(_table(points, 3, "points")).points, sigma)
+    read = boundaries_of(_table(points, 3, "points"))
+    found = plane_of_three_points(read.points, sigma).of_table(read.dropped, read.warnings)
+    warn(found.warnings)
+    return found
 
 
 def log(
@@ -183,7 +186,7 @@ def log(
         overturned=flag(overturned, "overturned"),
     )  # fmt: skip
     warn(found.warnings)
-    return found
+    return replace(found, warnings=(*read.warnings, *found.warnings))
 
 
 def _table(given: Any, width: int, name: str) -> Any:
