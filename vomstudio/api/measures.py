@@ -22,7 +22,7 @@ from vomstudio.geology.beds.bed_log import BedLog, bed_log
 from vomstudio.geology.faults.displacement import Errors
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
-from vomstudio.geology.orientation import Line, rake_of
+from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import no_places
 from vomstudio.io.text.log_reading import boundaries_of, pairs_of
 from vomstudio.words import tr
@@ -58,7 +58,7 @@ def displacement(
     -------
     Displacements: ``what`` ("net slip", or "separation" where the slip is unknown), ``n``,
     ``pairs`` (each with ``displacement`` or ``separations``), means and standard deviations of net
-    slip, throw and heave in metres, ``skipped``.
+    slip, throw and heave in metres, ``skipped``, ``warnings``.
 
     Raises
     ------
@@ -82,8 +82,7 @@ def displacement(
     if slip is not None and rake_deg is not None:
         raise UsageError(tr("Give the slip by its rake or by trend and plunge."), field="slip")
     rake = single_number(rake_deg, "rake_deg")
-    if slip is not None:
-        rake = rake_of(Line(*angles_of(slip, "slip", 2)), plane)
+    line = None if slip is None else Line(*angles_of(slip, "slip", 2))
     names, points = pairs_of(_table(pairs, 6, "pairs"))
     errors = Errors(
         required_number(sigma_m, "sigma_m"),
@@ -91,10 +90,13 @@ def displacement(
         required_number(bed_error_deg, "bed_error_deg"),
         required_number(rake_error_deg, "rake_error_deg"),
     )
-    return displacements(
+    found = displacements(
         names, points[:, :3], points[:, 3:], plane,
-        bed=None if bed is None else attitude_of(bed, "bed"), rake_deg=rake, errors=errors,
+        bed=None if bed is None else attitude_of(bed, "bed"), rake_deg=rake, slip=line,
+        errors=errors,
     )  # fmt: skip
+    warn(found.warnings)
+    return found
 
 
 def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
