@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from vomstudio.errors import UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
@@ -58,6 +59,11 @@ def test_sound_lengths_are_not_named() -> None:
         ]
         named += bool(said_of_lengths(bars, [], pairs))
     assert named <= 2
+
+
+def test_a_bar_whose_label_is_written_otherwise_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UsageError, match=r"p1 \(P1\?\)"):
+        register(Evidence(pairs=survey(4, 1, 0.02), bars=[ScaleBar("P0", "p1", 3.0)]))
 
 
 def test_several_lengths_of_one_unit_are_told_together() -> None:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar
 from vomstudio.registration.compass_evidence import Segment
+from vomstudio.registration.marks.mark_checks import nearest
 from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
 from vomstudio.registration.similarity import fit_similarity
 from vomstudio.words import tr
@@ -38,11 +39,12 @@ def lengths_of(
     for bar in bars:
         for label in (bar.first, bar.second):
             if label not in places:
+                near = nearest(label, list(places))
                 raise UsageError(
                     tr(
                         "The scale bar names the point {label}, which is not among the pairs. "
                         "Add it, with its place on the model.",
-                        label=label,
+                        label=label if near is None else f"{label} ({near}?)",
                     ),
                     field="--scale-bars",
                 )

@@ -144,7 +144,7 @@ def _next(
 
     outside = np.flatnonzero(~used)
     if not len(outside):
-        return outside
+        return np.empty(0, np.int64)
     count = int(used.sum())
     freedom = 3 * count - 7
     share = count / len(a)
@@ -164,7 +164,7 @@ def _next(
     limit = 3 * variance * float(f.ppf(_FITS, 3, freedom))
     first = outside[order[:1]][statistic[order[:1]] <= limit]
     by_far = outside[order][statistic[order] <= _BY_FAR * limit]
-    return by_far if len(by_far) > 1 else first
+    return np.asarray(by_far if len(by_far) > 1 else first, np.int64)
 
 
 def jacobian(position: Array) -> Array:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
+_LEAST_SIGMA = 1e-9
 BESIDE = "beside the model"
 """In place of a file of cameras or attitudes: the photos, where they are found."""
 
@@ -404,7 +405,19 @@ def _segment(text: str, option: str) -> Segment:
     x1, y1, z1, x2, y2, z2, value, *sigma = cells
     if sigma and not sigma[0] > 0:
         raise UsageError(tr("An error must be positive. Correct it."), field=option)
+    _require_possible(sigma, option)
     return Segment((x1, y1, z1), (x2, y2, z2), value, sigma[0] if sigma else None)
+
+
+def _require_possible(sigma: Sequence[float], option: str) -> None:
+    if sigma and sigma[0] < _LEAST_SIGMA:
+        raise UsageError(
+            tr(
+                "Nothing is known as well as to {error:g}. Give a larger error, or none.",
+                error=sigma[0],
+            ),
+            field=option,
+        )
 
 
 def _numbers(text: str) -> list[float]:
@@ -432,4 +445,5 @@ def _level_line(text: str) -> LevelLine:
         raise UsageError(
             tr("The error of a level line must lie between 0 and 45 degrees."), field="--level"
         )
+    _require_possible(sigma, "--level")
     return LevelLine((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)
