@@ -237,3 +237,16 @@ def test_a_wide_triangle_is_not_warned_of() -> None:
         if sizes[1] > 0.1 * sizes[0]:
             assert not plane_of_three_points(points, 0.02).warnings
             assert not plane_of_three_points(points).warnings
+
+
+@pytest.mark.parametrize("stated", [0.05, 0.0])
+def test_points_whose_spread_beside_their_line_is_error_alone_tell_no_plane(stated: float) -> None:
+    """Of six points on a line the normal found is one by chance: the cone is all round it."""
+    chance = np.random.default_rng(21)
+    line = np.linspace(-100, 100, 6)[:, None] * [[0.8, 0.36, 0.48]]
+    known = 0
+    for _ in range(300):
+        found = plane_of_three_points(line + chance.normal(0, 0.05, (6, 3)), stated)
+        assert found.max_error95_deg is not None
+        known += found.max_error95_deg < 89.9
+    assert known / 300 <= 0.08

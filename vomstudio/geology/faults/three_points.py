@@ -28,6 +28,7 @@ Floats = npt.NDArray[np.float64]
 # Points are nearly on a line where they spread beside it so little of what they do along it.
 _NEARLY_ON_A_LINE = 0.05
 _UNSURE_DEG = 30.0
+_BY_CHANCE = 0.05
 _A_CENTIMETRE = 0.01
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
 
@@ -118,21 +119,34 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
         joint = math.sqrt(2.0 * float(f.ppf(0.95, 2, n - 3)))
     if rms is None and not sigma_m:
         return ThreePoints(plane, None, None, None, n, warnings=_said_of_line(sizes, None))
-    dip_error, turn = _figures(plane, axes, _half_angles(sizes, single * sigma))
-    worst = math.degrees(_half_angles(sizes, joint * sigma)[1])
+    noise = n > 3 and _spread_is_noise(sizes, n, sigma_m)
+    dip_error, turn = _figures(plane, axes, _half_angles(sizes, single * sigma, noise=noise))
+    worst = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
     said = _said_of_line(sizes, worst)
     return ThreePoints(plane, dip_error, turn, worst, n, rms, sigma, said)
 
 
-def _half_angles(sizes: Floats, error: float) -> tuple[float, float]:
+def _spread_is_noise(sizes: Floats, n: int, sigma_m: float) -> bool:
+    """Whether what n points spread beside their line may be their error alone, so that they show no
+    direction there: by the stated error, else by how round their cross-section is (of two errors of
+    one size W ** ((n - 3) / 2) is evenly distributed, W = 4 a b / (a + b) ** 2 of the squares)."""
+    from scipy.stats import chi2
+
+    a, b = float(sizes[1]) ** 2, float(sizes[2]) ** 2
+    if sigma_m:
+        return bool(a <= sigma_m**2 * float(chi2.ppf(1.0 - _BY_CHANCE, n - 2)))
+    return n > 4 and (4.0 * a * b / (a + b) ** 2) ** ((n - 3) / 2.0) > _BY_CHANCE
+
+
+def _half_angles(sizes: Floats, error: float, *, noise: bool) -> tuple[float, float]:
     """By how much planes that agree tilt along the long and along the short axis of the points,
-    radians; a right angle where all do."""
+    radians; a right angle where all do. noise : the short axis is one of errors"""
 
     def tilt(size: float) -> float:
         room = size**2 - sizes[2] ** 2 - error**2
         return math.atan(error / math.sqrt(room)) if room > 0.0 else math.pi / 2
 
-    return tilt(float(sizes[0])), tilt(float(sizes[1]))
+    return tilt(float(sizes[0])), math.pi / 2 if noise else tilt(float(sizes[1]))
 
 
 def _figures(plane: Plane, axes: Floats, tilts: tuple[float, float]) -> tuple[float, float | None]:
