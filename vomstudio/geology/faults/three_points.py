@@ -134,7 +134,7 @@ def _spread_is_noise(sizes: Floats, n: int, sigma_m: float) -> bool:
 
     a, b = float(sizes[1]) ** 2, float(sizes[2]) ** 2
     if sigma_m:
-        return bool(a <= sigma_m**2 * float(chi2.ppf(1.0 - _BY_CHANCE, n - 2)))
+        return bool(a + b <= sigma_m**2 * float(chi2.ppf(1.0 - _BY_CHANCE, 2 * (n - 2))))
     return n > 4 and (4.0 * a * b / (a + b) ** 2) ** ((n - 3) / 2.0) > _BY_CHANCE
 
 
