@@ -64,7 +64,7 @@ def survey(kind: str, seed: int, noise: float = 0.5, world_noise: float = 0.01):
     [
         (lambda x, y: (x / 2, y / 2), "multiplied by 2."),
         (lambda x, y: (x * 2, y * 2), "multiplied by 0.5."),
-        (lambda x, y: (x * 0.3, y * 0.3), "multiplied by 3.33."),
+        (lambda x, y: (x * 0.3, y * 0.3), "multiplied by 3.3"),
         (lambda x, y: (y, x), "column and row are exchanged"),
         (lambda x, y: (x, HEIGHT - y), "from the lower edge"),
         (lambda x, y: (WIDTH - x, y), "from the right edge"),

@@ -36,6 +36,10 @@ _INSIDE = 0.9
 # Natural logarithms of how many times as large the photos may be as those that were marked.
 _SCALES = np.linspace(-3.0, 3.0, 61)
 _SAME_SIZE = 0.05
+# Sizes that copies usually have are taken where they fit about as well as the best.
+_USUAL_SIZES = [math.log(times) for times in (0.125, 0.25, 1 / 3, 0.5, 2 / 3, 0.75)]
+_USUAL_SIZES += [-logarithm for logarithm in _USUAL_SIZES]
+_AS_GOOD = 2.0
 
 
 # --- names ----------------------------------------------------------------------------------------
@@ -265,6 +269,9 @@ def _ways(
         best = min((best, best - step, best + step), key=miss)
     if abs(best) < _SAME_SIZE:
         return
+    usual = min(_USUAL_SIZES, key=lambda value: abs(value - best))
+    if abs(usual - best) < _SAME_SIZE and miss(usual) <= _AS_GOOD * miss(best):
+        best = usual
     lens, size = photos[0].view.intrinsics, math.exp(best)
     words = tr(
         "they were made in copies of {width:.0f} x {height:.0f} pixels, while the photos have "
