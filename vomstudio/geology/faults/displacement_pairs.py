@@ -19,6 +19,7 @@ from vomstudio.geology.faults.displacement import (
     net_slip_of_piercing_points,
     separations,
 )
+from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
 from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
@@ -159,11 +160,11 @@ def _said_of_rake(fault: Plane) -> list[str]:
         return []
     return [
         tr(
-            "The fault is vertical: its rake was counted from the strike {strike:03.0f}, as those "
-            "of all vertical planes are from one under 180. If it was from {other:03.0f}, give "
+            "The fault is vertical: its rake was counted from the strike {strike}, as those "
+            "of all vertical planes are from one under 180. If it was from {other}, give "
             "180 less the rake.",
-            strike=fault.strike_rhr_deg - 180.0,
-            other=fault.strike_rhr_deg,
+            strike=format_azimuth(fault.strike_rhr_deg - 180.0),
+            other=format_azimuth(fault.strike_rhr_deg),
         )
     ]
 
