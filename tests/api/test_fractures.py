@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
+from shapely.geometry import mapping
 
 import vomstudio as vs
 
@@ -50,3 +52,23 @@ def test_what_is_no_map_is_refused() -> None:
         vs.fractures(JOINTS, by=["a"])
     with pytest.raises(vs.errors.GeometryError, match="outside"):
         vs.fractures(JOINTS, circle=(100, 100, 1))
+
+
+def test_an_area_that_crosses_itself_is_told_with_both_sizes(tmp_path: Path) -> None:
+    """A bow tie: two triangles of 25 square metres each, which cancel by the order of corners."""
+    bow = shapely.Polygon([(0, 0), (10, 10), (10, 0), (0, 10)])
+    lines = [np.array([(1.0, 5.0), (9.0, 5.0)])]
+    with pytest.warns(vs.errors.VomWarning, match=r"crosses itself.* 50 m².* 0 m²"):
+        found = vs.fractures(lines, area=bow)
+    assert found.area_m2 == pytest.approx(50.0)
+    file = tmp_path / "bow.geojson"
+    drawn = {
+        "type": "FeatureCollection",
+        "crs": {"type": "name", "properties": {"name": "EPSG:32633"}},
+        "features": [{"type": "Feature", "properties": {}, "geometry": mapping(bow)}],
+    }
+    file.write_text(json.dumps(drawn))
+    with pytest.warns(vs.errors.VomWarning, match="crosses itself"):
+        vs.fractures(lines, area=file)
+    sound = vs.fractures(lines, area=shapely.box(0, 0, 10, 10))
+    assert not [said for said in sound.warnings if "crosses" in said]

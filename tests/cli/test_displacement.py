@@ -89,3 +89,49 @@ def test_rows_without_all_six_are_skipped_and_said(run, write) -> None:
     assert ran.json["skipped"][0]["id"] == "C"
     assert run("displacement", write("1 2 3\n"), "--fault", "90/60").code == 2
     assert run("displacement", write(HEAD + "C,,,,,,\n"), "--fault", "90/60").code == 2
+
+
+PAIRS = "hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
+
+
+def test_a_motion_out_of_the_fault_is_told(run, write) -> None:
+    """Five metres east across a fault that dips 65 to 080: 4.46 m of them leave it."""
+    table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
+    told = run("displacement", table, "--fault", "80/65", "--json").json
+    assert any("leaves the fault" in said and "4.46 m" in said for said in told["warnings"])
+    along = write(PAIRS + "1000.8,1999,97.4,1000,2000,100\n")
+    assert not run("displacement", along, "--fault", "90/73", "--json").json["warnings"]
+    # What the error of the points explains is no doubt about them.
+    again = run("displacement", table, "--fault", "80/65", "--sigma", "3", "--json").json
+    assert again["warnings"] == []
+
+
+def test_a_slip_out_of_the_fault_is_told(run, write) -> None:
+    table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
+    words = ("displacement", table, "--fault", "80/65", "--bed", "330/25", "--slip")
+    told = run(*words, "0/80", "--json").json
+    assert any("leaves the fault by 22" in said for said in told["warnings"])
+    assert run(*words, "80/66", "--json").json["warnings"] == []
+
+
+def test_a_rake_needs_a_strike(run, write) -> None:
+    table = write(PAIRS + "1009.848,1998.263,300,1000,2000,300\n")
+    words = ("displacement", table, "--bed", "300/20")
+    ran = run(*words, "--fault", "100/0", "--rake", "90")
+    assert ran.code == 2
+    assert "--slip" in ran.err or "trend and plunge" in ran.err
+    level = run(*words, "--fault", "100/0", "--slip", "100/0", "--json").json
+    nearly = run(*words, "--fault", "100/0.01", "--rake", "90", "--json").json
+    assert level["mean_net_m"] == pytest.approx(nearly["mean_net_m"], rel=1e-3)
+    upright = run(*words, "--fault", "290/90", "--rake", "30", "--json").json
+    assert any("vertical" in said and "020" in said for said in upright["warnings"])
+    assert run(*words, "--fault", "110/90", "--rake", "30", "--json").json["warnings"] == []
+
+
+def test_a_rake_on_a_level_plane_of_the_net_counts_from_the_typed_strike() -> None:
+    from vomstudio.products.net.net_options import typed_slip
+
+    for direction in (0.0, 77.0, 200.0):
+        level, nearly = (typed_slip(f"{direction}/{dip}/30")[1].line for dip in (0, 0.01))
+        turn = (level.trend_deg - nearly.trend_deg + 90.0) % 180.0 - 90.0
+        assert abs(turn) < 0.1

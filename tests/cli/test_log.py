@@ -171,3 +171,14 @@ def test_exports_of_a_project_carry_what_was_typed(run, project: Path, tmp_path:
     _, _, _, columns = pyogrio.raw.read(tmp_path / "l.gpkg", layer="dimensions")
     notes = [text for column in columns for text in column if isinstance(text, str)]
     assert any("bed from B1: sandstone, red" in text for text in notes)
+
+
+@pytest.mark.parametrize("empty", ["1,nan,1", "1,,1", "inf,2,2"])
+def test_rows_without_a_place_are_told(run, write, empty: str) -> None:
+    rows = ["x,y,z,name", "0,0,0,a", f"{empty},b", "3,4,5,c", "9,2,2,d"]
+    for words in (("threepoint",), ("log", "--bed", "90/20")):
+        table = write("\n".join(rows))
+        ran = run(words[0], table, *words[1:], "--json")
+        assert ran.json["dropped_lines"] == [3]
+        assert any("line 3" in said for said in ran.json["warnings"])
+        assert "line 3" in run(words[0], table, *words[1:]).err

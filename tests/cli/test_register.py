@@ -596,3 +596,27 @@ def test_pairs_that_place_nothing_are_named(run, tmp_path: Path, places: str) ->
     table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *rows]))
     failed = run("register", "-", "--pairs", table, "--json")
     assert (failed.code, failed.json["error"]["file"]) == (2, str(table))
+
+
+@pytest.mark.parametrize(
+    ("label", "photo", "said"),
+    [("p{}", "{}", "p0 (P0?)"), ("P{}", "x/DSC{}", "DSC"), ("P 0{}", "{}", "P 00 (P0?)")],
+)
+def test_marks_that_meet_nothing_are_told_as_the_cause(
+    run, write: Write, stations, label: str, photo: str, said: str
+) -> None:
+    model, _, views = stations
+    there = world(CORNERS)
+    control = write(
+        "\n".join(["label,x,y,z", *(f"P{i},{x},{y},{z}" for i, (x, y, z) in enumerate(there))]),
+        "control.csv",
+    )
+    marks = ["label,photo,x,y"]
+    for number, corner in enumerate(CORNERS):
+        for view in views[:3]:
+            x, y = view.project(corner)[0]
+            marks.append(f"{label.format(number)},{photo.format(view.name)},{x},{y}")
+    ran = run("register", model, "--gcp", control, "--marks", write("\n".join(marks), "marks.csv"))
+    assert ran.code == 2
+    assert said in ran.err
+    assert "nothing to register" not in ran.err

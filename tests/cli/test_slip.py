@@ -10,6 +10,7 @@ import pandas
 import pytest
 
 import vomstudio as vs
+from vomstudio.geology.faults.kinematics import movements
 from vomstudio.geology.orientation import Plane, slip_from_rake
 from vomstudio.io.project.export import export_project
 from vomstudio.io.text.slip_reading import read_slips
@@ -142,3 +143,38 @@ def test_arrows_of_normal_faults_point_outward_and_the_picture_names_the_axes(
     for head, *wings in (arrow[:3] for arrow in arrows):
         tail = np.mean(wings, axis=0)
         assert np.linalg.norm(head) > np.linalg.norm(tail)
+
+
+@pytest.mark.parametrize("strike", [0.0, 45.0, 179.0, 180.0, 200.0, 270.0, 359.0])
+@pytest.mark.parametrize("sense", ["S", "D"])
+def test_rakes_on_a_vertical_plane_count_from_the_stated_strike(
+    write, strike: float, sense: str
+) -> None:
+    """As on a plane that is hardly less steep; the movement of one wall is that of the other turned
+    round."""
+    for column, value in (("rake", 30.0), ("slip_rake", -150.0)):
+        steep, upright = (
+            read_slips(write(f"strike,dip,{column},sense\n{strike},{dip},{value},{sense}\n"))
+            for dip in (89.99, 90)
+        )
+        ways, walls = [], []
+        for table in (steep, upright):
+            normals, slips = movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)
+            ways.append(slips[0])
+            walls.append(normals[0])
+        # The dyad of normal and slip is the movement, whichever wall is told.
+        np.testing.assert_allclose(
+            np.outer(walls[0], ways[0]), np.outer(walls[1], ways[1]), atol=1e-3
+        )
+
+
+@pytest.mark.parametrize("dip_direction", [0.0, 77.0, 200.0])
+def test_directed_rakes_on_a_horizontal_plane_count_from_the_stated_strike(
+    write, dip_direction: float
+) -> None:
+    ways = []
+    for dip in (0.0005, 0):
+        text = f"dip_direction,dip,slip_rake\n{dip_direction},{dip},-60\n"
+        table = read_slips(write(text))
+        ways.append(movements(table.dip_direction_deg, table.dip_deg, table.slip_rake_deg)[1][0])
+    np.testing.assert_allclose(ways[0], ways[1], atol=1e-4)

@@ -12,7 +12,7 @@ from scipy import integrate, optimize, special
 from scipy.stats import circmean, circvar
 
 from vomstudio.errors import UsageError
-from vomstudio.geology.roses import bins_of, histogram_of, rayleigh_p, rose_of
+from vomstudio.geology.roses import angles_of, bins_of, histogram_of, rayleigh_p, rose_of
 
 azimuths = st.lists(st.floats(-720, 720), min_size=1, max_size=40)
 
@@ -201,3 +201,9 @@ def test_turning_all_and_the_size_of_weights_leave_the_test_as_it_is() -> None:
     heavy = rose_of(found, axial=True, weights=[1e6, *np.ones(19)])
     assert heavy.resultant > 0.99
     assert not heavy.preferred
+
+
+def test_a_line_written_upward_is_the_one_that_goes_down_on_the_other_side() -> None:
+    trends, plunges = np.array([30.0, 350.0, 210.0, 10.0]), np.array([-40.0, -5.0, 40.0, 0.0])
+    assert angles_of(trends, plunges, "trend").tolist() == [210.0, 170.0, 210.0, 10.0]
+    assert angles_of(trends, plunges, "plunge").tolist() == [40.0, 5.0, 40.0, 0.0]

@@ -7,12 +7,12 @@ import numpy.typing as npt
 import pytest
 
 from tests.io.photos.camera_files import ring
-from vomstudio.errors import GeometryError
+from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register
 from vomstudio.registration.level_evidence import away_deg, said_of_level_lines
-from vomstudio.registration.wrong_marks import agreeing
+from vomstudio.registration.marks.wrong_marks import agreeing
 
 Array = npt.NDArray[np.float64]
 VIEWS = ring()
@@ -74,6 +74,37 @@ def test_a_line_on_a_wall_runs_away_by_the_turn_of_the_camera(turn: float) -> No
     low = wall[wall[:, 2] < 4]
     for line in ([[10.0, 1500.0], [3990.0, 1500.0]], [[10.0, 20.0], [3990.0, 31.0]]):
         assert said_of_level_lines([view.name], [view], np.array([line]), low) == []
+
+
+@pytest.mark.parametrize("end", [(-50_000.0, 100.0), (100.0, 90_000.0), (4_500.0, 20.0)])
+def test_a_level_line_that_ends_outside_its_photo_is_refused(end: tuple[float, float]) -> None:
+    view = wall_view(10.0)
+    line = np.array([[[900.0, 100.0], end]])
+    with pytest.raises(InputError, match=view.name) as failure:
+        said_of_level_lines([view.name], [view], line, None)
+    assert f"{end[0]:.0f}" in failure.value.message
+    assert "4000 x 3000" in failure.value.message
+
+
+def test_upright_lines_given_as_level_ones_are_named() -> None:
+    """An axis along the columns is upright, unless the photos were held in portrait."""
+    names = [f"{turn}" for turn in (-30, 0, 40)]
+    views = [wall_view(float(turn)) for turn in (-30, 0, 40)]
+    columns = np.tile([[2000.0, 100.0], [2000.0, 2900.0]], (3, 1, 1))
+    (said,) = said_of_level_lines(names, views, columns, None)
+    assert "upright, not level" in said
+    assert "-30, 0, 40" in said
+    rows = np.tile([[100.0, 1500.0], [3900.0, 1500.0]], (3, 1, 1))
+    assert said_of_level_lines(names, views, rows, None) == []
+    (said,) = said_of_level_lines(names[:1], views[:1], columns[:1], None)
+    assert "portrait" in said
+    (said,) = said_of_level_lines(names, views, np.array([rows[0], rows[1], columns[2]]), None)
+    assert "in 40 run up" in said
+    quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    held = [
+        View(v.name, v.intrinsics, quarter @ v.rotation, quarter @ v.translation) for v in views
+    ]
+    assert said_of_level_lines(names, held, columns, None) == []
 
 
 def test_positions_that_are_all_the_same_say_so() -> None:

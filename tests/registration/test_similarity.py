@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from vomstudio.errors import GeometryError
+from vomstudio.registration import similarity
 from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
@@ -268,3 +269,28 @@ def test_where_the_points_that_agree_lie_on_a_line_all_are_taken() -> None:
     found, used = fit_robustly(points, target)
     assert used.all()
     assert found(points) == pytest.approx(fit_similarity(points, target)(points))
+
+
+def test_many_points_join_together_as_they_would_one_by_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With wrong ones of every size among them, in steps that hardly grow with their number."""
+    rng = np.random.default_rng(11)
+    step, taken = similarity._next, [0]
+
+    def counted(*given):  # type: ignore[no-untyped-def]
+        taken[0] += 1
+        return step(*given)
+
+    monkeypatch.setattr(similarity, "_next", counted)
+    for n in (60, 300):
+        points, truth = some(n, 4)
+        target = truth(points) + rng.normal(0, 0.05, (n, 3))
+        target[: n // 5] += rng.normal(0, 1, (n // 5, 3)) * rng.choice([0.2, 2.0], (n // 5, 1))
+        taken[0] = 0
+        together = fit_robustly(points, target)[1]
+        few, taken[0] = taken[0], 0
+        with monkeypatch.context() as singly:
+            singly.setattr(similarity, "_AT_ONCE", 10**9)
+            np.testing.assert_array_equal(together, fit_robustly(points, target)[1])
+    assert few < taken[0] / 3

@@ -152,12 +152,15 @@ def _counted(given: dict[str, Any]) -> Counted | None:
     """What was handed over as coordinates."""
     import shapely
 
+    from vomstudio.geometry.outlines.self_crossing import taken_apart
+
     if "area" in given:
         area = given["area"]
         if not hasattr(area, "geom_type"):
             corners = _corners(area, "area", 3)
             area = shapely.Polygon(corners)
-        return Counted(shapely.make_valid(area))
+        sound, said = taken_apart(area)
+        return Counted(sound, warnings=tuple(said))
     if "scanline" in given:
         return Counted(scanlines=_shapes([given["scanline"]], "scanline"))
     return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from vomstudio.api.checking import (
@@ -18,13 +19,10 @@ from vomstudio.api.checking import (
 from vomstudio.api.tables import text_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
-from vomstudio.geology.faults.displacement import (
-    Errors,
-    ThreePoints,
-    plane_of_three_points,
-)
+from vomstudio.geology.faults.displacement import Errors
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
-from vomstudio.geology.orientation import Line, rake_of
+from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
+from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import no_places
 from vomstudio.io.text.log_reading import boundaries_of, pairs_of
 from vomstudio.words import tr
@@ -60,7 +58,7 @@ def displacement(
     -------
     Displacements: ``what`` ("net slip", or "separation" where the slip is unknown), ``n``,
     ``pairs`` (each with ``displacement`` or ``separations``), means and standard deviations of net
-    slip, throw and heave in metres, ``skipped``.
+    slip, throw and heave in metres, ``skipped``, ``warnings``.
 
     Raises
     ------
@@ -84,8 +82,7 @@ def displacement(
     if slip is not None and rake_deg is not None:
         raise UsageError(tr("Give the slip by its rake or by trend and plunge."), field="slip")
     rake = single_number(rake_deg, "rake_deg")
-    if slip is not None:
-        rake = rake_of(Line(*angles_of(slip, "slip", 2)), plane)
+    line = None if slip is None else Line(*angles_of(slip, "slip", 2))
     names, points = pairs_of(_table(pairs, 6, "pairs"))
     errors = Errors(
         required_number(sigma_m, "sigma_m"),
@@ -93,10 +90,13 @@ def displacement(
         required_number(bed_error_deg, "bed_error_deg"),
         required_number(rake_error_deg, "rake_error_deg"),
     )
-    return displacements(
+    found = displacements(
         names, points[:, :3], points[:, 3:], plane,
-        bed=None if bed is None else attitude_of(bed, "bed"), rake_deg=rake, errors=errors,
+        bed=None if bed is None else attitude_of(bed, "bed"), rake_deg=rake, slip=line,
+        errors=errors,
     )  # fmt: skip
+    warn(found.warnings)
+    return found
 
 
 def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
@@ -113,14 +113,16 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     ThreePoints: ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
     ``dip_direction_error_deg`` (95 %, each by itself), ``max_error95_deg`` (half-angle of the
     joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the points about the plane (None of
-    three), ``sigma_m`` behind the errors; None where nothing is known of errors.
+    three), ``sigma_m`` behind the errors, ``warnings``, ``dropped_lines``; None where nothing is
+    known of errors.
 
     Raises
     ------
     vs.errors.GeometryError for points on one line, or fewer than three;
     vs.errors.UsageError for a negative sigma; vs.errors.InputError for a table without places.
 
-    The plane of least squares, which of three points goes through all, with errors to first order.
+    The plane of least squares, which of three points goes through all; its errors are those of all
+    planes that the points allow.
 
     Examples
     --------
@@ -130,7 +132,10 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     (90, 26.6, 1.5)
     """
     sigma = required_number(sigma_m, "sigma_m")
-    return plane_of_three_points(boundaries_of(_table(points, 3, "points")).points, sigma)
+    read = boundaries_of(_table(points, 3, "points"))
+    found = plane_of_three_points(read.points, sigma).of_table(read.dropped, read.warnings)
+    warn(found.warnings)
+    return found
 
 
 def log(
@@ -183,7 +188,7 @@ def log(
         overturned=flag(overturned, "overturned"),
     )  # fmt: skip
     warn(found.warnings)
-    return found
+    return replace(found, warnings=(*read.warnings, *found.warnings))
 
 
 def _table(given: Any, width: int, name: str) -> Any:

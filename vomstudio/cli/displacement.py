@@ -44,23 +44,22 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.faults.displacement import Errors
     from vomstudio.geology.faults.displacement_pairs import displacements
-    from vomstudio.geology.orientation import rake_of
     from vomstudio.io.text.log_reading import pairs_of
     from vomstudio.io.text.tables import read_table
 
     fault = plane_of(args.fault, "--fault")
     bed = None if args.bed is None else plane_of(args.bed, "--bed")
-    rake = args.rake
-    if args.slip is not None:
-        rake = rake_of(line_of(args.slip, "--slip"), fault)
+    slip = None if args.slip is None else line_of(args.slip, "--slip")
     names, points = pairs_of(read_table(args.pairs))
     with numbers_of(args.pairs):
         found = displacements(
-            names, points[:, :3], points[:, 3:], fault, bed=bed, rake_deg=rake,
+            names, points[:, :3], points[:, 3:], fault, bed=bed, rake_deg=args.rake,
+            slip=slip,
             errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
         )  # fmt: skip
     result = found.as_dict()
     out.result(result)
+    out.warn(found.warnings)
     out.warn([f"{each['id']}: {each['reason']}" for each in found.skipped])
     out.text(_in_words(result))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -166,6 +167,7 @@ def _of_table(args: argparse.Namespace, bed: Plane | None) -> _Made:
             read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
             sigma_m=sigma, bed_error_deg=error, overturned=args.overturned,
         )  # fmt: skip
+    found = replace(found, warnings=(*read.warnings, *found.warnings))
     return _Made(found, bed, error, sigma, read.dropped)
 
 

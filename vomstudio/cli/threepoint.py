@@ -30,14 +30,16 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geology.faults.displacement import plane_of_three_points
+    from vomstudio.geology.faults.three_points import plane_of_three_points
     from vomstudio.geology.notation import format_plane
     from vomstudio.io.text.log_reading import read_boundaries
 
     read = read_boundaries(args.points)
     with numbers_of(args.points):
         found = plane_of_three_points(read.points, args.sigma)
+    found = found.of_table(read.dropped, read.warnings)
     out.result(found.as_dict())
+    out.warn(found.warnings)
     said = format_plane(found.plane, decimals=1)
     if found.max_error95_deg is None:
         out.text(tr("{plane}; nothing is known of its error", plane=said))

@@ -187,6 +187,10 @@ def angles_of(azimuth_deg: Array, angle_deg: Array, of: str) -> Array:
     NaN for azimuths of horizontal planes and of vertical lines."""
     if of not in (*ROSE_OF, *HISTOGRAM_OF):
         raise ValueError(f"unknown angle {of!r}; use one of {(*ROSE_OF, *HISTOGRAM_OF)}")
+    if of in LINES_HAVE:
+        # A line that is written upward is the one that goes down on the other side.
+        azimuth_deg = np.where(angle_deg < 0.0, (azimuth_deg + 180.0) % 360.0, azimuth_deg)
+        angle_deg = np.abs(angle_deg)
     if of in HISTOGRAM_OF:
         return np.asarray(angle_deg, dtype=np.float64)
     none = np.abs(angle_deg) > 90.0 - _LEVEL_DEG if of == "trend" else ~(angle_deg > _LEVEL_DEG)

@@ -53,8 +53,9 @@ from vomstudio.registration.coordinate_checks import (
     said_of_readings,
     said_of_views,
 )
-from vomstudio.registration.length_evidence import kept_scale, lengths_of
+from vomstudio.registration.length_evidence import kept_scale, lengths_of, said_of_lengths
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
+from vomstudio.registration.marks.wrong_marks import agreeing
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
@@ -65,7 +66,6 @@ from vomstudio.registration.placing import place, place_robustly, with_warnings
 from vomstudio.registration.remarks import said_of_bowing
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
-from vomstudio.registration.wrong_marks import agreeing
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -184,6 +184,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.compass is not None and len(kinds) == len(read) and not doubt:
         said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
+    apart = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
+    said += said_of_lengths(evidence.bars, evidence.lengths, evidence.pairs, apart)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and _alone(kinds):
         _refuse_unsure(placed)

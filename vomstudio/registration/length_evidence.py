@@ -3,21 +3,28 @@ its place."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import UsageError
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar
 from vomstudio.registration.compass_evidence import Segment
+from vomstudio.registration.marks.mark_checks import nearest
 from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
+from vomstudio.registration.similarity import fit_similarity
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
+_BY_CHANCE = 0.001
+_NAMED = 8
+# How many of each make a metre, and how near to that a length must be.
+_UNITS = ((1 / 0.3048, "feet"), (100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches"))
+_SAME_UNIT = 0.01
 KEPT = 1e-4
 """One sigma of a scale that is kept, as a share of it."""
 
@@ -32,11 +39,12 @@ def lengths_of(
     for bar in bars:
         for label in (bar.first, bar.second):
             if label not in places:
+                near = nearest(label, list(places))
                 raise UsageError(
                     tr(
                         "The scale bar names the point {label}, which is not among the pairs. "
                         "Add it, with its place on the model.",
-                        label=label,
+                        label=label if near is None else f"{label} ({near}?)",
                     ),
                     field="--scale-bars",
                 )
@@ -81,3 +89,109 @@ def kept_scale(scale: float, kinds: Sequence[Observed], extent: Array | None) ->
     length = np.array([scale * size])
     label = tr("the scale that is kept")
     return [KeptScale([label], middle[None], end[None], length, KEPT * length)]
+
+
+def said_of_lengths(
+    bars: Sequence[ScaleBar],
+    segments: Sequence[Segment],
+    pairs: Pairs | None,
+    apart: Collection[str] = (),
+) -> list[str]:
+    """Of lengths that are not those which the control points alone give, beyond the errors of
+    both. apart : labels of points and lengths that are left out, or named otherwise"""
+    if pairs is None or not (bars or segments):
+        return []
+    known = np.array([label not in apart for label in pairs.labels], bool) & ~pairs.check
+    judged = _points_alone(pairs.model[known], pairs.world[known], pairs.sigma[known])
+    if judged is None:
+        return []
+    scale, scale_error, sigma, times = judged
+    places = dict(zip(pairs.labels, pairs.model, strict=True))
+    wrong: list[str] = []
+    units: dict[str, list[str]] = {}
+    lengths = [
+        (
+            f"{b.first} - {b.second}",
+            places[b.first],
+            places[b.second],
+            b.length_m,
+            b.sigma_m,
+            b.check,
+        )
+        for b in bars
+    ]
+    for number, line in enumerate(segments, 1):
+        label = line.label or tr("length {number}", number=number)
+        ends = np.asarray(line.first), np.asarray(line.second)
+        lengths.append((label, *ends, line.value, line.sigma, False))
+    for label, first, second, stated, own, check in lengths:
+        by_points = scale * float(np.linalg.norm(second - first))
+        own = _TAPE * by_points if own is None else own
+        error = times(len(lengths)) * float(
+            np.sqrt((scale_error * by_points) ** 2 + 2.0 * sigma**2 + own**2)
+        )
+        if not abs(stated - by_points) > error or not by_points > 0:
+            continue
+        unit = _unit(stated / by_points, error / by_points)
+        if unit is not None:
+            units.setdefault(unit, []).append(label)
+        elif not check and label not in apart:
+            wrong.append(
+                tr(
+                    "{label} is given as {stated:.4g} m, and by the points it is {length:.4g} m "
+                    "± {error:.2g} m (99.9 %): one of them is wrong. Measure it again.",
+                    label=label,
+                    stated=stated,
+                    length=by_points,
+                    error=error,
+                )
+            )
+    said = [
+        tr(
+            "The lengths {labels} are not metres: by the points they are in {unit}. Convert them.",
+            labels=", ".join(labels[:_NAMED]),
+            unit=tr(unit),
+        )
+        if len(labels) > 1
+        else tr(
+            "{label} is not in metres: by the points it is in {unit}. Convert it.",
+            label=labels[0],
+            unit=tr(unit),
+        )
+        for unit, labels in units.items()
+    ]
+    return [*said, *wrong[:_NAMED]]
+
+
+def _points_alone(
+    model: Array, world: Array, stated: Array
+) -> tuple[float, float, float, Callable[[int], float]] | None:
+    """Metres per unit of the model by the points, its error (a share of it), that of a coordinate
+    (one sigma each), and how many of them are not exceeded by chance by one of several lengths.
+    None where the points do not tell the scale."""
+    from scipy.stats import norm, t
+
+    n = len(model)
+    try:
+        fit = fit_similarity(model, world)
+    except GeometryError:
+        return None
+    free = 3 * n - 7
+    left = float(np.sqrt(((fit(model) - world) ** 2).sum() / free))
+    known = bool(n) and bool(np.isfinite(stated).all())
+    sigma = max(left, float(np.sqrt((stated**2).mean()))) if known else left
+    size = float(np.linalg.norm(world - world.mean(axis=0)))
+
+    def times(count: int) -> float:
+        chance = 1.0 - _BY_CHANCE / 2.0 / count
+        return float(norm.ppf(chance) if known else t.ppf(chance, free))
+
+    return fit.scale, sigma / size, sigma, times
+
+
+def _unit(ratio: float, error: float) -> str | None:
+    """What a length that is so many times too long is counted in."""
+    for times, unit in _UNITS:
+        if abs(ratio / times - 1.0) < max(_SAME_UNIT, min(error, 0.1)):
+            return unit
+    return None

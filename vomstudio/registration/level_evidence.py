@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import UsageError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.cameras import View
 from vomstudio.registration.observations import LevelLines
 from vomstudio.words import tr
@@ -22,6 +22,10 @@ Array = npt.NDArray[np.float64]
 _NEAR = 0.02
 _AWAY_DEG = 2.0
 _NAMED = 8
+# Of the photo's size: a line may reach so far beyond its edge.
+_BEYOND = 0.1
+# Lines that are level are at right angles to one direction, and turn with the photos.
+_LEVEL_TOGETHER_DEG, _TURNED_DEG = 5.0, 10.0
 _LEVEL_DEG = 0.5
 """One sigma of a water line, a spirit-levelled staff or a built edge whose ends are picked."""
 
@@ -85,10 +89,13 @@ def away_deg(view: View, ends: Array, extent: Array) -> float | None:
 def said_of_level_lines(
     photos: Sequence[str], views: Sequence[View], ends: Array, extent: Array | None
 ) -> list[str]:
-    """Of lines (n, 2, 2), pixels, that lie on the model and run away from their cameras. Lines
-    along a row or a column of pixels are axes of photos."""
+    """Of lines (n, 2, 2), pixels, that run up and down their photos, and of those that lie on the
+    model and run away from their cameras. Lines along a row or a column of pixels are axes of
+    photos. Raises InputError for a line that ends outside of its photo."""
+    _require_inside(photos, views, ends)
+    said = _said_of_upright(photos, views, ends)
     if extent is None or not len(extent):
-        return []
+        return said
     named, most = [], 0.0
     for photo, view, line in zip(photos, views, ends, strict=True):
         if (line[0] == line[1]).any():
@@ -98,8 +105,9 @@ def said_of_level_lines(
             named.append(photo)
             most = max(most, away)
     if not named:
-        return []
+        return said
     return [
+        *said,
         tr(
             "The level lines in {photos} lie on the model and run away from the camera, by up to "
             "{away:.0f}°. Only a horizon, or the axis of a photo held level, shows the level so: "
@@ -108,5 +116,70 @@ def said_of_level_lines(
             "instead.",
             photos=", ".join(named[:_NAMED]),
             away=most,
+        ),
+    ]
+
+
+def _require_inside(photos: Sequence[str], views: Sequence[View], ends: Array) -> None:
+    for photo, view, line in zip(photos, views, ends, strict=True):
+        lens = view.intrinsics
+        size = np.array([lens.width, lens.height], np.float64)
+        if ((line < -_BEYOND * size) | (line > (1.0 + _BEYOND) * size)).any():
+            (x1, y1), (x2, y2) = line.tolist()
+            raise InputError(
+                tr(
+                    "The level line from x {x1:.0f}, y {y1:.0f} to x {x2:.0f}, y {y2:.0f} ends "
+                    "outside of {photo}, which has {width} x {height} pixels. Correct it.",
+                    x1=x1,
+                    y1=y1,
+                    x2=x2,
+                    y2=y2,
+                    photo=photo,
+                    width=lens.width,
+                    height=lens.height,
+                ),
+                field="--horizon",
+            )
+
+
+def _said_of_upright(photos: Sequence[str], views: Sequence[View], ends: Array) -> list[str]:
+    """Of lines that run up and down their photos: level ones do so in photos held in portrait that
+    were not turned. Those turn on the model as the photos do, while upright ones are parallel."""
+    steps = np.asarray(ends[:, 1] - ends[:, 0])
+    upright = np.abs(steps[:, 1]) > np.abs(steps[:, 0])
+    if not upright.any():
+        return []
+    flat = [view.rays(line) for view, line in zip(views, ends, strict=True)]
+    lines = np.array([rays[1] - rays[0] for rays in flat])
+    lines /= np.linalg.norm(lines, axis=1, keepdims=True)
+    _, _, axes = np.linalg.svd(lines)
+    apart = _range_deg(np.arctan2(lines @ axes[1], lines @ axes[0]), 180.0)
+    off = np.degrees(np.arcsin(np.minimum(np.abs(lines @ axes[2]), 1.0)))
+    if apart > _TURNED_DEG and off.max() <= _LEVEL_TOGETHER_DEG:
+        return []
+    names = [photo for photo, up in zip(photos, upright, strict=True) if up]
+    told = ", ".join(names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
+    ahead = np.array([view.direction for view in views])
+    turned = _range_deg(np.arctan2(ahead @ axes[2], ahead @ axes[1]), 360.0)
+    if upright.all() and turned > _TURNED_DEG and apart < turned / 2.0:
+        return [
+            tr(
+                "The lines in {photos} run up and down their photos, and are parallel although the "
+                "photos look different ways: they are upright, not level. Mark level lines.",
+                photos=told,
+            )
+        ]
+    return [
+        tr(
+            "The level lines in {photos} run up and down their photos, as upright lines do. If "
+            "these photos were not held in portrait, mark lines that are level.",
+            photos=told,
         )
     ]
+
+
+def _range_deg(angles_rad: Array, whole: float) -> float:
+    """The least arc that holds all angles, of lines that are the same after `whole` degrees."""
+    turns = np.sort(np.degrees(angles_rad) % whole)
+    gaps = np.diff(np.append(turns, turns[0] + whole))
+    return float(whole - gaps.max())

@@ -22,6 +22,8 @@ _NEARLY_COLLINEAR = 0.02
 _FEWEST_TO_CHOOSE = 6
 _TRIALS = 300
 _FITS = 0.9999
+# Of many points those that fit by far join together, so many of those that are in at a time.
+_AT_ONCE, _BY_FAR = 20, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +123,7 @@ def fit_robustly(
             used |= near
             continue
         joining = _next(best, a, b, used)
-        if joining is None:
+        if not len(joining):
             return best, used
         used[joining] = True
 
@@ -134,13 +136,15 @@ def _triples(n: int, seed: int) -> npt.NDArray[np.int64]:
     return np.array([rng.choice(n, 3, replace=False) for _ in range(_TRIALS)])
 
 
-def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> int | None:
-    """The point outside that fits best, if it fits."""
+def _next(
+    fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.int64]:
+    """The point outside that fits best, if it fits; of many points some that fit by far."""
     from scipy.stats import chi2, f
 
     outside = np.flatnonzero(~used)
     if not len(outside):
-        return None
+        return np.empty(0, np.int64)
     count = int(used.sum())
     freedom = 3 * count - 7
     share = count / len(a)
@@ -156,9 +160,11 @@ def _next(fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]) -> i
     misses = (b - placed)[outside]
     spread = np.eye(3) + there @ inverse @ there.transpose(0, 2, 1)
     statistic = (misses * np.linalg.solve(spread, misses[..., None])[..., 0]).sum(axis=1)
-    at = int(statistic.argmin())
+    order = np.argsort(statistic, kind="stable")[: max(1, count // _AT_ONCE)]
     limit = 3 * variance * float(f.ppf(_FITS, 3, freedom))
-    return int(outside[at]) if statistic[at] <= limit else None
+    first = outside[order[:1]][statistic[order[:1]] <= limit]
+    by_far = outside[order][statistic[order] <= _BY_FAR * limit]
+    return np.asarray(by_far if len(by_far) > 1 else first, np.int64)
 
 
 def jacobian(position: Array) -> Array:

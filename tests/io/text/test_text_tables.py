@@ -445,3 +445,15 @@ def test_a_row_of_data_that_was_taken_for_a_header_is_said_to_be_one(
     path.write_text("name,colour,size\nA,2,3\nB,3,4\nC,5,6\n")
     assert main(command.format(t=path).split()) == 2
     assert "was taken for the header" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("first", ["sep=;", "SEP=;", '"sep=;"', "\ufeffsep=;"])
+def test_the_delimiter_that_excel_states_is_no_row(tmp_path: Path, first: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"{first}\nstrike;dip\n30,5;45\n31;44\n", encoding="utf-8")
+    table = read_table(path)
+    assert table.names == ("strike", "dip")
+    assert table.numbers([0, 1]).tolist() == [[30.5, 45.0], [31.0, 44.0]]
+    assert table.line_numbers.tolist() == [3, 4]
+    path.write_text("sep=\\t\na\tb\n1\t2\n", encoding="utf-8")
+    assert read_table(path).names == ("a", "b")

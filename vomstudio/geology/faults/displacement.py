@@ -22,12 +22,9 @@ from vomstudio.geology.orientation import (
     Line,
     Plane,
     line_from_rake,
-    normals_to_planes,
     planes_to_normals,
 )
-from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
-from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
@@ -188,100 +185,6 @@ def separations(
         _measured(abs(float(value[0])), float(error[0]), errors),
         found[90.0],
         None if strike is None else strike.strike_slip_m,
-    )
-
-
-@dataclass(frozen=True, repr=False)
-class ThreePoints(Shown):
-    """The plane through three points, or the best one through more of them, with the 95 % errors of
-    its dip and dip direction, each by itself, and the half-angle of its 95 % cone in the worst
-    direction; None where nothing is known of the points' errors. A dip direction uncertain by more
-    than 90 degrees is None. n points; rms_m : of their distances from the plane, None of three,
-    which leave none; sigma_m : standard deviation of each coordinate behind the errors, as it was
-    stated, or as more than three points tell it themselves"""
-
-    plane: Plane
-    dip_error_deg: float | None
-    dip_direction_error_deg: float | None
-    max_error95_deg: float | None
-    n: int = 3
-    rms_m: float | None = None
-    sigma_m: float | None = None
-
-    @property
-    def dip_direction_deg(self) -> float:
-        return self.plane.dip_direction_deg
-
-    @property
-    def dip_deg(self) -> float:
-        return self.plane.dip_deg
-
-    @property
-    def strike_rhr_deg(self) -> float:
-        return self.plane.strike_rhr_deg
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return {
-            "dip_direction_deg": self.dip_direction_deg,
-            "dip_deg": self.dip_deg,
-            "strike_rhr_deg": self.strike_rhr_deg,
-            "dip_error_deg": self.dip_error_deg,
-            "dip_direction_error_deg": self.dip_direction_error_deg,
-            "max_confidence95_deg": self.max_error95_deg,
-            "n": self.n,
-            "rms_m": self.rms_m,
-            "sigma_m": self.sigma_m,
-        }
-
-
-def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreePoints:
-    """The three-point problem: points (n, 3) in World on one surface, n at least 3; of more than
-    three the plane of least squares. sigma_m : standard deviation of each coordinate; without it
-    the misfit of more than three points tells it, and their errors follow Student and Fisher with
-    n - 3 degrees of freedom. Raises GeometryError for fewer points and points on one line,
-    UsageError for a sigma that is none."""
-    check_errors({"--sigma": sigma_m})
-    p = np.asarray(points, np.float64)
-    if p.ndim != 2 or p.shape[1] != 3 or len(p) < 3 or not np.isfinite(p).all():
-        raise GeometryError(tr("At least three points with finite x, y, z are needed."))
-    n = len(p)
-    apart = p - p.mean(axis=0)
-    longest = float(np.linalg.norm(apart, axis=1).max())
-    _, sizes, axes = np.linalg.svd(apart, full_matrices=False)
-    if not longest or sizes[1] <= 1e-9 * longest:
-        raise GeometryError(
-            tr("The three points lie on one line, which has many planes.")
-            if n == 3
-            else tr("The points lie on one line, which has many planes.")
-        )
-    direction, dip, _ = normals_to_planes(axes[2])
-    plane = Plane(float(direction[0]), float(dip[0]))
-    rms = None if n == 3 else float(np.sqrt(((apart @ axes[2]) ** 2).mean()))
-    sigma, single, joint = sigma_m, Z95, CONE95
-    if rms is not None and not sigma_m:
-        from scipy.stats import f, t
-
-        sigma = rms * math.sqrt(n / (n - 3))
-        single = float(t.ppf(0.975, n - 3))
-        joint = math.sqrt(2.0 * float(f.ppf(0.95, 2, n - 3)))
-    if rms is None and not sigma_m:
-        return ThreePoints(plane, None, None, None, n)
-    _, down_dip, strike = _axes(plane)
-    # To first order a tilt toward an axis of the points is their errors' moment along it.
-    ways = axes[:2] @ np.stack([down_dip, strike], axis=1)
-    cov = sigma**2 * ways.T @ np.diag(1.0 / sizes[:2] ** 2) @ ways
-    sine = math.sin(math.radians(plane.dip_deg))
-    turn = single * math.sqrt(cov[1, 1]) / sine if sine > 1e-9 else math.inf
-    worst = joint * math.sqrt(float(np.linalg.eigvalsh(cov)[-1]))
-    return ThreePoints(
-        plane,
-        math.degrees(min(single * math.sqrt(cov[0, 0]), math.pi / 2)),
-        math.degrees(turn) if turn < math.pi / 2 else None,
-        math.degrees(min(worst, math.pi / 2)),
-        n,
-        rms,
-        sigma,
     )
 
 

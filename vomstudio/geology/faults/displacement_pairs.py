@@ -19,12 +19,18 @@ from vomstudio.geology.faults.displacement import (
     net_slip_of_piercing_points,
     separations,
 )
-from vomstudio.geology.orientation import Plane
+from vomstudio.geology.notation import format_azimuth
+from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
 from vomstudio.geology.stated_errors import check_errors
+from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Floats = npt.NDArray[np.float64]
+
+OFF_PLANE_DEG = 10.0
+"""Slips that leave their fault by more are doubtful."""
+_NAMED = 8
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,8 @@ class Pair:
 class Displacements(Shown):
     """what : net slip, or separation where the slip is unknown; mean_net_m, mean_throw_m,
     mean_heave_m with the standard deviation of the pairs, None of one pair; of separations the dip
-    separation. skipped : pairs without a result, with the reason"""
+    separation. skipped : pairs without a result, with the reason; warnings : on slips and motions
+    that leave the fault"""
 
     what: str
     n: int
@@ -52,6 +59,7 @@ class Displacements(Shown):
     mean_heave_m: float
     std_heave_m: float | None
     skipped: tuple[dict[str, str], ...]
+    warnings: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -66,13 +74,15 @@ def displacements(
     *,
     bed: Plane | None = None,
     rake_deg: float | None = None,
+    slip: Line | None = None,
     errors: Errors = NO_ERRORS,
 ) -> Displacements:
     """hanging_wall, footwall : (n, 3) World, metres. Without a bed the points of a pair were one.
-    rake_deg : of the slip lineation, 0 to 180, as `orientation.rake_of` counts it.
-    Raises GeometryError where no pair has a result, UsageError for a slip without a bed
-    and errors that are none."""
-    if bed is None and rake_deg is not None:
+    rake_deg : of the slip lineation, 0 to 180, as `orientation.rake_of` counts it; slip : that line
+    itself, in place of its rake.
+    Raises GeometryError where no pair has a result, UsageError for a slip without a bed,
+    a rake on a horizontal fault, and errors that are none."""
+    if bed is None and (rake_deg is not None or slip is not None):
         raise UsageError(
             tr("A slip direction needs the bed whose cut-offs were measured."), field="--bed"
         )
@@ -92,6 +102,12 @@ def displacements(
             "--rake-error": errors.rake95_deg,
         },
     )
+    warnings: list[str] = []
+    if slip is not None:
+        rake_deg = rake_of(slip, fault)
+        warnings += _said_of_slip(slip, fault)
+    elif rake_deg is not None:
+        warnings += _said_of_rake(fault)
     found, skipped = [], []
     for name, h, f in zip(names, hanging_wall, footwall, strict=True):
         try:
@@ -112,8 +128,72 @@ def displacements(
 
     return Displacements(
         told[0].what, len(found), tuple(found), *mean("net_m"), *mean("throw_m"), *mean("heave_m"),
-        tuple(skipped),
+        tuple(skipped), (*warnings, *_said_of_motions(found, errors)),
     )  # fmt: skip
+
+
+def _said_of_slip(slip: Line, fault: Plane) -> list[str]:
+    away = angle_line_plane(slip, fault)
+    if not away > OFF_PLANE_DEG:
+        return []
+    return [
+        tr(
+            "The slip leaves the fault by {away:.1f} degrees, more than {angle:g}, and was "
+            "projected onto it. Check both.",
+            away=away,
+            angle=OFF_PLANE_DEG,
+        )
+    ]
+
+
+def _said_of_rake(fault: Plane) -> list[str]:
+    """Of a fault whose strike is not the one that a reader may count the rake from."""
+    if fault.undefined:
+        raise UsageError(
+            tr(
+                "A horizontal fault has no strike from which a rake could be counted. Give the "
+                "trend and plunge of the slip."
+            ),
+            field="--rake",
+        )
+    if not fault.vertical or fault.strike_rhr_deg < 180.0:
+        return []
+    return [
+        tr(
+            "The fault is vertical: its rake was counted from the strike {strike}, as those "
+            "of all vertical planes are from one under 180. If it was from {other}, give "
+            "180 less the rake.",
+            strike=format_azimuth(fault.strike_rhr_deg - 180.0),
+            other=format_azimuth(fault.strike_rhr_deg),
+        )
+    ]
+
+
+def _said_of_motions(pairs: Sequence[Pair], errors: Errors) -> list[str]:
+    """Of piercing points whose motion leaves the fault by more than their errors explain."""
+    off = []
+    for pair in pairs:
+        moved = pair.displacement
+        if moved is None or not moved.net_m.value > 0:
+            continue
+        out = min(1.0, abs(moved.off_fault_m) / moved.net_m.value)
+        away = float(np.degrees(np.arcsin(out)))
+        by_points = Z95 * np.sqrt(2.0) * errors.sigma_m
+        if away > max(OFF_PLANE_DEG, errors.fault95_deg) and abs(moved.off_fault_m) > by_points:
+            off.append(f"{pair.name} ({away:.0f}°, {abs(moved.off_fault_m):.3g} m)")
+    if not off:
+        return []
+    return [
+        tr_n(
+            "{count} motion leaves the fault by more than {angle:g} degrees: {names}. Check the "
+            "points and the attitude of the fault.",
+            "{count} motions leave the fault by more than {angle:g} degrees: {names}. Check the "
+            "points and the attitude of the fault.",
+            len(off),
+            angle=OFF_PLANE_DEG,
+            names=", ".join(off[:_NAMED]) + (", …" if len(off) > _NAMED else ""),
+        )
+    ]
 
 
 def _vector(pair: Pair) -> Displacement | None:

@@ -39,11 +39,13 @@ _Z95 = 1.959963984540054
 @dataclass(frozen=True)
 class Counted:
     """What a map is counted in. area : a shapely polygon, or None; circle : x, y and radius where
-    the area is one; scanlines : (k,) shapely lines, or None"""
+    the area is one; scanlines : (k,) shapely lines, or None; warnings : on how the area was drawn
+    """
 
     area: Any = None
     circle: tuple[float, float, float] | None = None
     scanlines: Shapes | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -157,7 +159,7 @@ def fracture_network(
     import shapely
 
     counted = counted or Counted()
-    said = list(warnings)
+    said = [*warnings, *counted.warnings]
     _check(lines, counted, snap_m, terzaghi_cap)
     area = counted.area
     pieces = pieces_of(lines, area, snap_m)

@@ -7,7 +7,7 @@ refused: it has no true lengths; GeoJSON that names no reference system is in de
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
 from vomstudio.io.gis.layer_reading import are_features, layers_of, names_no_crs, symbol_layers
@@ -74,13 +75,12 @@ def drawn_lines(lines: Shapes | None) -> DrawnLayer:
 
 def read_area(path: str | Path, layer: str | None = None) -> tuple[Any, DrawnLayer]:
     """All polygons of a file as one shapely area, with what was read. Raises as `read_lines`."""
-    import shapely
-
     found = _read(
         Path(path), layer, _AREAS,
         tr("The file holds no polygon. Draw one around the area in which traces were mapped."),
     )  # fmt: skip
-    return shapely.union_all(shapely.make_valid(found.shapes)), found
+    area, said = taken_apart(found.shapes)
+    return area, replace(found, warnings=(*found.warnings, *said))
 
 
 def same_frame(one: DrawnLayer, other: DrawnLayer) -> None:
@@ -232,7 +232,10 @@ def _parts(
     merged[multi] = shapely.line_merge(merged[multi])
     parts, at = shapely.get_parts(merged, return_index=True)
     kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in wanted else (1, 2))
-    size = shapely.area(parts) if "Polygon" in wanted else shapely.length(parts)
+    size = shapely.length(parts)
+    if "Polygon" in wanted:
+        # The parts of an outline that crosses itself may cancel.
+        size = shapely.area(shapely.make_valid(parts))
     long = kind & (size > 0)
     feature = np.asarray(finite, np.int64)[at]
     said = []

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError
-from vomstudio.io.text.tables import TextTable, read_table
-from vomstudio.words import tr
+from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
+from vomstudio.words import tr, tr_n
 
 PAIR_COLUMNS = (
     "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z",
@@ -26,6 +26,22 @@ class Boundaries:
     lithologies: list[str]
     notes: list[str]
     dropped: tuple[int, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence on the rows without a place."""
+        if not self.dropped:
+            return ()
+        return (
+            tr_n(
+                "{count} row without a finite x, y and z was left out: {lines}. What it stood for "
+                "is missing.",
+                "{count} rows without a finite x, y and z were left out: {lines}. What they stood "
+                "for is missing.",
+                len(self.dropped),
+                lines=lines_in_words(self.dropped),
+            ),
+        )
 
 
 def boundaries_of(table: TextTable) -> Boundaries:

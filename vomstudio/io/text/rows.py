@@ -35,6 +35,8 @@ _MISSING = {"", "na", "n/a", "null", "none", "-"}
 _SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
 # A cell with the apostrophe that keeps spreadsheets from calculating it.
 _MARKED = re.compile(r"(?:^|[;,\t ])'[=+\-@']", re.MULTILINE)
+# Excel's own first line, which is no row of the table.
+_STATED_DELIMITER = re.compile(r'\s*"?sep=(.|\\t)"?\s*', re.IGNORECASE)
 _CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"
 
 
@@ -99,6 +101,9 @@ def read_rows(path: Path, *, named: bool = False) -> TextRows:
     """
     text, notes = read_text(path)
     lines = text.split("\n")
+    stated = _STATED_DELIMITER.fullmatch(lines[0])
+    if stated is not None:
+        lines[0] = ""
     longest = max(map(len, lines))
     if longest > LONGEST_LINE:
         raise InputError(
@@ -119,6 +124,9 @@ def read_rows(path: Path, *, named: bool = False) -> TextRows:
         )
         raise InputError(said, file=path)
     delimiter = sniff(data[:_SAMPLE])
+    if stated is not None:
+        named_by = stated[1].replace("\\t", "\t")
+        delimiter = named_by if named_by in _DELIMITERS and named_by in data[0] else delimiter
     refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
     rows: list[list[str]] | None = None
     if '"' in text:

@@ -188,16 +188,18 @@ class _Row:
         all of them."""
         dip, strike = self._number("dip"), self._number("strike")
         azimuth = self._number("dip_direction")
+        by_strike = azimuth is None
         if azimuth is None and strike is not None:
             azimuth = strike + 90.0
         if dip is None or azimuth is None:
             return None
         try:
             plane = Plane(azimuth, dip)
+            turn = _turn_of_strike(plane, azimuth - 90.0, by_strike=by_strike)
             directed = self._number("slip_rake")
             if directed is not None:
-                return plane, directed, 0.0
-            rake, away = self._rake(plane)
+                return plane, _directed_from(plane, directed, turn), 0.0
+            rake, away = self._rake(plane, turn)
         except GeometryError as error:
             raise InputError(
                 error.message, file=self.path, line=self.line, field=error.field
@@ -208,12 +210,12 @@ class _Row:
         slip = self._slip(plane, rake, word)
         return None if slip is None else (plane, slip, away)
 
-    def _rake(self, plane: Plane) -> tuple[float | None, float]:
+    def _rake(self, plane: Plane, turn: float) -> tuple[float | None, float]:
         trend, plunge, rake = (self._number(name) for name in ("trend", "plunge", "rake"))
         if trend is not None and plunge is not None:
             line = Line(trend, plunge)
             return rake_of(line, plane), angle_line_plane(line, plane)
-        return (None if rake is None else rake % 180.0), 0.0
+        return (None if rake is None else _axial_from(plane, rake, turn)), 0.0
 
     def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
         """Directed; None where the sense does not tell which way."""
@@ -247,3 +249,28 @@ class _Row:
 
     def _error(self, message: str) -> InputError:
         return InputError(message, file=self.path, line=self.line)
+
+
+def _turn_of_strike(plane: Plane, strike_deg: float, *, by_strike: bool) -> float:
+    """By how much the strike that a row's rake is counted from is ahead of the one that ours are:
+    on a horizontal plane of that of dip direction 0, on a vertical one of that under 180 where the
+    row states a strike and no dip direction."""
+    if plane.undefined:
+        return (strike_deg - 270.0) % 360.0
+    return 180.0 if plane.vertical and by_strike and strike_deg % 360.0 >= 180.0 else 0.0
+
+
+def _axial_from(plane: Plane, rake_deg: float, turn: float) -> float:
+    """The rake of a line from our strike, [0, 180)."""
+    if plane.undefined:
+        return (rake_deg + turn) % 180.0
+    # From the other end of the same strike, down the same way.
+    return (turn - rake_deg if turn else rake_deg) % 180.0
+
+
+def _directed_from(plane: Plane, rake_deg: float, turn: float) -> float:
+    """The directed rake from our strike."""
+    if plane.undefined and turn:
+        return 180.0 - (180.0 - (rake_deg - turn)) % 360.0
+    # The other wall is the hanging one, and moves the other way.
+    return -rake_deg if turn else rake_deg

@@ -11,9 +11,9 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.control.points import Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.mark_observations import PointMarks
-from vomstudio.registration.wrong_marks import LEAST_PX as LEAST_PX
-from vomstudio.registration.wrong_marks import WrongMark as WrongMark
-from vomstudio.registration.wrong_marks import agreeing, meet, misses
+from vomstudio.registration.marks.wrong_marks import LEAST_PX as LEAST_PX
+from vomstudio.registration.marks.wrong_marks import WrongMark as WrongMark
+from vomstudio.registration.marks.wrong_marks import agreeing, meet, misses
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]

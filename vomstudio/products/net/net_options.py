@@ -61,9 +61,13 @@ def typed_slip(text: str) -> tuple[NetCircle, NetMark]:
         raise UsageError(tr("A rake is an angle from -180 to 180 degrees."), field="--slip-line")
     plane = Plane(direction, dip)
     said = tr("rake {rake:g}", rake=rake)
+    line = line_from_rake(plane, rake)
+    if plane.undefined:
+        # A horizontal plane has no strike but the one that was typed.
+        line = Line(direction - 90.0 + rake, 0.0)
     return (
         NetCircle(plane.pole(), 90.0, tr("Plane {plane}", plane=text.rpartition("/")[0])),
-        _typed_mark(line_from_rake(plane, rake), said),
+        _typed_mark(line, said),
     )
 
 

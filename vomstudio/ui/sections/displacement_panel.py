@@ -234,14 +234,15 @@ class DisplacementPanel(SeenPanel):
             number_in(self.slip_error, tr("The error of the slip is in degrees, 0 or more."))
             or 0.0,
         )
-        rake = self._rake(fault)
+        rake, slip = self._slip(fault)
         found = displacements(
             names,
             np.array([cut.hanging_wall for cut in cuts]),
             np.array([cut.footwall for cut in cuts]),
             fault,
             bed=bed,
-            rake_deg=rake,
+            rake_deg=rake if slip is None else None,
+            slip=slip,
             errors=errors,
         )
         return Answered(names, cuts, fault, bed, rake, errors, found)
@@ -255,20 +256,21 @@ class DisplacementPanel(SeenPanel):
 
         return [f"{k}: {name(a)} / {name(b)}" for k, (a, b) in enumerate(self.pairs, 1)]
 
-    def _rake(self, fault: Plane) -> float | None:
+    def _slip(self, fault: Plane) -> tuple[float | None, Line | None]:
+        """Its rake, and the line where that was typed."""
         from vomstudio.geology.orientation import rake_of
 
         text = self.slip.line.text().strip()
         if not text:
-            return None
+            return None, None
         rake = parse_number(text)
         if rake is not None:
             if not 0.0 <= rake <= 180.0:
                 raise InputError(tr("A rake is 0 to 180 degrees; a direction is written 120/45."))
-            return rake
+            return rake, None
         line = self.slip.direction()
         assert isinstance(line, Line)
-        return rake_of(line, fault)
+        return rake_of(line, fault), line
 
     def _sigma(self, traces: list[Measurement]) -> float:
         """What was typed, else the scatter of the traces about their planes, the largest one."""
@@ -336,6 +338,7 @@ class DisplacementPanel(SeenPanel):
                     n=found.n, net=found.mean_net_m, std=found.std_net_m or 0.0, unit=unit,
                 )
             )  # fmt: skip
+        said += found.warnings
         said += [f"{each['id']}: {each['reason']}" for each in found.skipped]
         return "\n".join(said)
 
@@ -370,7 +373,12 @@ def words_of(answered: Answered, points: Path) -> Words:
         (name, f"{plane.dip_direction_deg!r}/{plane.dip_deg!r}")
         for name, plane in (("--fault", answered.fault), ("--bed", answered.bed))
     ]
-    if answered.rake_deg is not None:
+    if answered.rake_deg is not None and answered.fault.undefined:
+        from vomstudio.geology.orientation import line_from_rake
+
+        line = line_from_rake(answered.fault, answered.rake_deg)
+        options.append(("--slip", f"{line.trend_deg!r}/{line.plunge_deg!r}"))
+    elif answered.rake_deg is not None:
         options.append(("--rake", float(answered.rake_deg)))
     for name, value in (
         ("--sigma", errors.sigma_m), ("--fault-error", errors.fault95_deg),

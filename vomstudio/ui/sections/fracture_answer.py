@@ -196,6 +196,7 @@ def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Co
 
     from vomstudio.geology.fractures.network import Counted
     from vomstudio.geology.fractures.pieces import circle_area
+    from vomstudio.geometry.outlines.self_crossing import taken_apart
 
     if mark is None:
         return Counted()
@@ -203,7 +204,8 @@ def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Co
         x, y, radius = place
         return Counted(circle_area(x, y, radius), circle=(x, y, radius))
     if counted_in == WINDOW:
-        return Counted(shapely.make_valid(shapely.Polygon(mark.points)))
+        area, said = taken_apart(shapely.Polygon(mark.points))
+        return Counted(area, warnings=tuple(said))
     return Counted(scanlines=_shapes([mark.points]))
 
 

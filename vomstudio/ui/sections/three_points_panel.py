@@ -45,7 +45,7 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
-    from vomstudio.geology.faults.displacement import ThreePoints
+    from vomstudio.geology.faults.three_points import ThreePoints
 
 Array = npt.NDArray[np.float64]
 
@@ -237,7 +237,7 @@ class ThreePointsPanel(SeenPanel):
 
     # --- the plane ---------------------------------------------------------------------------
     def show_now(self) -> None:
-        from vomstudio.geology.faults.displacement import plane_of_three_points
+        from vomstudio.geology.faults.three_points import plane_of_three_points
 
         self.found = self._points = None
         points = self._numbers()
@@ -282,7 +282,7 @@ class ThreePointsPanel(SeenPanel):
                 "{plane} through {points}. Nothing is known of its error: state that of the "
                 "points, or give more of them.",
                 plane=plane, points=counted,
-            )  # fmt: skip
+            ) + _after(found)  # fmt: skip
         turn = found.dip_direction_error_deg
         said = tr(
             "{plane}: dip ± {dip:.1f}°, dip direction {turn} (95 % each); "
@@ -295,7 +295,7 @@ class ThreePointsPanel(SeenPanel):
         )
         if found.rms_m is not None:
             said += " " + tr("They lie {rms:.3g} m (RMS) off it.", rms=found.rms_m)
-        return said
+        return said + _after(found)
 
     def _refresh(self) -> None:
         studio = self._studio
@@ -359,6 +359,11 @@ class ThreePointsPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._background.close()
+
+
+def _after(found: ThreePoints) -> str:
+    """What makes the plane doubtful, after a space."""
+    return "".join(f" {warning}" for warning in found.warnings)
 
 
 def _read(path: Path) -> Array | VomError:

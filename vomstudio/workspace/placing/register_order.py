@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
+_LEAST_SIGMA = 1e-9
 BESIDE = "beside the model"
 """In place of a file of cameras or attitudes: the photos, where they are found."""
 
@@ -97,8 +98,8 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         from vomstudio.io.models.opening import read_model
 
         loaded = read_model(Path(asked.model), progress)
-    said: list[str] = []
-    evidence, crs = _evidence(asked, crs, loaded, said)
+    said, unused = list[str](), list[str]()
+    evidence, crs = _evidence(asked, crs, loaded, said, unused)
     fitted = _fitted(asked, evidence, loaded, crs, progress)
     if fitted is not None:
         crs = fitted.crs
@@ -109,6 +110,8 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
             failure.file = _pairs_file(asked)
+        if unused:
+            raise _by_unused(failure, unused, evidence) from failure
         raise
     warnings = [*said, *_said_of_move(found, loaded, crs), *found.warnings]
     for name, error in _bars_as_checks(evidence, found):
@@ -121,6 +124,14 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         )  # fmt: skip
     placed = replace(found, warnings=tuple(warnings))
     return Registered(placed, attitude_misses(evidence, found), loaded, crs, fitted)
+
+
+def _by_unused(failure: GeometryError, unused: Sequence[str], evidence: Evidence) -> GeometryError:
+    """A failure that follows from marks that were not used: these are its cause."""
+    why = failure.message
+    if evidence.too_few_alone:
+        why = tr("Three points at least are needed, each marked in two photos or more.")
+    return GeometryError(" ".join([*unused, why]), file=failure.file, field=failure.field)
 
 
 def _pairs_file(asked: RegisterOrder) -> str | None:
@@ -200,12 +211,19 @@ def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) ->
 
 
 def _evidence(
-    asked: RegisterOrder, crs: str | None, loaded: LoadedModel | None, said: list[str]
+    asked: RegisterOrder,
+    crs: str | None,
+    loaded: LoadedModel | None,
+    said: list[str],
+    unused: list[str],
 ) -> tuple[Evidence, str | None]:
+    """And the CRS. said : gets what was noticed; unused : which control points and marks were not
+    used, and why"""
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import said_of_area
     from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
+    from vomstudio.workspace.placing.marked_points import marked_pairs
 
     evidence = Evidence(without=tuple(asked.without), robust=asked.robust)
     evidence.scale = 1.0 if asked.keep_scale else None
@@ -224,9 +242,9 @@ def _evidence(
     if asked.pairs is not None:
         evidence.pairs = tables.read_pairs(asked.pairs)
     if asked.gcp is not None:
-        evidence.pairs, crs = _marked_pairs(
-            Path(asked.gcp), None if asked.marks is None else Path(asked.marks), evidence, crs, said
-        )
+        marks = None if asked.marks is None else Path(asked.marks)
+        evidence.pairs, crs = marked_pairs(Path(asked.gcp), marks, evidence, crs, unused)
+        said += unused
     if asked.scale_bars is not None:
         evidence.bars = tables.read_scale_bars(asked.scale_bars)
     if asked.horizon is not None:
@@ -387,7 +405,19 @@ def _segment(text: str, option: str) -> Segment:
     x1, y1, z1, x2, y2, z2, value, *sigma = cells
     if sigma and not sigma[0] > 0:
         raise UsageError(tr("An error must be positive. Correct it."), field=option)
+    _require_possible(sigma, option)
     return Segment((x1, y1, z1), (x2, y2, z2), value, sigma[0] if sigma else None)
+
+
+def _require_possible(sigma: Sequence[float], option: str) -> None:
+    if sigma and sigma[0] < _LEAST_SIGMA:
+        raise UsageError(
+            tr(
+                "Nothing is known as well as to {error:g}. Give a larger error, or none.",
+                error=sigma[0],
+            ),
+            field=option,
+        )
 
 
 def _numbers(text: str) -> list[float]:
@@ -415,41 +445,5 @@ def _level_line(text: str) -> LevelLine:
         raise UsageError(
             tr("The error of a level line must lie between 0 and 45 degrees."), field="--level"
         )
+    _require_possible(sigma, "--level")
     return LevelLine((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)
-
-
-def _marked_pairs(
-    control: Path, marks_file: Path | None, evidence: Evidence, crs: str | None, said: list[str]
-) -> tuple[Any, str | None]:
-    """Control points with the places on the model that their marks in the photos show."""
-    from vomstudio.io.control.control_files import (
-        agreed_crs,
-        marks_beside,
-        read_control,
-        read_marks,
-    )
-    from vomstudio.io.control.observation_tables import Pairs
-    from vomstudio.registration.evidence import marked_places
-
-    points = read_control(control)
-    crs = agreed_crs(control, crs)
-    marks = read_marks(marks_file or marks_beside(control))
-    evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
-    places = marked_places(evidence, evidence.marks, said)
-    seen = [p for p in points if p.label in places]
-    if unseen := [p.label for p in points if p.label not in places]:
-        said.append(
-            tr("Points with fewer than two right marks in photos of the model were not used: "
-               "{names}.", names=", ".join(unseen[:12]))
-        )  # fmt: skip
-    sigma = [[p.sigma_m or math.nan] * 3 for p in seen]
-    found = Pairs(
-        tuple(p.label for p in seen),
-        np.array([places[p.label] for p in seen]).reshape(-1, 3),
-        np.array([p.position for p in seen], np.float64).reshape(-1, 3),
-        np.array(sigma, np.float64).reshape(-1, 3),
-        np.array([p.check for p in seen], bool),
-    )
-    if evidence.pairs is not None:
-        found = evidence.pairs.with_more(found)
-    return found, crs

@@ -1,0 +1,74 @@
+"""Measured lengths that are not those which the control points give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vomstudio.errors import UsageError
+from vomstudio.io.control.observation_tables import Pairs, ScaleBar
+from vomstudio.registration.compass_evidence import Segment
+from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.length_evidence import said_of_lengths
+
+TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
+
+
+def survey(n: int, seed: int, noise: float, stated: bool = False) -> Pairs:
+    rng = np.random.default_rng(seed)
+    model = rng.uniform(-0.5, 0.5, (n, 3)) * [60.0, 40.0, 25.0]
+    world = model @ TURN.T + [576_700.0, 5_188_160.0, 160.0] + rng.normal(size=(n, 3)) * noise
+    sigma = np.full((n, 3), noise if stated else np.nan)
+    return Pairs(tuple(f"P{i}" for i in range(n)), model, world, sigma, np.zeros(n, bool))
+
+
+def length(pairs: Pairs, first: int, second: int) -> float:
+    return float(np.linalg.norm(pairs.world[first] - pairs.world[second]))
+
+
+@pytest.mark.parametrize(
+    ("n", "times", "said"),
+    [
+        *((n, 1 / 0.3048, "in feet") for n in (3, 4, 12)),
+        *((n, 100.0, "in centimetres") for n in (3, 8)),
+        (4, 1000.0, "millimetres"),
+        *((n, 1.2, "again") for n in (5, 8, 12)),
+    ],
+)
+def test_a_length_that_the_points_contradict_is_named(n: int, times: float, said: str) -> None:
+    pairs = survey(n, n, 0.02)
+    bars = [ScaleBar("P0", "P1", length(pairs, 0, 1) * times)]
+    told = register(Evidence(pairs=pairs, bars=bars)).warnings
+    assert any("P0 - P1" in one and said in one for one in told)
+    ends = tuple(pairs.model[0]), tuple(pairs.model[1])
+    line = Segment(*ends, length(pairs, 0, 1) * times)  # type: ignore[arg-type]
+    assert any(said in one for one in said_of_lengths([], [line], pairs))
+
+
+def test_sound_lengths_are_not_named() -> None:
+    """Two bars by a tape that is as good as it is taken to be, beside points of every number."""
+    rng = np.random.default_rng(4)
+    named = 0
+    for seed in range(300):
+        n = int(rng.integers(3, 13))
+        pairs = survey(n, seed, float(rng.choice([0.005, 0.05, 0.5])), bool(seed % 2))
+        true = [float(np.linalg.norm(pairs.model[i] - pairs.model[k])) for i, k in ((0, 1), (1, 2))]
+        bars = [
+            ScaleBar(f"P{i}", f"P{i + 1}", true[i] * (1 + 0.005 * rng.normal())) for i in range(2)
+        ]
+        named += bool(said_of_lengths(bars, [], pairs))
+    assert named <= 2
+
+
+def test_a_bar_whose_label_is_written_otherwise_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UsageError, match=r"p1 \(P1\?\)"):
+        register(Evidence(pairs=survey(4, 1, 0.02), bars=[ScaleBar("P0", "p1", 3.0)]))
+
+
+def test_several_lengths_of_one_unit_are_told_together() -> None:
+    pairs = survey(8, 1, 0.02)
+    bars = [ScaleBar(f"P{i}", f"P{i + 1}", length(pairs, i, i + 1) / 0.3048) for i in range(3)]
+    (said,) = said_of_lengths(bars, [], pairs)
+    assert "P0 - P1, P1 - P2, P2 - P3" in said
+    assert "feet" in said

@@ -1,0 +1,115 @@
+"""Marks that do not meet: by names, and by pixels that are counted otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.registration.marks.mark_checks import (
+    nearest,
+    require_pixels_of_photos,
+    said_of_names,
+)
+
+Array = npt.NDArray[np.float64]
+TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
+WIDTH, HEIGHT = 4000, 3000
+LENS = Intrinsics.pinhole(WIDTH, HEIGHT, 3200.0, 2000.0, 1500.0)
+
+
+def cameras(kind: str, rng: np.random.Generator) -> dict[str, View]:
+    """Six around a face, or six side by side that look the same way."""
+    views = {}
+    for number in range(6):
+        if kind == "arc":
+            angle = -0.8 + 0.32 * number
+            centre = np.array([4 + 14 * np.sin(angle), -14 * np.cos(angle), 2.0 + 0.3 * number])
+            forward = np.array([4.0, 2.0, 2.0]) + rng.normal(size=3) - centre
+        else:
+            centre = np.array([-1.0 + 2.0 * number, -14.0, 2.0]) + rng.normal(size=3) * 0.1
+            forward = np.array([0.0, 1.0, 0.0])
+        forward /= np.linalg.norm(forward)
+        right = np.cross(forward, [0, 0, 1.0])
+        right /= np.linalg.norm(right)
+        rotation = np.stack([right, np.cross(forward, right), forward])
+        name = f"IMG_{number:02d}.jpg"
+        views[name] = View(name, LENS, rotation, -rotation @ centre)
+    return views
+
+
+def survey(kind: str, seed: int, noise: float = 0.5, world_noise: float = 0.01):  # type: ignore[no-untyped-def]
+    """Cameras, marks and coordinates of eight points."""
+    rng = np.random.default_rng(seed)
+    views = cameras(kind, rng)
+    points = rng.uniform([1.0, -1.0, 0.0], [7.0, 4.0, 4.0], (8, 3))
+    there = 2.5 * points @ TURN.T + [398_000.0, 4_980_000.0, 320.0]
+    there += rng.normal(size=there.shape) * world_noise
+    marks = []
+    for name, view in views.items():
+        for number, (x, y) in enumerate(view.project(points) + rng.normal(size=(8, 2)) * noise):
+            if 0 < x < WIDTH and 0 < y < HEIGHT:
+                marks.append((f"P{number}", name, float(x), float(y)))
+    return views, marks, {f"P{i}": tuple(place) for i, place in enumerate(there)}
+
+
+@pytest.mark.parametrize("kind", ["arc", "strip"])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda x, y: (x / 2, y / 2), "multiplied by 2."),
+        (lambda x, y: (x * 2, y * 2), "multiplied by 0.5."),
+        (lambda x, y: (x * 0.3, y * 0.3), "multiplied by 3.3"),
+        (lambda x, y: (y, x), "column and row are exchanged"),
+        (lambda x, y: (x, HEIGHT - y), "from the lower edge"),
+        (lambda x, y: (WIDTH - x, y), "from the right edge"),
+        (lambda x, y: (WIDTH - x, HEIGHT - y), "turned by 180"),
+        (lambda x, y: (HEIGHT - y, x), "turned by 90"),
+        (lambda x, y: (y, WIDTH - x), "turned by 270"),
+        (lambda x, y: (x - WIDTH / 2, HEIGHT / 2 - y), "rows upward"),
+        (lambda x, y: (x - WIDTH / 2, y - HEIGHT / 2), "rows downward"),
+    ],
+)
+def test_pixels_that_are_counted_otherwise_are_named(
+    kind: str, change: Callable[[float, float], tuple[float, float]], said: str
+) -> None:
+    views, marks, world = survey(kind, 3)
+    wrong = [(label, photo, *change(x, y)) for label, photo, x, y in marks]
+    with pytest.raises(GeometryError, match="do not fit the photos") as failure:
+        require_pixels_of_photos(wrong, views, world)
+    assert said in failure.value.message
+
+
+@pytest.mark.parametrize("kind", ["arc", "strip"])
+def test_sound_marks_are_left_alone(kind: str) -> None:
+    """Set roughly, beside coordinates that are poor, with two of these exchanged."""
+    for seed in range(10):
+        views, marks, world = survey(kind, seed, 6.0 if seed % 2 else 1.0, 0.3)
+        world["P0"], world["P1"] = world["P1"], world["P0"]
+        require_pixels_of_photos(marks, views, world)
+
+
+def test_names_that_do_not_meet_are_told_with_the_nearest() -> None:
+    views, marks, _ = survey("arc", 1)
+    points = [f"P{i:02d}" for i in range(8)]
+    strange = [("P00", "DSC_00.jpg", 1.0, 1.0), *marks]
+    photos, labels, unseen = said_of_names(points, strange, views)
+    assert "DSC_00.jpg (IMG_00.jpg?)" in photos
+    assert "P0 (P00?)" in labels
+    assert "P07" in unseen
+    assert said_of_names([f"P{i}" for i in range(8)], marks, views) == []
+    once = [mark for mark in marks if mark[0] != "P3" or mark[1] == "IMG_02.jpg"]
+    (said,) = said_of_names([f"P{i}" for i in range(8)], once, views)
+    assert "one photo" in said
+    assert "P3" in said
+
+
+@pytest.mark.parametrize("name", ["p 7", "P07", "P_7", "P-007"])
+def test_the_nearest_label_differs_in_writing_only(name: str) -> None:
+    assert nearest(name, ["P1", "P7", "P70"]) == "P7"
+    assert nearest("Q9", ["P1", "P7"]) is None

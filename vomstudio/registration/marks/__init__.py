@@ -1,0 +1,1 @@
+"""Marks of points in photos: which contradict each other, and which meet nothing."""
