@@ -227,6 +227,37 @@ def test_a_rough_surface_that_is_one_plane_is_not_trimmed() -> None:
     assert sum(trims) <= 2
 
 
+@pytest.mark.parametrize(("share", "slope"), [(0.3, 1.0), (0.35, 0.2), (0.4, 0.1), (0.5, 0.2)])
+def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float) -> None:
+    rng = np.random.default_rng(11)
+    n, step = 100, 0.04
+    x = np.arange(n) * step
+    start = (1.0 - share) * n * step
+    heights = 0.002 * rng.standard_normal((n, n)) + slope * np.maximum(x - start, 0.0)
+    found = analyse(mesh_over(heights, step), noise_m=0.002)
+    assert found.trim is not None
+    assert found.trim.share == pytest.approx(share, abs=0.05)
+    normal = normal_of(found.trim.plane["dip_direction_deg"], found.trim.plane["dip_deg"])
+    bend = math.degrees(math.atan(slope))
+    off = angle_deg(normal, normal_of(*ATTITUDE))
+    assert min(off, abs(off - bend)) < 0.15
+    (said,) = (words for words in found.warnings if "two planes, " in words)
+    told = float(said.split("two planes, ")[1].split(" ")[0])
+    assert told == pytest.approx(bend, abs=0.3)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 0.8])
+def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> None:
+    rng = np.random.default_rng(12)
+    for _ in range(8):
+        assert where_it_holds(self_affine(72, exponent, rng), 0.0).other is None
+    y, x = np.mgrid[0:72, 0:72] / 72.0
+    for curve in (0.2 * x**2, 0.2 * (x**2 + y**2), 0.02 * np.sin(12.0 * x + 3.0 * y)):
+        found = where_it_holds(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
+        assert found.other is None
+        assert not found.trims
+
+
 def test_parts_of_a_model_and_what_is_refused() -> None:
     mesh = mesh_over(0.01 * np.random.default_rng(10).standard_normal((80, 80)), 0.05)
     middle = mesh.vertices.mean(axis=0)

@@ -23,13 +23,15 @@ from vomstudio.errors import GeometryError
 from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.geology.quality import follows_face, judge, total_error_deg
+from vomstudio.geology.profiles import DEFAULTS
+from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
 
 Array = npt.NDArray[np.float64]
 
 AUTO = "auto"
 """The cost that is named for the best of all."""
+_ALONG_FACE = float(np.cos(np.radians(DEFAULTS.surface_effect_deg)))
 _RANK = {"good": 0, "doubtful": 1, "poor": 2}
 
 
@@ -115,7 +117,8 @@ def rank_of(
         return (3, 90.0), None
     resolution = resolution_near(points)
     error = total_error_deg(fit, resolution)
-    if face_near is not None and follows_face(fit, face_near(points)):
+    face = None if face_near is None else face_near(points)
+    if face is not None and abs(float(fit.normal @ face)) > _ALONG_FACE:
         return (_RANK["poor"], 90.0), error
     verdict = judge(fit, resolution_m=resolution, outcrop_normal=None)
     return (_RANK[verdict.quality], 90.0 if error is None else error), error

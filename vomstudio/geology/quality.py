@@ -59,8 +59,7 @@ def wider_of(
     fit: PlaneFit, kind: Kind = "trace", resolution_m: float | None = None
 ) -> tuple[float | None, float | None]:
     """Largest and smallest half-angle of the figure a plane is judged by (see
-    `confidence_that_counts_deg`), for what follows from the plane. resolution_m : of the model, by
-    which a trace strays from its line."""
+    `confidence_that_counts_deg`), for what follows from the plane."""
     counts, smallest = confidence_that_counts_deg(fit, kind), fit.min_confidence95_deg
     if counts is None or smallest is None or fit.max_confidence95_deg is None:
         return None, None
@@ -72,11 +71,10 @@ def wider_of(
 def is_within_wander(fit: PlaneFit, kind: Kind, resolution_m: float | None) -> bool:
     """Whether a trace is no wider across its line than its points stray from a straight one on a
     model of this resolution, so that any plane through the line is possible."""
-    known = resolution_m is not None and resolution_m > 0.0
-    if kind != "trace" or not known or fit.trace is None or fit.extent is None:
+    spacing = resolution_m or 0.0
+    if kind != "trace" or not spacing > 0.0 or fit.trace is None or fit.extent is None:
         return False
-    assert resolution_m is not None
-    return within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, resolution_m)
+    return within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, spacing)
 
 
 def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
@@ -106,13 +104,10 @@ def total_error_deg(
 ) -> float | None:
     """The half-angle by which the verdict is decided: that of the fit (see
     `confidence_that_counts_deg`), no less than what the resolution can tilt, together with what
-    the model's registration can, 95 %; 90 degrees of a trace that is no wider than it strays. None
-    where the fit's is undefined."""
+    the model's registration can, 95 %. None where the fit's is undefined."""
     angle = confidence_that_counts_deg(fit, kind)
-    if angle is None:
-        return None
-    if is_within_wander(fit, kind, resolution_m):
-        return 90.0
+    if angle is None or is_within_wander(fit, kind, resolution_m):
+        return None if angle is None else 90.0
     own = max(angle, resolution_tilt_deg(fit, resolution_m) or 0.0)
     return min(float(np.hypot(own, registration_deg or 0.0)), 90.0) if registration_deg else own
 
@@ -242,16 +237,6 @@ def _by_shape(
     return poor, missed, notes + of_error
 
 
-def follows_face(
-    fit: PlaneFit, outcrop_normal: npt.ArrayLike | None, thresholds: Thresholds = DEFAULTS
-) -> bool:
-    """Whether the plane is that of the outcrop's face, normal (3,), within the surface effect."""
-    if outcrop_normal is None:
-        return False
-    angle = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
-    return angle is not None and angle < thresholds.surface_effect_deg
-
-
 def _of_face(
     fit: PlaneFit,
     kind: Kind,
@@ -340,9 +325,8 @@ def _of_direction(
     if is_within_wander(fit, kind, resolution_m):
         return poor, [
             tr(
-                "Across its line the trace is no wider than points stray from a straight line by "
-                "the resolution of the model, so any plane through that line is possible. Pick "
-                "where the trace cuts into the face."
+                "Across its line the trace is no wider than its points stray on this model, so any "
+                "plane through that line is possible. Pick where the trace cuts into the face."
             )
         ]
     if own > (confidence_that_counts_deg(fit, kind) or 0.0):

@@ -70,7 +70,7 @@ class FollowingTool(PolylineTool[F]):
         face = None if surface is None else surface.outcrop_normal(points)
         if face is not None:
             start, end = transform.apply(to_world, np.stack([np.zeros(3), face]))
-            face = end - start
+            face = (end - start) / np.linalg.norm(end - start)
         return rank_of(transform.apply(to_world, points), lambda _: resolution, lambda _: face)[0]
 
     @property

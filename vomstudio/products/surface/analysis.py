@@ -15,7 +15,7 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
-from vomstudio.geology.roughness.holding import where_it_holds
+from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -185,7 +185,8 @@ def analyse(
                count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS)
         )  # fmt: skip
     row = _row(fit, area, edge, model, frame, thresholds)
-    trim, holds = _trim(points, fit, deviations, plan, noise, edge, model, frame, thresholds)
+    found = where_it_holds(deviations, noise)
+    trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
     rough = _roughness(deviations, plan, plane, noise, edge)
     known = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
@@ -199,7 +200,7 @@ def analyse(
         cells=len(known),
         cell_m=plan.grid.gsd,
         trim=trim,
-        warnings=_warnings(rough["bent_share"], trim, known, noise),
+        warnings=_warnings(rough["bent_share"], trim, found, known, noise, plan.grid.gsd),
         deviations=deviations,
         plan=plan,
         at_points=(points - fit.centroid) @ plane.normal(),
@@ -254,7 +255,7 @@ def _trim(
     fit: PlaneFit,
     deviations: Array,
     plan: HeightPlan,
-    noise: float,
+    found: Holding,
     edge: float,
     model: str,
     frame: str,
@@ -263,7 +264,6 @@ def _trim(
     """What to leave out, and (n,) which points the plane holds for."""
     from scipy.ndimage import distance_transform_edt
 
-    found = where_it_holds(deviations, noise)
     if not found.trims:
         return None, np.ones(len(points), np.bool_)
     at = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
@@ -415,7 +415,14 @@ def _profiles(
     return tuple(made)
 
 
-def _warnings(bent_share: float, trim: Trim | None, known: Array, noise: float) -> tuple[str, ...]:
+def _warnings(
+    bent_share: float,
+    trim: Trim | None,
+    found: Holding,
+    known: Array,
+    noise: float,
+    cell: float,
+) -> tuple[str, ...]:
     said = []
     if trim is not None:
         said.append(
@@ -424,6 +431,21 @@ def _warnings(bent_share: float, trim: Trim | None, known: Array, noise: float) 
                 "turns by {turn:.1f} degrees.",
                 share=100.0 * trim.share,
                 turn=trim.turn_deg,
+            )
+        )
+    if trim is not None and found.other is not None:
+        one, other = (
+            np.array([-plane[1] / cell, -plane[2] / cell, 1.0])
+            for plane in (found.plane, found.other)
+        )
+        angle = math.atan2(float(np.linalg.norm(np.cross(one, other))), abs(float(one @ other)))
+        said.append(
+            tr(
+                "The patch consists of two planes, {angle:.1f} degrees apart: {share:.0f} % of it "
+                "lie in the larger one and {other:.0f} % in the other. Measure each on its own.",
+                angle=math.degrees(angle),
+                share=100.0 * (1.0 - trim.share),
+                other=100.0 * found.other_share,
             )
         )
     spread = 1.4826 * float(np.median(np.abs(known - np.median(known))))
