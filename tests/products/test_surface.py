@@ -201,6 +201,28 @@ def test_a_smooth_bend_has_no_exponent() -> None:
     assert "bent or smooth" in found.hurst_reason
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_grooves_of_one_wavelength_have_no_exponent(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[0:120, 0:120] * 0.03
+    heights = 0.02 * np.sin(2 * np.pi * (0.5 * x + 0.87 * y) / 0.4)
+    found = analyse(mesh_over(heights + 0.001 * rng.standard_normal(x.shape), 0.03), noise_m=0.001)
+    assert found.hurst is None
+    assert "a length of their own" in found.hurst_reason
+    assert found.smoothest is not None
+
+
+def test_an_exact_plane_is_answered_in_words() -> None:
+    rng = np.random.default_rng(0)
+    u, v = axes_of(*ATTITUDE)
+    found = analyse(PointCloud(rng.uniform(-2, 2, (8000, 2)) @ np.stack([u, v])))
+    assert found.hurst is None
+    assert found.smoothest is None
+    assert found.trim is None
+    for reason in (found.hurst_reason, found.smoothest_reason):
+        assert "flat to the last digit" in reason
+
+
 def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
     rng = np.random.default_rng(8)
     n, step = 120, 0.05

@@ -41,6 +41,8 @@ about a pixel, and an edge is some pixels long."""
 SHORTEST = 3.0
 """Edges of a mesh, spacings of a cloud: over less it is smooth whatever the rock is."""
 _SAMPLED = 500
+# Deviations below this many roundings of the largest coordinate and height are rounding.
+_ROUNDINGS = 16.0
 
 
 @dataclass(frozen=True)
@@ -187,7 +189,11 @@ def analyse(
     row = _row(fit, area, edge, model, frame, thresholds)
     found = where_it_holds(deviations, noise)
     trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
-    rough = _roughness(deviations, plan, plane, noise, edge)
+    rounding = _ROUNDINGS * max(
+        float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
+        for values in (points, heights)
+    )
+    rough = _roughness(deviations, plan, plane, noise, edge, rounding)
     known = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
     return SurfaceFigures(
@@ -287,15 +293,20 @@ def _trim(
 
 
 def _roughness(
-    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float
+    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float, rounding: float
 ) -> dict[str, Any]:
-    """bent_share, hurst, smoothest and their reasons."""
+    """bent_share, hurst, smoothest and their reasons. rounding : of the heights, m"""
     flat, bent = _without_bend(deviations)
     shortest = SHORTEST * edge
     made: dict[str, Any] = {
         "bent_share": bent, "hurst": None, "hurst_reason": None,
         "smoothest": None, "smoothest_reason": None,
     }  # fmt: skip
+    if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
+        reason = tr(
+            "The surface is flat to the last digit of its coordinates: there is no roughness on it."
+        )
+        return {**made, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
     found = increments.variations(deviations, plan.grid.gsd, shortest)
     if found is None:
         reason = tr(
@@ -319,6 +330,14 @@ def _roughness(
             "distances; what is smaller is the model's and not the rock's.",
             noise=noise,
         )
+    elif not whole.straight:
+        made["hurst_reason"] = tr(
+            "The deviations grow with the power {short:.2f} of short distances and {long:.2f} of "
+            "long ones, which no rough surface does that has one exponent: grooves, waves or steps "
+            "have a length of their own.",
+            short=whole.short,
+            long=whole.long,
+        )
     elif not whole.H + whole.error95 > 0.0 or not whole.H - whole.error95 < 1.0:
         made["hurst_reason"] = tr(
             "The deviations grow with the power {H:.2f} of the distance, which no rough surface "
@@ -333,7 +352,7 @@ def _roughness(
         made["hurst"] = Hurst(whole.H, whole.error95, whole.from_m, whole.to_m, each)
     straight = increments.variations(flat, plan.grid.gsd, shortest)
     line = None if straight is None else increments.smoothest(straight, noise)
-    if line is None:
+    if line is None or math.isnan(line.p):
         made["smoothest_reason"] = tr(
             "The surface does not stand out of the model's noise of {noise:.3g} m, so that no "
             "direction can be told.",
