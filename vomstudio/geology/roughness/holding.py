@@ -142,11 +142,12 @@ def _grown(
     columns: Array, z: Array, inside: Bools, noise: float
 ) -> tuple[Array, float, Bools] | None:
     """The plane of some cells, grown over all that lie within its scatter."""
-    plane, scatter = np.zeros(3), 0.0
+    plane: Array = np.zeros(3)
+    scatter = 0.0
     for _ in range(_ROUNDS // 2):
         if inside.sum() < 30:
             return None
-        plane = np.linalg.lstsq(columns[inside], z[inside], rcond=None)[0]
+        plane = np.asarray(np.linalg.lstsq(columns[inside], z[inside], rcond=None)[0])
         away = z - columns @ plane
         # What is exact to the digit scatters by rounding.
         scatter = max(_scatter(away[inside]), noise, 1e-9 * float(np.abs(z).max()))
