@@ -6,53 +6,68 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from types import FrameType
+from typing import Any
 
-_STOPPING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+from vomstudio.failures import asked_to_stop
+
+_STOPPING = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """`vomstudio` opens the window, `vomstudio COMMAND ...` works without one."""
     words = list(sys.argv[1:] if argv is None else argv)
-    taken = _hear_stop_signals()
+    before = _hear_stop_signals()
     try:
-        return _run(words, taken)
+        try:
+            return _run(words, before)
+        finally:
+            # The process that has nothing left but its exit code is not asked any more.
+            _leave(dict.fromkeys(before, signal.SIG_IGN) if argv is None else before)
     except KeyboardInterrupt:
         # Before the command could say so in the form that was asked for, or after it.
         print("vomstudio: Cancelled.", file=sys.stderr)
         return 130
     finally:
-        _leave(taken)
+        asked_to_stop.forget()
+        # An interruption that leaves code compiled from a text, as that of dataclasses is while
+        # modules are read, makes Python end itself by the signal in spite of the exit code, unless
+        # such code has run since.
+        exec("")
 
 
-def _hear_stop_signals() -> list[int]:
-    """From now on what asks the process to end raises KeyboardInterrupt, as Ctrl+C does: a command
-    is asked to end while its modules are read, too. Which of these signals it is."""
+def _hear_stop_signals() -> dict[int, Any]:
+    """From now on what asks the process to end raises KeyboardInterrupt and is remembered: a
+    command is asked to end while its modules are read, too. The handlers before, by signal; what
+    is ignored stays so."""
     if threading.current_thread() is not threading.main_thread():
-        return []
-    taken = [n for n in _STOPPING if signal.getsignal(n) is signal.SIG_DFL]
-    for number in taken:
-        signal.signal(number, _stop)
-    return taken
+        return {}
+    asked_to_stop.forget()
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    before = {n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in usual}
+    for number in before:
+        signal.signal(number, asked_to_stop.stop)
+    return before
 
 
-def _leave(taken: list[int]) -> None:
-    for number in taken:
-        signal.signal(number, signal.SIG_DFL)
+def _leave(handlers: dict[int, Any]) -> None:
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
-def _stop(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
-def _run(words: list[str], taken: list[int]) -> int:
-    """taken : signals that the window and the workers hear in ways of their own"""
+def _run(words: list[str], before: dict[int, Any]) -> int:
+    """before : handlers of the signals that the window and the workers hear in ways of their own"""
+    if words[:1] == ["--worker"]:
+        # Ctrl+C reaches every process of a terminal: whoever started the worker ends it.
+        _leave({number: signal.SIG_IGN for number in before if number == signal.SIGINT})
     from vomstudio.languages import use_users_language
 
     use_users_language()
-    if words[:1] in (["--worker"], ["--graphics"]):
-        _leave(taken)
+    if words[:1] == ["--graphics"]:
+        _leave(before)
     if words[:1] == ["--worker"]:
+        _leave({number: handler for number, handler in before.items() if number != signal.SIGINT})
         from vomstudio.jobs.worker import main as work
 
         return work()
@@ -68,7 +83,7 @@ def _run(words: list[str], taken: list[int]) -> int:
 
         log.start("command")
         return command_line(words)
-    _leave(taken)
+    _leave(before)
     from vomstudio.failures import crashes, exception_hooks
     from vomstudio.failures.error_collector import ERRORS
     from vomstudio.ui.shell.window_start import run_window

@@ -65,6 +65,28 @@ def test_without_places_there_is_no_spacing(run, write, tmp_path: Path) -> None:
     bare = "\n".join(",".join(line.split(",")[1:3]) for line in table().splitlines()[1:])
     found = run("sets", write(bare), "-o", tmp_path / "o.csv", "--json").json
     assert [s["spacing_m"] for s in found["sets"]] == [None, None]
+    assert not found["warnings"]
+
+
+def test_picks_of_which_only_the_place_is_known_are_said_to_be_counted_each(
+    run, write, tmp_path: Path
+) -> None:
+    head, *rows = table().splitlines()[1:]
+    # Beside each other by up to twenty metres, at planes a metre apart.
+    aside = [row.rsplit(",", 1) for row in rows]
+    wide = [
+        f"{start},{float(z) + CHANCE.uniform(0, 20):.3f}" if z else f"{start},"
+        for start, z in aside
+    ]
+    asked = ("-o", tmp_path / "o.csv", "--force", "--json")
+    found = run("sets", write("\n".join([head, *wide])), *asked).json
+    assert ["counted as a discontinuity of its own" in words for words in found["warnings"]] == [
+        True
+    ]
+    assert [s["p32_low95_1_per_m"] for s in found["sets"]] == [None, None]
+    told = run("sets", write(table()), *asked).json
+    assert not told["warnings"]
+    assert all(s["p32_low95_1_per_m"] < s["p32_high95_1_per_m"] for s in told["sets"])
 
 
 def test_other_delimiters_and_missing_headers(run, write, tmp_path: Path) -> None:

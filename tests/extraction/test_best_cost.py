@@ -62,6 +62,27 @@ def test_parts_that_do_not_hang_together_are_refused() -> None:
         follow_best(SurfaceGraph(PointCloud(points)), far, lambda _: 0.04)
 
 
+@pytest.mark.parametrize("cost", ["auto", "dark"])
+@pytest.mark.parametrize("mesh", [False, True])
+def test_a_line_on_a_flat_face_leaves_its_plane_open(mesh: bool, cost: str) -> None:
+    """Lightness leads away from a dark bed, along the face, whose plane is told exactly so."""
+    rng = np.random.default_rng(5)
+    count, held = 0, 0
+    while count < 2:
+        made = outcrop(rng, mesh=mesh, flat=True)
+        if made is None:
+            continue
+        found = followed_trace(
+            SurfaceGraph(made.data), made.way_points, cost=cost, resolution=made.spacing,
+            model="", frame="local",
+        )  # fmt: skip
+        assert found.plane is not None
+        count += 1
+        held += found.plane["quality"] == "poor" and found.plane["total95_deg"] > 60.0
+        held += found.band is not None and found.band.turn95_deg > 60.0
+    assert held == 4
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("mesh", [False, True])
 def test_the_stated_error_of_the_best_holds(mesh: bool) -> None:

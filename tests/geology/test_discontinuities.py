@@ -16,6 +16,7 @@ from vomstudio.geology.sets.discontinuities import (
     Pieces,
     arrange,
     on_scanline,
+    pieces_at,
     rests_on,
     split_by_position,
 )
@@ -199,6 +200,28 @@ def test_the_interval_of_area_per_volume_holds_it_in_95_percent() -> None:
         held += whole.p32_low95_1_per_m <= 1.0 <= whole.p32_high95_1_per_m
     # Four standard deviations of a binomial count about 95 %.
     assert abs(held / runs - 0.95) < 4 * math.sqrt(0.95 * 0.05 / runs)
+
+
+def test_picks_that_may_be_of_one_plane_have_no_interval() -> None:
+    """Three on each of ten planes a metre apart count as thirty, which no interval of thirty
+    planes at random may hide."""
+    chance = np.random.default_rng(6)
+    attitude = (100.0, 60.0)
+    normal, along = normal_of(*attitude), axes_of(*attitude)[0]
+    poles = -normal + math.radians(2.0) * chance.standard_normal((30, 3))
+    poles /= np.linalg.norm(poles, axis=1)[:, None]
+    on = np.repeat(np.arange(10), 3)[:, None] * normal
+    places = on + np.tile([-8.0, 0.0, 8.0], 10)[:, None] * (along + 0.01 * normal)
+    whole, found, _ = arrange("S1", normal, poles, pieces_at(places), None)
+    assert whole.discontinuities == len(found) == 30
+    assert whole.p32_1_per_m is not None
+    assert (whole.p32_low95_1_per_m, whole.p32_high95_1_per_m) == (None, None)
+    # What is known of the scatter joins them, and one pick on each plane tells it.
+    joined, _, _ = arrange("S1", normal, poles, flat_pieces(attitude, places, 1.0), None)
+    assert joined.p32_low95_1_per_m is not None
+    single, _, _ = arrange("S1", normal, poles[::3], pieces_at(places[::3]), None)
+    assert single.spacing_m == pytest.approx(1.0)
+    assert single.p32_low95_1_per_m is not None
 
 
 def test_one_face_is_told_from_several() -> None:

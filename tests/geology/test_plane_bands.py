@@ -52,6 +52,23 @@ def of_set(rng: np.random.Generator, mean: np.ndarray, sigma: float) -> np.ndarr
     return np.asarray(cosine * mean + np.sqrt(1.0 - cosine**2) * across)
 
 
+def test_a_line_on_a_flat_face_allows_any_turn_whatever_its_picks_stray() -> None:
+    """They stray by one spacing along the face z = 0 and hardly out of it."""
+    rng = np.random.default_rng(1)
+    held, any_turn = 0, 0
+    for _ in range(60):
+        picks = (
+            rng.normal(size=(20, 3)) * [0.0, 1.0, 0.1]
+            + [[1.0, 0.0, 0.0]] * np.linspace(0.0, 100.0, 20)[:, None]
+        )
+        band = band_of(fit_plane(picks), resolution_m=1.0)
+        turn = np.radians(rng.uniform(30.0, 150.0))
+        held += band is not None and bool(band.holds([[0.0, np.sin(turn), np.cos(turn)]])[0])
+        any_turn += band is not None and band.turn95_deg == 90.0
+    assert held >= 0.9 * 60
+    assert any_turn >= 0.9 * 60
+
+
 def test_a_trace_that_bends_has_a_plane_and_no_band() -> None:
     rng = np.random.default_rng(0)
     points = straight(rng, np.array([0.0, 0.6, 0.8]), bend=0.5)

@@ -118,6 +118,47 @@ def test_the_resolution_tilts_a_plane_by_half_a_spacing_over_its_width() -> None
     assert verdict(fit, resolution_m=0.3)[0] == "good"
 
 
+@pytest.mark.parametrize("n", [6, 9, 20, 100])
+def test_a_straight_line_picked_on_a_flat_face_leaves_its_plane_open(n: int) -> None:
+    """Picks stray by one spacing along the face, z = 0: their plane is that face, and says nothing
+    of the line's own, which is 30 degrees or more off it."""
+    rng = np.random.default_rng(n)
+    held, unexplained = 0, 0
+    for _ in range(60):
+        picks = np.column_stack([100.0 * rng.uniform(size=n), rng.normal(size=n), np.zeros(n)])
+        fit = fit_plane(picks + [[0.0, 0.0, 0.2]] * rng.normal(size=(n, 1)))
+        total = total_error_deg(fit, 1.0)
+        held += total is not None and total >= 60.0
+        found, reasons = verdict(fit, resolution_m=1.0, outcrop_normal=None)
+        unexplained += total == 90.0 and not (found == "poor" and reasons)
+    assert held >= 0.9 * 60
+    assert unexplained == 0
+
+
+def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing() -> None:
+    t = np.arange(101.0)
+
+    def wide(sigma: float, thin: int = 1) -> PlaneFit:
+        return fit_plane(
+            np.column_stack([t, np.sqrt(2.0) * sigma * np.sin(t), 0.01 * np.sin(2.7 * t)])[::thin]
+        )
+
+    assert total_error_deg(wide(0.8), 1.0) == 90.0
+    assert wider_of(wide(0.8), "trace", 1.0)[0] == 90.0
+    narrow = total_error_deg(wide(1.5), 1.0)
+    assert narrow is not None
+    assert narrow < 15.0
+    # Few picks may be wider by chance; points that lie much closer than the model's stray less.
+    assert total_error_deg(wide(1.2, 13), 1.0) == 90.0
+    assert total_error_deg(wide(3.0, 5), 4.0) == 90.0
+    dense = total_error_deg(wide(3.0), 4.0)
+    assert dense is not None
+    assert dense < 20.0
+    # A patch has no line that it could stray from, and without a resolution nothing is known.
+    assert total_error_deg(wide(0.8), 1.0, "patch") != 90.0
+    assert total_error_deg(wide(0.8), None) == wide(0.8).max_confidence95_deg
+
+
 @pytest.mark.parametrize("unknown", [None, 0.0, -1.0, float("nan")])
 def test_an_unknown_resolution_tilts_nothing(unknown: float | None) -> None:
     assert resolution_tilt_deg(GOOD, unknown) is None

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal as signals
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -40,3 +42,82 @@ def test_it_ends_in_a_sentence(module: str, signal: str) -> None:
     )
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "vomstudio: Cancelled.\n"
+
+
+def run_stopped(script: str, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-P", "-c", script, *words],
+        capture_output=True, text=True, check=False, timeout=120, preexec_fn=_hearing,
+    )  # fmt: skip
+
+
+FROM_A_TEXT = """
+import os, signal, sys
+import vomstudio.app
+
+class Asking:
+    def find_spec(self, name, path=None, target=None):
+        if name == "vomstudio.cli.info":
+            exec("os.kill(os.getpid(), signal.SIGINT)")  # as a dataclass that is being made
+
+sys.meta_path.insert(0, Asking())
+sys.argv = ["vomstudio", "info", "nothing.obj"]
+sys.exit(vomstudio.app.main())
+"""
+
+
+def test_an_interruption_of_code_from_a_text_ends_with_the_exit_code(tmp_path: Path) -> None:
+    """Python ends a module (-m) by the signal where one left such code, even though it was
+    caught."""
+    (tmp_path / "asking.py").write_text(FROM_A_TEXT)
+    paths = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
+    done = subprocess.run(
+        [sys.executable, "-m", "asking"],
+        capture_output=True, text=True, check=False, timeout=120, preexec_fn=_hearing,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "vomstudio: Cancelled.\n")
+
+
+SWALLOWED = """
+import os, signal, sys
+import vomstudio.app
+
+class Asking:
+    def find_spec(self, name, path=None, target=None):
+        if name == "{module}":
+            try:
+                os.kill(os.getpid(), signal.SIGINT)
+                for _ in range(1000):
+                    pass
+            except BaseException:  # as some libraries do
+                pass
+
+sys.meta_path.insert(0, Asking())
+sys.argv = ["vomstudio", *sys.argv[1:]]
+sys.exit(vomstudio.app.main())
+"""
+
+
+@pytest.mark.parametrize("module", ["vomstudio.cli.fit", "vomstudio.tables.fitted_planes"])
+def test_an_interruption_that_is_swallowed_is_remembered(module: str, tmp_path: Path) -> None:
+    points, out = tmp_path / "points.txt", tmp_path / "out.csv"
+    points.write_text("0 0 0\n1 0 0\n0 1 0\n1 1 0.01\n")
+    done = run_stopped(SWALLOWED.format(module=module), "fit", str(points), "-o", str(out))
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "vomstudio: Cancelled.\n")
+    assert not out.exists()
+
+
+AFTERWARDS = """
+import atexit, os, signal, sys
+import vomstudio.app
+
+atexit.register(os.kill, os.getpid(), signal.SIGINT)
+sys.argv = ["vomstudio", "--version"]
+sys.exit(vomstudio.app.main())
+"""
+
+
+def test_what_is_done_already_is_not_asked_to_end() -> None:
+    done = run_stopped(AFTERWARDS)
+    assert (done.returncode, done.stderr) == (0, "")

@@ -201,6 +201,28 @@ def test_a_smooth_bend_has_no_exponent() -> None:
     assert "bent or smooth" in found.hurst_reason
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_grooves_of_one_wavelength_have_no_exponent(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[0:120, 0:120] * 0.03
+    heights = 0.02 * np.sin(2 * np.pi * (0.5 * x + 0.87 * y) / 0.4)
+    found = analyse(mesh_over(heights + 0.001 * rng.standard_normal(x.shape), 0.03), noise_m=0.001)
+    assert found.hurst is None
+    assert "a length of their own" in found.hurst_reason
+    assert found.smoothest is not None
+
+
+def test_an_exact_plane_is_answered_in_words() -> None:
+    rng = np.random.default_rng(0)
+    u, v = axes_of(*ATTITUDE)
+    found = analyse(PointCloud(rng.uniform(-2, 2, (8000, 2)) @ np.stack([u, v])))
+    assert found.hurst is None
+    assert found.smoothest is None
+    assert found.trim is None
+    for reason in (found.hurst_reason, found.smoothest_reason):
+        assert "flat to the last digit" in reason
+
+
 def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
     rng = np.random.default_rng(8)
     n, step = 120, 0.05
@@ -225,6 +247,37 @@ def test_a_rough_surface_that_is_one_plane_is_not_trimmed() -> None:
     rng = np.random.default_rng(9)
     trims = [where_it_holds(self_affine(96, 0.5, rng), 0.0).trims for _ in range(20)]
     assert sum(trims) <= 2
+
+
+@pytest.mark.parametrize(("share", "slope"), [(0.3, 1.0), (0.35, 0.2), (0.4, 0.1), (0.5, 0.2)])
+def test_a_plane_of_the_larger_part_is_no_compromise(share: float, slope: float) -> None:
+    rng = np.random.default_rng(11)
+    n, step = 100, 0.04
+    x = np.arange(n) * step
+    start = (1.0 - share) * n * step
+    heights = 0.002 * rng.standard_normal((n, n)) + slope * np.maximum(x - start, 0.0)
+    found = analyse(mesh_over(heights, step), noise_m=0.002)
+    assert found.trim is not None
+    assert found.trim.share == pytest.approx(share, abs=0.05)
+    normal = normal_of(found.trim.plane["dip_direction_deg"], found.trim.plane["dip_deg"])
+    bend = math.degrees(math.atan(slope))
+    off = angle_deg(normal, normal_of(*ATTITUDE))
+    assert min(off, abs(off - bend)) < 0.15
+    (said,) = (words for words in found.warnings if "two planes, " in words)
+    told = float(said.split("two planes, ")[1].split(" ")[0])
+    assert told == pytest.approx(bend, abs=0.3)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 0.8])
+def test_rough_and_bent_surfaces_are_not_said_to_be_broken(exponent: float) -> None:
+    rng = np.random.default_rng(12)
+    for _ in range(8):
+        assert where_it_holds(self_affine(72, exponent, rng), 0.0).other is None
+    y, x = np.mgrid[0:72, 0:72] / 72.0
+    for curve in (0.2 * x**2, 0.2 * (x**2 + y**2), 0.02 * np.sin(12.0 * x + 3.0 * y)):
+        found = where_it_holds(curve + 0.002 * rng.standard_normal(x.shape), 0.002)
+        assert found.other is None
+        assert not found.trims
 
 
 def test_parts_of_a_model_and_what_is_refused() -> None:

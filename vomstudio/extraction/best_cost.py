@@ -4,9 +4,10 @@ anything known of the truth.
 What looks like the contact differs from place to place: a dark bed in the sun is an edge in the
 shade. A path along a contact that is there lies in one plane, within what the model resolves; one
 that has lost it wanders, which its own residuals tell. So the path whose plane is stated to be
-least off is the one with the strongest evidence. To take the best of several is a choice after the
-fact, which could make the stated error too small; simulation shows how often it holds
-(docs/plane_errors.md, Followed traces).
+least off is the one with the strongest evidence. A path that strays on a flat wall lies in the
+plane of that wall, the better the farther it strays: one whose plane is the outcrop's face comes
+last. To take the best of several is a choice after the fact, which could make the stated error too
+small; simulation shows how often it holds (docs/plane_errors.md, Followed traces).
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
 from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
 
@@ -29,6 +31,7 @@ Array = npt.NDArray[np.float64]
 
 AUTO = "auto"
 """The cost that is named for the best of all."""
+_ALONG_FACE = float(np.cos(np.radians(DEFAULTS.surface_effect_deg)))
 _RANK = {"good": 0, "doubtful": 1, "poor": 2}
 
 
@@ -38,6 +41,8 @@ class _Followed(Protocol):
 
 
 P = TypeVar("P", bound=_Followed)
+Face = Callable[[Array], Array | None]
+"""The normal (3,) of the outcrop's face around points (n, 3), World; None where it has none."""
 Rank = tuple[int, float]
 """What paths are ordered by: the verdict on the plane, and by how much it may be off, degrees."""
 
@@ -60,24 +65,26 @@ def follow_best(
     surface: SurfaceGraph,
     way_points: Array,
     resolution_near: Callable[[Array], float | None],
+    face_near: Face | None = None,
     *,
     whole: bool = False,
     costs: Sequence[str] | None = None,
 ) -> tuple[Path, str, tuple[Tried, ...]]:
     """The path through way-points (w, 3) by the best of the costs, its cost, and what was tried,
-    the best first. resolution_near : of the model around points (n, 3), World. Raises as
-    `Follower.follow`."""
+    the best first. resolution_near : of the model around points (n, 3), World; face_near : normal
+    of the outcrop's face there. Raises as `Follower.follow`."""
 
     def follow(cost: str) -> Path:
         return Follower(surface, cost).follow(way_points, whole=whole)
 
-    return best_of(costs or costs_of(surface), follow, resolution_near)
+    return best_of(costs or costs_of(surface), follow, resolution_near, face_near)
 
 
 def best_of(
     costs: Sequence[str],
     follow: Callable[[str], P],
     resolution_near: Callable[[Array], float | None],
+    face_near: Face | None = None,
 ) -> tuple[P, str, tuple[Tried, ...]]:
     """As `follow_best`, whatever follows. Raises GeometryError where none has a path."""
     found: list[tuple[Rank, int, P, Tried]] = []
@@ -88,7 +95,7 @@ def best_of(
         except GeometryError as error:
             failed = error
             continue
-        rank, error95 = rank_of(path.points, resolution_near)
+        rank, error95 = rank_of(path.points, resolution_near, face_near)
         found.append((rank, number, path, Tried(cost, error95)))
     if not found:
         assert failed is not None
@@ -99,7 +106,9 @@ def best_of(
 
 
 def rank_of(
-    points: Array, resolution_near: Callable[[Array], float | None]
+    points: Array,
+    resolution_near: Callable[[Array], float | None],
+    face_near: Face | None = None,
 ) -> tuple[Rank, float | None]:
     """By which a path (n, 3), World, is ordered, and the stated error of its plane."""
     try:
@@ -108,5 +117,8 @@ def rank_of(
         return (3, 90.0), None
     resolution = resolution_near(points)
     error = total_error_deg(fit, resolution)
+    face = None if face_near is None else face_near(points)
+    if face is not None and abs(float(fit.normal @ face)) > _ALONG_FACE:
+        return (_RANK["poor"], 90.0), error
     verdict = judge(fit, resolution_m=resolution, outcrop_normal=None)
     return (_RANK[verdict.quality], 90.0 if error is None else error), error

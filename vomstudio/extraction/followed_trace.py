@@ -107,7 +107,9 @@ def followed_trace(
     near = near_surface(surface)
     tried: tuple[Tried, ...] = ()
     if follower is None:
-        path, cost, tried = follow_best(surface, way_points, near.resolution_near, whole=True)
+        path, cost, tried = follow_best(
+            surface, way_points, near.resolution_near, near.outcrop_normal, whole=True
+        )
     else:
         path = follower.follow(way_points, whole=True)
     cost = called or cost

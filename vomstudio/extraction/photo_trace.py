@@ -92,8 +92,9 @@ def photo_trace(
     tried: tuple[Tried, ...] = ()
     if cost == AUTO:
         path, cost, tried = best_of(
-            OF_COLOURS, lambda one: follower.by(one).follow(pixels), near.resolution_near
-        )
+            OF_COLOURS, lambda one: follower.by(one).follow(pixels), near.resolution_near,
+            near.outcrop_normal,
+        )  # fmt: skip
     else:
         path = follower.follow(pixels)
     cost = called or cost

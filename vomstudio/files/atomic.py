@@ -16,6 +16,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from vomstudio.errors import TargetError, VomError
+from vomstudio.failures import asked_to_stop
 from vomstudio.files.disk_troubles import not_written, number_of_failure
 from vomstudio.files.inside import check_beside, check_in_project
 from vomstudio.words import tr
@@ -126,6 +127,7 @@ def atomic_group(
         for at in temporaries:
             _flush_to_disk(at)
         at = temporaries[0]
+        asked_to_stop.check()
         _put_in_place(temporaries, targets, key)
     except Exception as error:
         said = _of_the_disk(error, at, shown)

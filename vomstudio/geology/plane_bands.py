@@ -20,7 +20,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.populations.chances import f_tail
 from vomstudio.geology.profiles import DEFAULTS
-from vomstudio.geology.quality import resolution_tilt_deg, wider_of
+from vomstudio.geology.quality import is_within_wander, resolution_tilt_deg, wider_of
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import tr
@@ -137,7 +137,7 @@ def band_of(
     """
     if fit.error is not None or fit.trace is None or fit.n_effective is None:
         return None
-    largest, smallest = wider_of(fit)
+    largest, smallest = wider_of(fit, resolution_m=resolution_m)
     if largest is None or smallest is None:
         return None
     largest = max(largest, resolution_tilt_deg(fit, resolution_m) or 0.0)
@@ -149,7 +149,10 @@ def band_of(
     second = third * np.sqrt(l2 / l3) if l3 > 0.0 else third
     floor = 0.0
     if resolution_m is not None and fit.extent:
-        floor = float(np.arctan(0.5 * resolution_m / fit.extent))
+        # Half a spacing over the length; where the trace has no other width than its own wander,
+        # which goes to one side over long stretches, a whole one.
+        sways = 1.0 if is_within_wander(fit, "trace", resolution_m) else 0.5
+        floor = float(np.arctan(sways * resolution_m / fit.extent))
     turned = np.radians(registration_deg or 0.0)
     widths = [float(np.hypot(max(np.arctan(w), floor), turned)) for w in (second, third)]
     half = float(np.degrees(max(widths)))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.lines import LineFit
-from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.plane_sizes import PlaneSizes, within_wander
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import tr
@@ -55,7 +55,9 @@ def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | N
     return hyperbolic if confidence is None else max(confidence, hyperbolic)
 
 
-def wider_of(fit: PlaneFit, kind: Kind = "trace") -> tuple[float | None, float | None]:
+def wider_of(
+    fit: PlaneFit, kind: Kind = "trace", resolution_m: float | None = None
+) -> tuple[float | None, float | None]:
     """Largest and smallest half-angle of the figure a plane is judged by (see
     `confidence_that_counts_deg`), for what follows from the plane."""
     counts, smallest = confidence_that_counts_deg(fit, kind), fit.min_confidence95_deg
@@ -63,7 +65,16 @@ def wider_of(fit: PlaneFit, kind: Kind = "trace") -> tuple[float | None, float |
         return None, None
     if counts > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
         smallest = max(smallest, fit.min_angular_error_deg)
-    return counts, smallest
+    return 90.0 if is_within_wander(fit, kind, resolution_m) else counts, smallest
+
+
+def is_within_wander(fit: PlaneFit, kind: Kind, resolution_m: float | None) -> bool:
+    """Whether a trace is no wider across its line than its points stray from a straight one on a
+    model of this resolution, so that any plane through the line is possible."""
+    spacing = resolution_m or 0.0
+    if kind != "trace" or not spacing > 0.0 or fit.trace is None or fit.extent is None:
+        return False
+    return within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, spacing)
 
 
 def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
@@ -95,8 +106,8 @@ def total_error_deg(
     `confidence_that_counts_deg`), no less than what the resolution can tilt, together with what
     the model's registration can, 95 %. None where the fit's is undefined."""
     angle = confidence_that_counts_deg(fit, kind)
-    if angle is None:
-        return None
+    if angle is None or is_within_wander(fit, kind, resolution_m):
+        return None if angle is None else 90.0
     own = max(angle, resolution_tilt_deg(fit, resolution_m) or 0.0)
     return min(float(np.hypot(own, registration_deg or 0.0)), 90.0) if registration_deg else own
 
@@ -309,6 +320,13 @@ def _of_direction(
                 "model better.",
                 deg=_deg(registration_deg),
                 limit=limit,
+            )
+        ]
+    if is_within_wander(fit, kind, resolution_m):
+        return poor, [
+            tr(
+                "Across its line the trace is no wider than its points stray on this model, so any "
+                "plane through that line is possible. Pick where the trace cuts into the face."
             )
         ]
     if own > (confidence_that_counts_deg(fit, kind) or 0.0):

@@ -33,6 +33,25 @@ def resolution_tilt_deg(resolution: float, across: float) -> float:
     return math.degrees(math.atan2(0.5 * resolution, across))
 
 
+def within_wander(second: float, extent: float, n: int, resolution: float) -> bool:
+    """Whether a trace is no wider than one that strays from a straight line along a flat face:
+    such a width is no evidence of how its plane turns about the line.
+
+    second : variance of the n points along the second axis of their plane; extent : their length
+    Ours: points stray by one resolution, one sigma. On flat walls those of followed traces have
+    0.4 to 0.6, and 95 % of the traces less than 1 (tests/benchmarks/bench_followed.py); who picks
+    by hand hardly does better. Where points lie closer than half of it, as those of a photo's
+    pixels, they stray less, in the measure of their distance; but within half a resolution no model
+    tells a bend from a straight line.
+    """
+    free = max(n - 2.0, 1.0)
+    # Of few points the variance may be larger by chance: chi squared's 95 % by Wilson and Hilferty.
+    term = 2.0 / (9.0 * free)
+    chance = free * (1.0 - term + 1.645 * math.sqrt(term)) ** 3 / n
+    scale = min(max(2.0 * extent / max(n - 1, 1), 0.5 * resolution), resolution)
+    return second <= chance * scale**2
+
+
 def _confidence95_deg(spread: float, noise: float, free: float) -> float:
     """`plane_errors.confidence_axes_rad` for one round plane, without the libraries that it needs:
     the window starts with this module. Variances in the plane and across it."""

@@ -182,7 +182,9 @@ def inflate(
         q = _mixture_quantile(g, freedom, weight, free) * part
         q1[rows], q2[rows] = q
         # The number of independent points that would give the same limit.
-        effective[rows] = np.minimum(3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1]), dof[rows] + 3.0)
+        with np.errstate(divide="ignore"):  # q is 0 where nothing is off the plane
+            independent = 3.0 - 2.0 * LOG_LEVEL / np.log1p(q[1])
+        effective[rows] = np.minimum(independent, dof[rows] + 3.0)
     return q1, q2, effective, long
 
 

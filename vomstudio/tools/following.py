@@ -67,7 +67,11 @@ class FollowingTool(PolylineTool[F]):
         scale = transform.scale_of(to_world)
         near = None if surface is None else surface.resolution_near(points)
         resolution = None if near is None else scale * near
-        return rank_of(transform.apply(to_world, points), lambda _: resolution)[0]
+        face = None if surface is None else surface.outcrop_normal(points)
+        if face is not None:
+            start, end = transform.apply(to_world, np.stack([np.zeros(3), face]))
+            face = (end - start) / np.linalg.norm(end - start)
+        return rank_of(transform.apply(to_world, points), lambda _: resolution, lambda _: face)[0]
 
     @property
     def in_photos(self) -> bool:

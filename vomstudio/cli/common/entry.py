@@ -17,7 +17,10 @@ from vomstudio.cli.common.output import Channel, Output, stdout_kept, to_json
 from vomstudio.cli.common.own_options import OWN_OPTIONS, add_own_options, run_own_option
 from vomstudio.cli.common.stop_signals import stop_signals_heard
 from vomstudio.errors import Cancelled, InputError, VomError
-from vomstudio.failures import log  # noqa: F401 - without a log nothing of it reaches stderr
+from vomstudio.failures import (
+    asked_to_stop,
+    log,  # noqa: F401 - without a log nothing of it reaches stderr
+)
 from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.files import memory_limit
 from vomstudio.words import tr
@@ -62,7 +65,9 @@ def _run(words: list[str], channel: Channel) -> int:
                 warnings.simplefilter("ignore")
             check_first_word(words)
             args = _parser(words).parse_args(words)
+            asked_to_stop.check()
             args.run(args, output)
+            asked_to_stop.check()
         said = output.for_stdout()
     except HelpWanted as wanted:
         channel.write(f"{wanted}\n")

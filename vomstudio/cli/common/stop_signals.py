@@ -6,8 +6,9 @@ import contextlib
 import signal
 import threading
 from collections.abc import Iterator
-from types import FrameType
 from typing import Any
+
+from vomstudio.failures import asked_to_stop
 
 _NAMES = ("SIGTERM", "SIGHUP")
 
@@ -23,13 +24,9 @@ def stop_signals_heard() -> Iterator[None]:
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-            before[number] = signal.signal(number, _stop)
+            before[number] = signal.signal(number, asked_to_stop.stop)
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _stop(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt

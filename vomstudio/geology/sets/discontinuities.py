@@ -12,7 +12,7 @@ Tomas, Cano, Pastor & Abellan (2018, Rock Mechanics and Rock Engineering 51, 300
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -103,8 +103,10 @@ class Arrangement:
     spacing_ending_m : mean gap to the nearest piece of another one, for planes that end
     persistence_dip_m, persistence_strike_m, persistence_max_m : means; area_m2 : of all pieces
     p32_1_per_m : area per volume if planes reach past all others, p32_low95_1_per_m and
-        p32_high95_1_per_m its 95 % interval for places at random; p32_exposed_1_per_m : area of the
-        pieces in the volume that they span, which is the least it can be
+        p32_high95_1_per_m its 95 % interval for places at random, None where nothing but places is
+        known and several picks, each counted as a plane of its own, may be of one;
+        p32_exposed_1_per_m : area of the pieces in the volume that they span, which is the least it
+        can be
     rests_on : "one face" or "several faces", which the places of all planes together make
     """
 
@@ -187,7 +189,22 @@ def arrange(
         )
         found.append(made)
         shapes.append(shape)
-    return _arrangement(found, shapes, poles @ upward, rests_on), tuple(found), number
+    whole = _arrangement(found, shapes, poles @ upward, rests_on)
+    if not own.are_more_than_places and _may_be_fewer(offsets, own.places, upward, poles[known]):
+        whole = replace(whole, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
+    return whole, tuple(found), number
+
+
+def _may_be_fewer(offsets: Floats, places: Floats, normal: Floats, poles: Floats) -> bool:
+    """Whether some picks, of which nothing but places is known, may be of one plane: those next to
+    each other along the normal whose gap is no more than what planes that lean as the picks do make
+    of their distance along the set, 95 %."""
+    leans = np.sqrt(np.mean(np.maximum(1.0 - (poles @ normal) ** 2, 0.0)) / 2.0)
+    order = np.argsort(offsets, kind="stable")
+    step = np.diff(places[order], axis=0)
+    gaps = np.diff(offsets[order])
+    beside = np.linalg.norm(step - gaps[:, None] * normal, axis=1)
+    return bool((gaps < 2.0 * leans * beside).any())
 
 
 def rests_on(pieces: Pieces) -> str | None:

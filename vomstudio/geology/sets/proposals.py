@@ -199,7 +199,7 @@ def described(
     space. scanline : (2, 3) ends, m, only with pieces"""
     face = None if pieces is None else rests_on(pieces)
     of = np.array(found.assignment)
-    sets: list[ProposedSet] = []
+    sets: list[DescribedSet] = []
     all_: list[Discontinuity] = []
     ids = np.full(len(poles), "", dtype=object)
     for one in found.sets:
@@ -218,8 +218,24 @@ def described(
                 **{**vars(one), **vars(arrangement)}, fit=fit_of(poles[own]), scanline=line
             )
         )
-    told = ids.tolist() if pieces is not None and pieces.are_more_than_places else []
-    return replace(found, sets=tuple(sets), discontinuities=tuple(all_), discontinuity=tuple(told))
+    warnings, told = list(found.warnings), []
+    if pieces is not None and pieces.are_more_than_places:
+        told = ids.tolist()
+    elif any(one.p32_1_per_m is not None and one.p32_low95_1_per_m is None for one in sets):
+        warnings.append(
+            tr(
+                "Of the planes nothing but their places is known, so each pick is counted as a "
+                "discontinuity of its own, though several may be of one. Then the true spacing is "
+                "larger and P32 smaller; an interval of P32 is not given."
+            )
+        )
+    return replace(
+        found,
+        sets=tuple(sets),
+        discontinuities=tuple(all_),
+        discontinuity=tuple(told),
+        warnings=tuple(warnings),
+    )
 
 
 def fit_of(poles: Floats) -> SetFit:

@@ -15,7 +15,7 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
-from vomstudio.geology.roughness.holding import where_it_holds
+from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -41,6 +41,8 @@ about a pixel, and an edge is some pixels long."""
 SHORTEST = 3.0
 """Edges of a mesh, spacings of a cloud: over less it is smooth whatever the rock is."""
 _SAMPLED = 500
+# Deviations below this many roundings of the largest coordinate and height are rounding.
+_ROUNDINGS = 16.0
 
 
 @dataclass(frozen=True)
@@ -185,8 +187,13 @@ def analyse(
                count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS)
         )  # fmt: skip
     row = _row(fit, area, edge, model, frame, thresholds)
-    trim, holds = _trim(points, fit, deviations, plan, noise, edge, model, frame, thresholds)
-    rough = _roughness(deviations, plan, plane, noise, edge)
+    found = where_it_holds(deviations, noise)
+    trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
+    rounding = _ROUNDINGS * max(
+        float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
+        for values in (points, heights)
+    )
+    rough = _roughness(deviations, plan, plane, noise, edge, rounding)
     known = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
     return SurfaceFigures(
@@ -199,7 +206,7 @@ def analyse(
         cells=len(known),
         cell_m=plan.grid.gsd,
         trim=trim,
-        warnings=_warnings(rough["bent_share"], trim, known, noise),
+        warnings=_warnings(rough["bent_share"], trim, found, known, noise, plan.grid.gsd),
         deviations=deviations,
         plan=plan,
         at_points=(points - fit.centroid) @ plane.normal(),
@@ -254,7 +261,7 @@ def _trim(
     fit: PlaneFit,
     deviations: Array,
     plan: HeightPlan,
-    noise: float,
+    found: Holding,
     edge: float,
     model: str,
     frame: str,
@@ -263,7 +270,6 @@ def _trim(
     """What to leave out, and (n,) which points the plane holds for."""
     from scipy.ndimage import distance_transform_edt
 
-    found = where_it_holds(deviations, noise)
     if not found.trims:
         return None, np.ones(len(points), np.bool_)
     at = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
@@ -287,15 +293,20 @@ def _trim(
 
 
 def _roughness(
-    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float
+    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float, rounding: float
 ) -> dict[str, Any]:
-    """bent_share, hurst, smoothest and their reasons."""
+    """bent_share, hurst, smoothest and their reasons. rounding : of the heights, m"""
     flat, bent = _without_bend(deviations)
     shortest = SHORTEST * edge
     made: dict[str, Any] = {
         "bent_share": bent, "hurst": None, "hurst_reason": None,
         "smoothest": None, "smoothest_reason": None,
     }  # fmt: skip
+    if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
+        reason = tr(
+            "The surface is flat to the last digit of its coordinates: there is no roughness on it."
+        )
+        return {**made, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
     found = increments.variations(deviations, plan.grid.gsd, shortest)
     if found is None:
         reason = tr(
@@ -319,6 +330,14 @@ def _roughness(
             "distances; what is smaller is the model's and not the rock's.",
             noise=noise,
         )
+    elif not whole.straight:
+        made["hurst_reason"] = tr(
+            "The deviations grow with the power {short:.2f} of short distances and {long:.2f} of "
+            "long ones, which no rough surface does that has one exponent: grooves, waves or steps "
+            "have a length of their own.",
+            short=whole.short,
+            long=whole.long,
+        )
     elif not whole.H + whole.error95 > 0.0 or not whole.H - whole.error95 < 1.0:
         made["hurst_reason"] = tr(
             "The deviations grow with the power {H:.2f} of the distance, which no rough surface "
@@ -333,7 +352,7 @@ def _roughness(
         made["hurst"] = Hurst(whole.H, whole.error95, whole.from_m, whole.to_m, each)
     straight = increments.variations(flat, plan.grid.gsd, shortest)
     line = None if straight is None else increments.smoothest(straight, noise)
-    if line is None:
+    if line is None or math.isnan(line.p):
         made["smoothest_reason"] = tr(
             "The surface does not stand out of the model's noise of {noise:.3g} m, so that no "
             "direction can be told.",
@@ -415,7 +434,14 @@ def _profiles(
     return tuple(made)
 
 
-def _warnings(bent_share: float, trim: Trim | None, known: Array, noise: float) -> tuple[str, ...]:
+def _warnings(
+    bent_share: float,
+    trim: Trim | None,
+    found: Holding,
+    known: Array,
+    noise: float,
+    cell: float,
+) -> tuple[str, ...]:
     said = []
     if trim is not None:
         said.append(
@@ -424,6 +450,21 @@ def _warnings(bent_share: float, trim: Trim | None, known: Array, noise: float) 
                 "turns by {turn:.1f} degrees.",
                 share=100.0 * trim.share,
                 turn=trim.turn_deg,
+            )
+        )
+    if trim is not None and found.other is not None:
+        one, other = (
+            np.array([-plane[1] / cell, -plane[2] / cell, 1.0])
+            for plane in (found.plane, found.other)
+        )
+        angle = math.atan2(float(np.linalg.norm(np.cross(one, other))), abs(float(one @ other)))
+        said.append(
+            tr(
+                "The patch consists of two planes, {angle:.1f} degrees apart: {share:.0f} % of it "
+                "lie in the larger one and {other:.0f} % in the other. Measure each on its own.",
+                angle=math.degrees(angle),
+                share=100.0 * (1.0 - trim.share),
+                other=100.0 * found.other_share,
             )
         )
     spread = 1.4826 * float(np.median(np.abs(known - np.median(known))))
