@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vomstudio.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.evidence import Evidence
 from vomstudio.words import tr
@@ -43,7 +44,11 @@ def marked_pairs(
     evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
     known = {p.label: p.position for p in points}
     if evidence.views:
-        require_pixels_of_photos(evidence.marks, evidence.views, known)
+        try:
+            require_pixels_of_photos(evidence.marks, evidence.views, known)
+        except GeometryError as failure:
+            failure.file = str(path)
+            raise
         said += said_of_names(list(known), evidence.marks, evidence.views)
     used = [mark for mark in evidence.marks if mark[0] in known]
     places = marked_places(evidence, used, said)
