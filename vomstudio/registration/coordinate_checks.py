@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.registration.doubts.mirrors import fits_as_mirror
+from vomstudio.registration.doubts.orders import said_of_order
 from vomstudio.registration.observations import Points
 from vomstudio.registration.overlap import said_of_stretch
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
@@ -59,9 +61,12 @@ def doubts_about_points(control: Points, labels: Sequence[str], world: Array) ->
         return [*alike, *said_of_far(labels, world, far)]
     if level := said_of_one_height(control.model, control.world):
         return [*alike, *level]
+    if fits_as_mirror(control.model, control.world):
+        # It is said of where they are placed; of columns of a mirror image any reading may fit.
+        return alike
     readings = said_of_readings(control.model, control.world, mirrors=False)
     those = (control.labels, control.model, control.world)
-    readings = readings or said_of_exchanged_labels(*those) or said_of_shifted_labels(*those)
+    readings = readings or said_of_exchanged_labels(*those) or said_of_order(*those)
     return [*alike, *readings]
 
 
@@ -193,37 +198,6 @@ def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) 
             second=labels[best[2]],
             after=best[0],
             before=given,
-        )
-    ]
-
-
-def said_of_shifted_labels(labels: Sequence[str], model: Array, world: Array) -> list[str]:
-    """Of rows whose coordinates are those of another row throughout: some rows on, or in the
-    reverse order, as when a point was added to one of two lists."""
-    n = len(labels)
-    if not _FEWEST <= n <= _MOST:
-        return []
-    given = _rms(model, world)
-    if given is None or given < _FITS * _reach(world):
-        return []
-    rows = np.arange(n)
-    orders = [np.roll(rows, -k) for k in range(1, n)]
-    orders += [np.roll(rows[::-1], k) for k in range(n)]
-    misses = [_rms(model, world[order]) for order in orders]
-    known = [np.inf if miss is None else miss for miss in misses]
-    best = int(np.argmin(known))
-    miss = known[best]
-    if miss > _MUCH_BETTER * given:
-        return []
-    return [
-        tr(
-            "The points look numbered in another order: they would fit within {after:.2g} m "
-            "instead of {before:.2g} m if {first} had the coordinates of {second}, and so on. "
-            "Compare both lists.",
-            after=miss,
-            before=given,
-            first=labels[0],
-            second=labels[int(orders[best][0])],
         )
     ]
 

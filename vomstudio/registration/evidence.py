@@ -54,6 +54,8 @@ from vomstudio.registration.coordinate_checks import (
     said_of_readings,
     said_of_views,
 )
+from vomstudio.registration.doubts.mirrors import fits_as_mirror
+from vomstudio.registration.doubts.orders import said_of_order
 from vomstudio.registration.length_evidence import kept_scale, lengths_of
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
 from vomstudio.registration.observations import (
@@ -114,6 +116,8 @@ class Evidence:
     """Metres per unit of the model, where that is known beforehand and kept."""
     robust: bool = False
     """Whether what cannot be right beside the others is left out."""
+    up: Array | None = None
+    """(3,) What points up in the model's own frame, where that is known."""
 
     @property
     def empty(self) -> bool:
@@ -178,7 +182,9 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.scale is not None:
         kinds += kept_scale(evidence.scale, kinds, extent)
     try:
-        placed = (place_robustly if evidence.robust else place)(kinds, check, extent)
+        placed = (place_robustly if evidence.robust else place)(
+            kinds, check, extent, up=evidence.up, doubted=doubted
+        )
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
         raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
@@ -337,8 +343,12 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
         raise GeometryError(" ".join([*degrees, line]))
     used = ~far
     near = np.flatnonzero(used)
-    if len(near) >= 3:
-        said += said_of_readings(model[near], world[near])
+    ordered = said_of_order([labels[i] for i in near], model[near], world[near], photos=True)
+    said += ordered
+    # Where all are read wrongly none of them is worse than the others.
+    whole = bool(ordered) or fits_as_mirror(model[near], world[near])
+    if len(near) >= 3 and not whole:
+        said += said_of_readings(model[near], world[near], mirrors=False)
         known = sigma[near][np.isfinite(sigma[near])]
         floor = 3 * float(known.max()) if len(known) else 0.0
         # On a line no turn about it tells right ones from wrong ones.

@@ -13,8 +13,15 @@ from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.agreement import compass_turn, said_of_disagreement
-from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out, left_out
+from vomstudio.registration.blunders import (
+    Blunder,
+    Without,
+    find_blunders,
+    leave_one_out,
+    left_out,
+)
 from vomstudio.registration.combined import Combined
+from vomstudio.registration.doubts.mirrors import said_of_mirrors, said_of_tipping
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
 from vomstudio.registration.observations import Observed, Points
@@ -23,7 +30,6 @@ from vomstudio.registration.remarks import (
     said_of_bowing,
     said_of_errors,
     said_of_fit,
-    said_of_mirrors,
     said_of_points,
     said_of_without,
 )
@@ -63,11 +69,16 @@ def place(
     kinds: Sequence[Observed],
     check: Points | None = None,
     extent: Array | None = None,
+    *,
+    up: Array | None = None,
+    doubted: bool = False,
 ) -> Placed:
     """The registration by everything that is known.
 
     check : points that judge it and take no part
     extent : (n, 3) points of the model that show how far it reaches; None to take those given
+    up : (3,) in the model's frame, where that is known beforehand
+    doubted : something was said of the values that is to be mended before more is measured
     Raises GeometryError where nothing is given, and for too few points, or points on a line, with
     nothing else.
     """
@@ -91,17 +102,16 @@ def place(
     if turned is not None:
         # Readings that are all off alike are none of them wrong beside the others.
         by = adjust(judged, centre, size)
-    blunders = find_blunders(judged, by, centre, size)
-    without = leave_one_out(judged, by, centre, size)
-    if without and without[0].suspect:
-        blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
+    mirrors = said_of_mirrors(points)
+    blunders, without = _wrong(judged, by, centre, size, mirrored=bool(mirrors))
     control = _residuals(points, found.fit)
     checked = _residuals(check, found.fit)
     rotation, rotation95 = _rotation_errors(found, known)
     scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
     named = [
         *(said_of_without(without) or said_of_blunders(judged, blunders, by, centre, size)),
-        *said_of_mirrors(points, found.fit),
+        *mirrors,
+        *said_of_tipping(found.fit.rotation, up, None if mirrors else points),
     ]
     warnings = [
         *named,
@@ -109,7 +119,7 @@ def place(
         *said_of_disagreement(kinds, centre, size),
         *([] if turned is None else [turned.in_words()]),
         *said_of_points(control, checked, points),
-        *said_of_errors(rotation, scale95, known, points, named=bool(named)),
+        *said_of_errors(rotation, scale95, known, points, named=doubted or bool(named)),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)
@@ -142,15 +152,18 @@ def place_robustly(
     kinds: Sequence[Observed],
     check: Points | None = None,
     extent: Array | None = None,
+    *,
+    up: Array | None = None,
+    doubted: bool = False,
 ) -> Placed:
     """The registration without what cannot be right beside the others, which is named all the same.
     Raises GeometryError as `place` does."""
-    first = place(kinds, check, extent)
+    first = place(kinds, check, extent, up=up, doubted=doubted)
     if not first.blunders:
         return first
     labels = [blunder.label for blunder in first.blunders]
     rest, judges = left_out(kinds, check, labels)
-    placed = place(rest, judges, extent)
+    placed = place(rest, judges, extent, up=up, doubted=doubted)
     said = tr(
         "{labels} cannot be right beside the others and took no part. Look the values up.",
         labels=", ".join(blunder.in_words() for blunder in first.blunders),
@@ -160,6 +173,18 @@ def place_robustly(
         blunders=(*first.blunders, *placed.blunders),
         warnings=(said, *placed.warnings),
     )
+
+
+def _wrong(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, *, mirrored: bool
+) -> tuple[list[Blunder], list[Without]]:
+    """What cannot be right beside the others, and what a few directions are worth one by one."""
+    # What is mirrored fits nowhere, and no single one is wrong.
+    blunders = [] if mirrored else find_blunders(kinds, found, centre, size)
+    without = leave_one_out(kinds, found, centre, size)
+    if without and without[0].suspect:
+        blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
+    return blunders, without
 
 
 def _shape(

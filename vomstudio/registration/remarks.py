@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
@@ -18,7 +17,6 @@ from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fi
 from vomstudio.registration.observations import Directions, Lengths, Observed, Points
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
 from vomstudio.registration.scatter import scale_warning
-from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -400,26 +398,3 @@ def said_of_lens_bend(
             )
         )
     return said
-
-
-def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:
-    """Whether points that fit badly are a mirror image of the others."""
-    if points is None or len(points.labels) < 4:
-        return []
-    a, b = points.model, points.world
-    left = float(((fit(a) - b) ** 2).sum())
-    over = float(((b - b.mean(axis=0)) ** 2).sum())
-    flipped = a * [1.0, 1.0, -1.0]
-    try:
-        again = fit_similarity(flipped, b)
-    except GeometryError:
-        return []
-    if left > 1e-6 * over and float(((again(flipped) - b) ** 2).sum()) < 0.01 * left:
-        return [
-            tr(
-                "The points fit as a mirror image: two axes of one of the frames are exchanged, "
-                "or one runs the other way. Exchange the columns of easting and northing, or give "
-                "heights instead of depths."
-            )
-        ]
-    return []

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 BESIDE = "beside the model"
 """In place of a file of cameras or attitudes: the photos, where they are found."""
+# Formats of surveys, whose z is a height even where they name no system.
+_SURVEYED = (".las", ".laz", ".tif", ".tiff")
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         loaded = read_model(Path(asked.model), progress)
     said: list[str] = []
     evidence, crs = _evidence(asked, crs, loaded, said)
+    evidence.up = None if loaded is None else _up(loaded)
     fitted = _fitted(asked, evidence, loaded, crs, progress)
     if fitted is not None:
         crs = fitted.crs
@@ -185,6 +188,15 @@ def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
     from vomstudio.registration.surface_points import some_points
 
     return some_points(loaded.data)
+
+
+def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
+    """(3,) What is up in the model, where its file says so, or its format is for surveys alone."""
+    from vomstudio.workspace.models import frame_of
+
+    surveyed = loaded.path.suffix.casefold() in _SURVEYED
+    known = surveyed or frame_of(loaded.path, loaded.crs).has_up
+    return np.array([0.0, 0.0, 1.0]) if known else None
 
 
 def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[str]:
