@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.registration.doubts.heights import said_of_one_height
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
 from vomstudio.registration.doubts.orders import said_of_order
 from vomstudio.registration.observations import Points
@@ -108,22 +109,6 @@ def said_of_one_place(labels: Sequence[str], world: Array) -> list[str]:
     ]
 
 
-def said_of_one_height(model: Array, world: Array) -> list[str]:
-    """Of points that were all given one height, which the model contradicts."""
-    if len(world) < 4 or np.ptp(world[:, 2]) > 0.0:
-        return []
-    miss = _rms(model, world)
-    if miss is None or miss < _FITS * _reach(world):
-        return []
-    return [
-        tr(
-            "All heights are {height:g}, and on the model the points do not lie in one plane: "
-            "heights that were not measured tilt the model. Give the heights of the points.",
-            height=float(world[0, 2]),
-        )
-    ]
-
-
 # --- single ones ------------------------------------------------------------------------------
 def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
     """(n,) which of the points (n, 3) are in another place than most are, by far."""
@@ -203,14 +188,15 @@ def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) 
 
 
 # --- all of them ------------------------------------------------------------------------------
-def said_of_degrees(world: Array) -> list[str]:
-    """Of x and y that are degrees."""
+def said_of_degrees(world: Array, *, apart_m: float = 0.0) -> list[str]:
+    """Of x and y that are degrees. apart_m : as metres they are not nearer to each other"""
     if len(world) < 3:
         return []
     reach = np.ptp(world, axis=0)
+    across = float(max(reach[:2]))
     for x, y, exchanged in ((0, 1, False), (1, 0, True)):
         inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
-        if inside and max(reach[:2]) < 1.0 and reach[2] > 100 * max(reach[:2]):
+        if inside and (0.0 < across < apart_m or (across < 1.0 and reach[2] > 100 * across)):
             return [
                 tr(
                     "x and y look like degrees, latitude before longitude, beside heights in "

@@ -123,11 +123,8 @@ def place(
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)
-    matrix = np.eye(4)
-    matrix[:3, :3] = found.fit.scale * found.fit.rotation
-    matrix[:3, 3] = found.fit.translation
     return Placed(
-        matrix=matrix,
+        matrix=_matrix(found.fit),
         scale=found.fit.scale,
         control=control,
         check=checked,
@@ -185,6 +182,13 @@ def _wrong(
     if without and without[0].suspect:
         blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
     return blunders, without
+
+
+def _matrix(fit: Similarity) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, :3] = fit.scale * fit.rotation
+    matrix[:3, 3] = fit.translation
+    return matrix
 
 
 def _shape(
