@@ -144,6 +144,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     check = None
     if evidence.pairs is not None:
         control, check = _pairs(evidence.pairs)
+        said += evidence.pairs.notes
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
         every = evidence.pairs
@@ -312,6 +313,7 @@ def _cameras(evidence: Evidence, said: list[str], doubts: list[str]) -> Points:
     """said : gets all that is to be known of them, doubts : that which looks wrong"""
     positions = evidence.positions
     assert positions is not None
+    said += positions.notes
     own = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
     rows, names = _found(evidence, own, positions.photos, "--cameras", said)
     world = positions.places[rows].copy()

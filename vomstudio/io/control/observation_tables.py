@@ -40,6 +40,7 @@ class Pairs:
     """n points of the model with their coordinates.
 
     model, world : (n, 3); sigma : (n, 3) metres, NaN where not stated; check : (n,) they judge only
+    notes : what was remarkable in reading them
     """
 
     labels: tuple[str, ...]
@@ -47,6 +48,7 @@ class Pairs:
     world: Array
     sigma: Array
     check: npt.NDArray[np.bool_]
+    notes: tuple[str, ...] = ()
 
     def with_more(self, other: Pairs) -> Pairs:
         """These and others. Raises UsageError where a label is in both."""
@@ -60,6 +62,7 @@ class Pairs:
             np.concatenate([self.world, other.world]),
             np.concatenate([self.sigma, other.sigma]),
             np.concatenate([self.check, other.check]),
+            (*self.notes, *other.notes),
         )
 
 
@@ -91,6 +94,7 @@ class Positions:
     heights: tuple[str, ...] = ()
     file: Path | None = None
     line: int | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +139,7 @@ def read_pairs(path: str | Path) -> Pairs:
     world = table.columns(WORLD, ("x", "y", "z"))
     table.require_places(world)
     uses = table.uses()
-    return Pairs(labels, model, world, table.sigma(), uses)
+    return Pairs(labels, model, world, table.sigma(), uses, table.notes)
 
 
 def read_points(path: str | Path) -> Pairs:
@@ -193,7 +197,7 @@ def read_positions(path: str | Path) -> Positions:
     if not degrees:
         table.require_places(places)
     crs = _crs_in(table.table.comments)
-    return Positions(photos, places, degrees, table.sigma(), crs, file=path)
+    return Positions(photos, places, degrees, table.sigma(), crs, file=path, notes=table.notes)
 
 
 def _crs_in(comments: Sequence[str]) -> str | None:
