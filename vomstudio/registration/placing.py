@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry.places import why_no_error
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.agreement import compass_turn, said_of_disagreement
 from vomstudio.registration.blunders import (
@@ -24,7 +25,7 @@ from vomstudio.registration.combined import Combined
 from vomstudio.registration.doubts.mirrors import said_of_mirrors, said_of_tipping
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
-from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.observations import KeptScale, Observed, Points
 from vomstudio.registration.remarks import (
     said_of_blunders,
     said_of_bowing,
@@ -48,7 +49,7 @@ from vomstudio.registration.similarity import (
     jacobian,
     nearly_on_a_line,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
@@ -59,6 +60,15 @@ _UNKNOWN_SCALE = 0.5
 # An unknown turn that is the same all around reaches this far into each axis.
 _INTO = 0.05
 _WORTH = 0.8
+_ONE_IN_WORLD = to_translate(
+    "All points have the same coordinates, by which nothing can be placed. Give those of each."
+)
+_ONE_ON_MODEL = to_translate(
+    "All points are at the same place on the model, by which nothing can be placed. Give that of "
+    "each."
+)
+# One sigma, metres or rad; those that people state are held within narrower limits.
+_ERRORS = 1e-9, 1e9
 # Times the error of points, as it is stated or as residuals show it, that they must be off their
 # line. What is noise alone is off by 1.4 times that, which by four points looks like a tenth in one
 # set of thousands.
@@ -92,6 +102,7 @@ def place(
             )
         )
     points = next((kind for kind in kinds if isinstance(kind, Points)), None)
+    _require_values(kinds)
     if points is not None and len(kinds) == 1:
         _require_enough(points)
     centre, size = _extent(kinds, extent)
@@ -213,6 +224,21 @@ def _require_enough(points: Points) -> None:
                 "one beside it."
             )
         )
+
+
+def _require_values(kinds: Sequence[Observed]) -> None:
+    """Raises GeometryError for points that are all one, and for errors that nothing has."""
+    for kind in kinds:
+        if isinstance(kind, Points) and len(kind.labels) > 1:
+            for places, said in ((kind.world, tr(_ONE_IN_WORLD)), (kind.model, tr(_ONE_ON_MODEL))):
+                if float(np.ptp(places, axis=0).max()) <= 1e-12 * float(np.abs(places).max()):
+                    raise GeometryError(said)
+        sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
+        wrong = np.isfinite(sigma) & ~((sigma >= _ERRORS[0]) & (sigma <= _ERRORS[1]))
+        if wrong.any() and not isinstance(kind, Combined | KeptScale):
+            label = kind.labels[int(np.argwhere(wrong)[0, 0])]
+            said = why_no_error(float(sigma[wrong][0]))
+            raise GeometryError(f"{label}: {said}")
 
 
 def _off_their_line(points: Points) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.geometry.places import why_no_coordinate, why_no_error
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.commented_rows import said_of_commented
 from vomstudio.io.text.rows import DECIMAL_COMMAS, parse_number, shortened
@@ -143,6 +143,9 @@ class NamedTable:
         values = np.asarray(self.table.numbers([which])[:, 0], np.float64)
         for row in np.flatnonzero(values <= 0):
             raise self.at(int(row), tr("An accuracy must be positive. Correct it."), called)
+        for row, value in enumerate(values.tolist()):
+            if (said := why_no_error(value)) is not None:
+                raise self.at(row, said, called)
         return values
 
     def sigma(self) -> Array:

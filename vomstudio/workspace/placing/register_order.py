@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import LevelLine
@@ -363,6 +364,8 @@ def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) 
             tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
             field=option,
         )
+    if option == "--north-sigma" and value:
+        _require_error([value], option)
     return value
 
 
@@ -399,7 +402,15 @@ def _segment(text: str, option: str) -> Segment:
     x1, y1, z1, x2, y2, z2, value, *sigma = cells
     if sigma and not sigma[0] > 0:
         raise UsageError(tr("An error must be positive. Correct it."), field=option)
+    _require_error(sigma, option)
     return Segment((x1, y1, z1), (x2, y2, z2), value, sigma[0] if sigma else None)
+
+
+def _require_error(sigma: Sequence[float], option: str) -> None:
+    """Raises UsageError for an error that nothing has. sigma : one at most"""
+    for value in sigma:
+        if (said := why_no_error(value)) is not None:
+            raise UsageError(said, field=option)
 
 
 def _numbers(text: str) -> list[float]:
@@ -427,6 +438,7 @@ def _level_line(text: str) -> LevelLine:
         raise UsageError(
             tr("The error of a level line must lie between 0 and 45 degrees."), field="--level"
         )
+    _require_error(sigma, "--level")
     return LevelLine((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)
 
 
