@@ -34,13 +34,13 @@ def told(model: Array, world: Array) -> tuple[str, list[str]]:
 
 def test_sound_positions_are_not_doubted() -> None:
     alarms = 0
-    for seed in range(60):
+    for seed in range(24):
         model, world = cameras(seed, noise=float(1 + seed % 5))
         if seed % 3 == 0:  # from above, at one height by the barometer
             model[:, 2] = 40.0 + np.random.default_rng(seed).normal(size=12) * 0.3
             world[:, 2] = 360.0
         alarms += bool(told(model, world)[0])
-    assert alarms <= 1
+    assert alarms == 0
 
 
 @pytest.mark.parametrize("height", [0.0, 330.0])

@@ -15,13 +15,13 @@ from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geometry.places import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.coordinate_checks import (
-    far_from_others,
+    said_of_apart,
     said_of_degrees,
-    said_of_far,
     said_of_readings,
 )
-from vomstudio.registration.doubts.heights import said_of_one_height
+from vomstudio.registration.doubts.heights import said_of_no_heights, said_of_one_height
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
+from vomstudio.registration.doubts.mixed import said_of_mixed
 from vomstudio.registration.doubts.orders import said_of_order
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
@@ -309,16 +309,17 @@ def cameras_that_fit(
     sigma: Array,
     *,
     alone: bool,
+    crs: str | None = None,
 ) -> tuple[Points, list[str], list[str]]:
     """Those that can be right beside the others; what they look like that is wrong; and which were
     left out.
 
-    model, world, sigma : (n, 3); alone : nothing else places the model
+    model, world, sigma : (n, 3); alone : nothing else places the model; crs : of World
     Raises GeometryError for positions that place nothing.
     """
     require_apart(world)
-    far = far_from_others(world)
-    wrong = said_of_far(labels, world, far)
+    wrong, far = said_of_apart(labels, model, world, crs)
+    wrong = said_of_no_heights(labels, model, world) or wrong
     used = ~far
     near = np.flatnonzero(used)
     one_line = nearly_on_a_line(model[near]) or nearly_on_a_line(world[near])
@@ -356,7 +357,8 @@ def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[str
     said = said_of_one_height(model, world) or said_of_order(labels, model, world, photos=True)
     if said or fits_as_mirror(model, world):
         return said, True
-    return said_of_readings(model, world, mirrors=False), False
+    mixed = said_of_mixed(labels, model, world)
+    return mixed or said_of_readings(model, world, mirrors=False), False
 
 
 def _agreeing(model: Array, world: Array, sigma: Array) -> npt.NDArray[np.bool_]:

@@ -109,6 +109,8 @@ class Evidence:
     """Metres per unit of the model, where that is known beforehand and kept."""
     robust: bool = False
     """Whether what cannot be right beside the others is left out."""
+    crs: str | None = None
+    """Of World, where it is known."""
     up: Array | None = None
     """(3,) What points up in the model's own frame, where that is known."""
 
@@ -148,7 +150,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
         every = evidence.pairs
-        doubts += doubts_about_points(control, every.labels, every.world)
+        doubts += doubts_about_points(control, every.labels, every.world, every.model, evidence.crs)
         said += doubts
     kinds += lengths_of(evidence.bars, evidence.lengths, evidence.pairs)
     if evidence.positions is not None:
@@ -324,7 +326,9 @@ def _cameras(evidence: Evidence, said: list[str], doubts: list[str]) -> Points:
     model = np.array([own[name] for name in names])
     sigma = positions.sigma[rows]
     alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
-    found, wrong, gone = cameras_that_fit(labels, model, world, sigma, alone=alone)
+    found, wrong, gone = cameras_that_fit(
+        labels, model, world, sigma, alone=alone, crs=evidence.crs
+    )
     doubts += wrong
     said += [*wrong, *gone]
     return found

@@ -116,6 +116,7 @@ def place(
     mirrors = said_of_mirrors(points)
     blunders, without = _wrong(judged, by, centre, size, mirrored=bool(mirrors))
     control = _residuals(points, found.fit)
+    share = _share(points, control)
     checked = _residuals(check, found.fit)
     rotation, rotation95 = _rotation_errors(found, known)
     scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
@@ -130,7 +131,9 @@ def place(
         *said_of_disagreement(kinds, centre, size),
         *([] if turned is None else [turned.in_words()]),
         *said_of_points(control, checked, points),
-        *said_of_errors(rotation, scale95, known, points, named=doubted or bool(named)),
+        *said_of_errors(
+            rotation, scale95, known, points, named=doubted or bool(named), share=share
+        ),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)
@@ -407,6 +410,15 @@ def _bowing(
 
 def _rms(points: Sequence[PointResidual]) -> float | None:
     return float(np.sqrt(np.mean([p.error_m**2 for p in points]))) if points else None
+
+
+def _share(points: Points | None, residuals: Sequence[PointResidual]) -> float:
+    """By how much of their reach points miss (RMS)."""
+    rms = _rms(residuals)
+    if points is None or rms is None:
+        return 0.0
+    reach = float(np.sqrt(((points.world - points.world.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    return rms / reach if reach > 0.0 else 0.0
 
 
 def pairs(

@@ -29,6 +29,8 @@ _WORTH_TELLING_DEG = 0.1
 # What may be, and has not been seen, from edge to edge.
 _WORTH_ASKING_DEG = 1.0
 _NO_TURN_RAD = 1e-7
+# Of the reach of points: by so much they miss where values are wrong, not by measuring.
+_NOWHERE = 0.1
 # Of the normal's upward part, below which a mean plane is a wall.
 _UPRIGHT = np.sqrt(0.5)
 # Residuals that are left, and the chance of misses as small, below which accuracies are doubted.
@@ -183,8 +185,10 @@ def said_of_errors(
     points: Points | None,
     *,
     named: bool = False,
+    share: float = 0.0,
 ) -> list[str]:
     """points : that placed it, of which `name` tells what they are; None without any
+    share : of how far these reach, by which they miss (RMS)
     named : something was named that is wrong, which is to be mended before more is measured"""
     said = []
     lacking = [
@@ -205,11 +209,12 @@ def said_of_errors(
                 what=", ".join(lacking),
             )
         )
+    first = tr("Mend first what is named above.") if named else _said_of_misses(points, share)
     up, east, north = error.about_up, error.about_east, error.about_north
     if up is not None and east is not None and north is not None and max(up, east, north) > (
         _WARN_DEG
     ):  # fmt: skip
-        what = tr("Mend first what is named above.") if named else _what_helps(points)
+        what = first or _what_helps(points)
         said.append(
             tr("How the model is turned is as good as unknown. {what}", what=what)
             if max(up, float(np.hypot(east, north))) > _ANY_DEG
@@ -221,13 +226,21 @@ def said_of_errors(
                 what=what,
             )
         )
-    if scale95 is not None and (
-        scale := scale_warning(
-            scale95 / _Z95, tr("Mend first what is named above.") if named else ""
-        )
-    ):
+    if scale95 is not None and (scale := scale_warning(scale95 / _Z95, first)):
         said.append(scale)
     return said
+
+
+def _said_of_misses(points: Points | None, share: float) -> str:
+    """What helps where points fit nowhere, "" where they do."""
+    if points is None or points.name == "cameras" or share < _NOWHERE:
+        return ""
+    return tr(
+        "The points miss by {share:.0f} % of how far they reach, which no spread of them mends: "
+        "several labels, coordinates or heights are wrong, or of two systems. Compare the table "
+        "with the model.",
+        share=100.0 * share,
+    )
 
 
 def _what_helps(points: Points | None) -> str:

@@ -102,7 +102,7 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         loaded = read_model(Path(asked.model), progress)
     said: list[str] = []
     evidence, crs = _evidence(asked, crs, loaded, said)
-    evidence.up = None if loaded is None else _up(loaded)
+    evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
     fitted = _fitted(asked, evidence, loaded, crs, progress)
     if fitted is not None:
         crs = fitted.crs

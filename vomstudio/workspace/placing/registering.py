@@ -149,7 +149,7 @@ def placed_by_points(
     require_on_model(pairs.model, bounds)
     if not usable(lines) and compass is None:
         scale = transform.scale_of(model.to_world) if keep_scale else None
-        placed = register(Evidence(pairs=pairs, scale=scale, up=up_of(model)), extent)
+        placed = register(Evidence(pairs=pairs, scale=scale, up=up_of(model), crs=crs), extent)
     else:
         placed = placed_by_known(
             pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
