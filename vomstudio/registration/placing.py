@@ -109,10 +109,9 @@ def place(
     found = widened(kinds, adjust(kinds, centre, size), centre)
     known = _known(found)
     turned = compass_turn(kinds, centre, size)
-    judged, by = (kinds, found) if turned is None else (turned.freed, found)
-    if turned is not None:
-        # Readings that are all off alike are none of them wrong beside the others.
-        by = adjust(judged, centre, size)
+    judged = kinds if turned is None else turned.freed
+    # Readings that are all off alike are none of them wrong beside the others.
+    by = found if turned is None else adjust(judged, centre, size)
     mirrors = said_of_mirrors(points)
     blunders, without = _wrong(judged, by, centre, size, mirrored=bool(mirrors))
     control = _residuals(points, found.fit)
@@ -125,15 +124,14 @@ def place(
         *mirrors,
         *said_of_tipping(found.fit.rotation, up, None if mirrors else points),
     ]
+    doubted = doubted or bool(named)
     warnings = [
         *named,
         *said_of_fit(found, kinds),
         *said_of_disagreement(kinds, centre, size),
         *([] if turned is None else [turned.in_words()]),
         *said_of_points(control, checked, points),
-        *said_of_errors(
-            rotation, scale95, known, points, named=doubted or bool(named), share=share
-        ),
+        *said_of_errors(rotation, scale95, known, points, named=doubted, share=share),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)

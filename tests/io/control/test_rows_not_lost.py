@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import InputError
-from vomstudio.io.control.observation_tables import read_pairs, read_positions
+from vomstudio.io.control.observation_tables import read_pairs, read_positions, read_scale_bars
 
 HEADER = "label,model_x,model_y,model_z,x,y,z\n"
 
@@ -74,3 +74,25 @@ def test_decimal_commas_of_other_tables(tmp_path: Path) -> None:
 def test_whole_numbers_with_accuracies_are_no_decimal_commas(tmp_path: Path) -> None:
     text = "a.jpg,398000,4980000,320,2,2,5\nb.jpg,398020,4980010,321,2,2,5\n"
     assert read_positions(written(tmp_path, text)).places[0].tolist() == [398000, 4980000, 320]
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["Rechtswert,Hochwert,Höhe", "Ostwert,Nordwert,Hoehe", "Est,Nord,Hauteur", "Este,Norte,Cota"],
+)
+def test_columns_of_other_languages(tmp_path: Path, names: str) -> None:
+    header = f"Punkt,model_x,model_y,model_z,{names}\n"
+    assert len(read_pairs(written(tmp_path, header + rows(["P1", "P2", "P3"]))).labels) == 3
+
+
+def test_names_that_are_understood_are_listed(tmp_path: Path) -> None:
+    text = HEADER.replace(",x,", ",abscissa,") + rows(["P1", "P2", "P3"])
+    with pytest.raises(InputError, match="understood: x, east, easting"):
+        read_pairs(written(tmp_path, text))
+
+
+def test_a_bar_from_a_point_to_itself_is_refused_with_its_line(tmp_path: Path) -> None:
+    path = written(tmp_path, "from,to,length_m\nP1,P2,3\nP1,P1,5\n")
+    with pytest.raises(InputError, match="begins and ends at P1") as raised:
+        read_scale_bars(path)
+    assert (raised.value.line, raised.value.field) == (3, "to")

@@ -22,6 +22,7 @@ from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import orientations_of
+from vomstudio.io.text.rows import shortened
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -174,6 +175,13 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
         raise table.at(int(row), tr("A length must be positive. Correct it."), "length_m")
+    for row, (one, other) in enumerate(zip(first, second, strict=True)):
+        if one == other:
+            raise table.at(
+                row,
+                tr("The bar begins and ends at {label}. Name two points.", label=shortened(one)),
+                "to",
+            )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
     return [
         ScaleBar(a, b, float(length), None if np.isnan(s) else float(s), bool(check))

@@ -24,38 +24,29 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-LABEL = ("label", "name", "point", "point id", "id", "marker")
+LABEL = (
+    "label", "name", "point", "point id", "id", "marker", "punkt", "punktnummer", "punkt nr", "nr",
+    "nom", "nombre", "punto",
+)  # fmt: skip
 PHOTO = (
     "photo", "image", "image name", "photo id", "source file", "picture", "photo name", "file",
-    "filename", "file name", "name", "label", "camera",
+    "filename", "file name", "name", "label", "camera", "foto", "bild",
+    "imagen",
 )  # fmt: skip
 WORLD = (
     (
-        "x",
-        "east",
-        "easting",
-        "e",
-        "world x",
-        "lon",
-        "longitude",
-        "x east",
-        "x easting",
-        "x longitude",
+        "x", "east", "easting", "e", "world x", "lon", "longitude", "x east", "x easting",
+        "x longitude", "rechtswert", "ostwert", "est", "este",
     ),
     (
-        "y",
-        "north",
-        "northing",
-        "n",
-        "world y",
-        "lat",
-        "latitude",
-        "y north",
-        "y northing",
-        "y latitude",
+        "y", "north", "northing", "n", "world y", "lat", "latitude", "y north", "y northing",
+        "y latitude", "hochwert", "nordwert", "nord", "norte",
     ),
-    ("z", "up", "height", "elevation", "altitude", "alt", "h", "world z", "z altitude"),
-)
+    (
+        "z", "up", "height", "elevation", "altitude", "alt", "h", "world z", "z altitude", "höhe",
+        "hoehe", "hauteur", "altura", "cota", "elevación", "altitud",
+    ),
+)  # fmt: skip
 """Names of columns that hold photos, and World coordinates."""
 _SIGMA = (
     ("sigma x", "accuracy x", "error x", "sx", "sigma east", "sigma e"),
@@ -106,9 +97,11 @@ class NamedTable:
         if found is None:
             raise InputError(
                 tr(
-                    "There is no column '{called}'. The columns are {columns}.",
+                    "There is no column '{called}'. The columns are {columns}. Names that are "
+                    "understood: {names}.",
                     called=called,
                     columns=shortened(", ".join(self.table.names or ()), 120),
+                    names=", ".join(names),
                 )
                 + self.table.header_doubt,
                 file=self.path,
@@ -143,9 +136,9 @@ class NamedTable:
         values = np.asarray(self.table.numbers([which])[:, 0], np.float64)
         for row in np.flatnonzero(values <= 0):
             raise self.at(int(row), tr("An accuracy must be positive. Correct it."), called)
-        for row, value in enumerate(values.tolist()):
+        for line, value in enumerate(values.tolist()):
             if (said := why_no_error(value)) is not None:
-                raise self.at(row, said, called)
+                raise self.at(line, said, called)
         return values
 
     def sigma(self) -> Array:
