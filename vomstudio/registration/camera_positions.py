@@ -330,7 +330,7 @@ def cameras_that_fit(
         )
         raise GeometryError(" ".join([*wrong, line]))
     if len(near) >= 3:
-        doubts, whole = _doubts([labels[i] for i in near], model[near], world[near])
+        doubts, whole = _doubts([labels[int(i)] for i in near], model[near], world[near])
         wrong += doubts
         if not whole:
             used[near] = _agreeing(model[near], world[near], sigma[near])
@@ -347,7 +347,7 @@ def cameras_that_fit(
             )
         )
     rows = np.flatnonzero(used)
-    kept = Points([labels[i] for i in rows], model[rows], world[rows], sigma[rows], "cameras")
+    kept = Points([labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], "cameras")
     return kept, wrong, gone
 
 

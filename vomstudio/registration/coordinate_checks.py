@@ -54,6 +54,8 @@ _MUCH_BETTER = 0.1
 _SAME_SCALE = 0.005
 # Numbers of a neighbouring zone are wrong by less, degrees.
 _NEXT_ZONES_DEG = 15.0
+# A registration only refines how a file has a model in its own system.
+_TURNED_DEG = 20.0
 # Times the model's reach: further off nobody puts control points of it.
 _OFF = 10.0
 
@@ -372,7 +374,7 @@ def require_on_model(model: Array, extent: Array | None) -> None:
 
 
 def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
-    """Of a model whose file says where it is, and that is put in quite another place.
+    """Of a model whose file says where it is, and that is put in quite another place, or turned.
 
     extent, placed : (n, 3) points of it before and after; crs : of both
     """
@@ -383,7 +385,15 @@ def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
     moved = float(np.linalg.norm(placed.mean(axis=0) - extent.mean(axis=0)))
     reach = float(np.linalg.norm(np.ptp(extent, axis=0)))
     if moved <= max(_OFF * reach, 1000.0):
-        return []
+        turn = _turn_deg(extent, placed)
+        return [] if turn <= _TURNED_DEG else [
+            tr(
+                "The registration turns the model by {turn:.0f}° from how its file has it in "
+                "{crs}. If the file is right, columns or labels of what was given are exchanged.",
+                turn=turn,
+                crs=crs_name(crs),
+            )
+        ]  # fmt: skip
     return [
         tr(
             "The registration moves the model {km:,.1f} km away from where its file says that it "
@@ -393,6 +403,15 @@ def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
             crs=crs_name(crs),
         )
     ]
+
+
+def _turn_deg(before: Array, after: Array) -> float:
+    """By how much points (n, 3) are turned; 0 where they do not tell."""
+    try:
+        fit = fit_similarity(before - before.mean(axis=0), after - after.mean(axis=0))
+    except GeometryError:
+        return 0.0
+    return float(np.degrees(np.arccos(np.clip((np.trace(fit.rotation) - 1.0) / 2.0, -1.0, 1.0))))
 
 
 def said_of_views(forward: Array) -> list[str]:

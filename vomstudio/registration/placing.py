@@ -238,8 +238,7 @@ def _require_values(kinds: Sequence[Observed]) -> None:
         wrong = np.isfinite(sigma) & ~((sigma >= _ERRORS[0]) & (sigma <= _ERRORS[1]))
         if wrong.any() and not isinstance(kind, Combined | KeptScale):
             label = kind.labels[int(np.argwhere(wrong)[0, 0])]
-            said = why_no_error(float(sigma[wrong][0]))
-            raise GeometryError(f"{label}: {said}")
+            raise GeometryError(f"{label}: {why_no_error(float(sigma[wrong][0]))}")
 
 
 def _off_their_line(points: Points) -> bool:

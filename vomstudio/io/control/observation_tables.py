@@ -175,10 +175,10 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
         raise table.at(int(row), tr("A length must be positive. Correct it."), "length_m")
-    for row, (one, other) in enumerate(zip(first, second, strict=True)):
+    for bar, (one, other) in enumerate(zip(first, second, strict=True)):
         if one == other:
             raise table.at(
-                row,
+                bar,
                 tr("The bar begins and ends at {label}. Name two points.", label=shortened(one)),
                 "to",
             )

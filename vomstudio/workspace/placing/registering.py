@@ -161,7 +161,8 @@ def placed_by_points(
     # A model that was registered before stands there by that, not by its file.
     by_file = model.registration is None and model.frame.crs == crs and placed.known.position
     if bounds is not None and crs is not None and by_file:
-        said += said_of_move(transform.apply(model.to_world, bounds), placed(bounds), crs)
+        shown = bounds if extent is None or not len(extent) else extent
+        said += said_of_move(transform.apply(model.to_world, shown), placed(shown), crs)
     return with_warnings(placed, said)
 
 
