@@ -55,6 +55,14 @@ def test_sound_points_on_flat_ground_are_no_mirror_image() -> None:
     assert alarms <= 3
 
 
+def test_a_wrong_point_hides_no_mirror_image() -> None:
+    for seed in range(4):
+        model, world = ground(9, 12.0, 0.05, seed)
+        world[2] += [8.0, -6.0, 5.0]
+        assert fits_as_mirror(model, world[:, [1, 0, 2]])
+        assert not fits_as_mirror(model, world)
+
+
 def test_what_tips_over_a_model_whose_vertical_is_known_is_told() -> None:
     # In one plane exactly no residual tells a plane from its mirror image.
     model, world = ground(3, 0.0, 0.0, 1)

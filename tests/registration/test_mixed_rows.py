@@ -86,6 +86,14 @@ def test_places_that_are_far_apart_on_the_model_too_are_right() -> None:
         assert said_of_apart(LABELS, near + shift, world + shift, None)[0] == []
 
 
+def test_a_wrong_digit_makes_no_degrees_of_the_others() -> None:
+    model, world = site(6)
+    world[3, 0] += 5000.0
+    (found,), which = said_of_apart(LABELS, model, world, None)
+    assert found.startswith("P4: 4,975 m or more from the others")
+    assert np.flatnonzero(which).tolist() == [3]
+
+
 @pytest.mark.parametrize("rows", [[0, 3, 5], [0, 3, 5, 6], [1, 2]])
 def test_values_of_another_system_in_some_rows(rows: list[int]) -> None:
     names = ", ".join(LABELS[row] for row in rows)

@@ -134,7 +134,13 @@ def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_])
     lost: list[int] = []
     scaled: dict[str, list[int]] = {}
     for row in np.flatnonzero(far):
-        units = [(t, u) for t, u in _UNITS if np.linalg.norm(world[row] / t - middle) <= near]
+        # About the origin of a local table whatever is divided comes near.
+        mapped = np.linalg.norm(middle) > near
+        units = [
+            unit
+            for unit in _UNITS
+            if mapped and np.linalg.norm(world[row] / unit[0] - middle) <= near
+        ]
         if np.linalg.norm(world[row, [1, 0, 2]] - middle) <= near:
             exchanged.append(int(row))
         elif units:

@@ -55,9 +55,11 @@ def fit_as_they_are(model: Array, world: Array) -> bool:
 def degrees_among_metres(model: Array, world: Array) -> Which:
     """(n,) which x and y are degrees, where those of others are metres of a map."""
     flat = np.abs(world[:, :2])
-    small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0)
+    small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
     large = flat.max(axis=1) > _NO_DEGREES
-    both = small.any() and large.any() and (small | large).all()
+    both = small.any() and int(large.sum()) > 1 and (small | large).all()
+    # A site is less than a degree across, which few are in metres.
+    both = both and float(np.ptp(world[small, :2], axis=0).max()) < 1.0
     return small if both and not fit_as_they_are(model, world) else np.zeros(len(world), bool)
 
 

@@ -9,14 +9,18 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.doubts.comparing import far_better, left_over
+from vomstudio.errors import GeometryError
+from vomstudio.registration.doubts.comparing import Left, far_better, left_over
 from vomstudio.registration.doubts.orders import other_order
 from vomstudio.registration.observations import Points
+from vomstudio.registration.similarity import fit_robustly
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
 _BY_CHANCE = 0.001
+# By so many points that miss by so much of their reach a mirror image with a wrong one is told.
+_FEWEST_WITHOUT, _FITS = 7, 0.01
 _FLIPPED = np.array([1.0, 1.0, -1.0])
 _ON_ITS_SIDE_DEG = 90.0
 # Of a model whose up nobody knows: one frame in a hundred and thirty is tipped so far by chance.
@@ -27,10 +31,29 @@ def fits_as_mirror(model: Array, world: Array) -> bool:
     """Whether points of the model (n, 3) fit their coordinates (n, 3) far better as a mirror image,
     and no other order of them explains it better."""
     mirrored, given = left_over(model * _FLIPPED, world), left_over(model, world)
-    if mirrored is None or not far_better(mirrored, given, _BY_CHANCE):
+    if mirrored is None or given is None:
         return False
+    if not far_better(mirrored, given, _BY_CHANCE):
+        return _most_fit_so(model, world, given)
     order = other_order(model, world)
     return order is None or order.left.variance > mirrored.variance
+
+
+def _most_fit_so(model: Array, world: Array, given: Left) -> bool:
+    """Whether all but a few points, which are wrong besides, fit as a mirror image."""
+    n = len(model)
+    reach = float(((world - world.mean(axis=0)) ** 2).sum()) / n
+    if n < _FEWEST_WITHOUT or 3.0 * given.variance < _FITS**2 * reach:
+        return False
+    try:
+        _, agree = fit_robustly(model * _FLIPPED, world)
+    except GeometryError:
+        return False
+    if agree.all() or int((~agree).sum()) > n // 3:
+        return False
+    # Those that agree as a mirror image are chosen for it, and so by much less chance.
+    own, mirrored = (left_over(m[agree], world[agree]) for m in (model, model * _FLIPPED))
+    return far_better(mirrored, own, _BY_CHANCE**2)
 
 
 def said_of_mirrors(points: Points | None) -> list[str]:
