@@ -137,6 +137,14 @@ def test_a_model_that_knows_its_place_is_not_moved_far_in_silence() -> None:
     assert "457" in said
 
 
+def test_a_model_that_knows_its_place_is_not_turned_in_silence() -> None:
+    _, world = site()
+    middle = world.mean(axis=0)
+    turned = (world - middle) @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    (said,) = checks.said_of_move(world, middle + turned, "EPSG:32615")
+    assert "turns the model by 90°" in said
+
+
 def test_cameras_that_look_up_and_positions_that_are_noise_are_told() -> None:
     down = np.tile([0.0, 0.0, -1.0], (5, 1))
     assert checks.said_of_views(down) == []

@@ -23,6 +23,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
+from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import CancelToken
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.results import Placed
@@ -273,6 +274,9 @@ def _sigma(given: Any, n: int) -> Any:
         )
     bad = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
     refuse_rows(bad, "no positive errors", "sigma_m")
+    for value in (float(array.min()), float(array.max())) if array.size else ():
+        if (said := why_no_error(value)) is not None:
+            raise InputError(said, field="sigma_m")
     return array
 
 

@@ -20,6 +20,24 @@ FARTHEST_DIAMETERS = 10.0
 """How far from the box of a model a place on it may be asked for, in diagonals of that box."""
 
 
+LEAST_ERROR, LARGEST_ERROR = 1e-6, 1e6
+"""Of stated errors, one sigma, in metres or degrees: nobody measures better, or states worse. Their
+squares and the inverses of these are still exact enough."""
+
+
+def why_no_error(value: float) -> str | None:
+    """A sentence on a stated error, one sigma, that is none; else None, also where it is NaN."""
+    if np.isnan(value) or LEAST_ERROR <= value <= LARGEST_ERROR:
+        return None
+    return tr(
+        "{value:g} is no accuracy: {least:g} to {largest:g} can be stated. Correct it, or leave "
+        "it out.",
+        value=value,
+        least=LEAST_ERROR,
+        largest=LARGEST_ERROR,
+    )
+
+
 def no_places(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     """(n,) which of the points (n, 3) are not finite, or no metres on Earth."""
     return np.asarray(~(np.abs(points) <= FARTHEST_M).all(axis=1))

@@ -1,20 +1,35 @@
-"""Given positions of cameras in the coordinate reference system of a model."""
+"""Given positions of cameras in the coordinate reference system of a model, what they are mistaken
+for, and which take part."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geometry.places import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
-from vomstudio.words import tr
+from vomstudio.registration.coordinate_checks import (
+    said_of_apart,
+    said_of_degrees,
+    said_of_readings,
+)
+from vomstudio.registration.doubts.heights import said_of_no_heights, said_of_one_height
+from vomstudio.registration.doubts.mirrors import fits_as_mirror
+from vomstudio.registration.doubts.mixed import said_of_mixed
+from vomstudio.registration.doubts.orders import said_of_order
+from vomstudio.registration.observations import Points
+from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
+
+_SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
 ToGrid = Callable[[float, float], tuple[float, float] | None]
 
 
@@ -185,9 +200,10 @@ def _with_heights(positions: Positions, said: list[str]) -> Positions:
         )
     if not keep.all():
         said.append(
-            tr(
+            tr_n(
+                "{count} camera position without a height was left out: {names}.",
                 "{count} camera positions without a height were left out: {names}.",
-                count=int((~keep).sum()),
+                int((~keep).sum()),
                 names=_some(positions.photos, ~keep),
             )
         )
@@ -197,10 +213,12 @@ def _with_heights(positions: Positions, said: list[str]) -> Positions:
         other = keep & (above != usual)
         if other.any():
             said.append(
-                tr(
+                tr_n(
+                    "{count} photo gives its height above something else than the others "
+                    "({usual}) and was left out, since the two differ by up to 100 m: {names}.",
                     "{count} photos give their height above something else than the others "
                     "({usual}) and were left out, since the two differ by up to 100 m: {names}.",
-                    count=int(other.sum()),
+                    int(other.sum()),
                     usual=_called(usual),
                     names=_some(positions.photos, other),
                 )
@@ -263,3 +281,90 @@ def _said_of_heights(positions: Positions, longitude: float, latitude: float) ->
         "sea; {between}.",
         between=between,
     )
+
+
+# --- what they are mistaken for ----------------------------------------------------------------
+def require_apart(world: Array) -> None:
+    """Raises GeometryError for positions (n, 3) in degrees, and for those that are all one."""
+    if degrees := said_of_degrees(world, apart_m=_SAME_PLACE_M):
+        longitudes = tr(
+            "Or name these columns longitude and latitude, and say with --crs into which system "
+            "the model is placed."
+        )
+        raise GeometryError(" ".join([*degrees, longitudes]))
+    if len(world) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _SAME_PLACE_M:
+        raise GeometryError(
+            tr(
+                "The positions of all {count} photos are the same, so that they cannot place the "
+                "model. Add control points, or a compass reading and a length.",
+                count=len(world),
+            )
+        )
+
+
+def cameras_that_fit(
+    labels: Sequence[str],
+    model: Array,
+    world: Array,
+    sigma: Array,
+    *,
+    alone: bool,
+    crs: str | None = None,
+) -> tuple[Points, list[str], list[str]]:
+    """Those that can be right beside the others; what they look like that is wrong; and which were
+    left out.
+
+    model, world, sigma : (n, 3); alone : nothing else places the model; crs : of World
+    Raises GeometryError for positions that place nothing.
+    """
+    require_apart(world)
+    wrong, far = said_of_apart(labels, model, world, crs)
+    wrong = said_of_no_heights(labels, model, world) or wrong
+    used = ~far
+    near = np.flatnonzero(used)
+    one_line = nearly_on_a_line(model[near]) or nearly_on_a_line(world[near])
+    if alone and len(labels) >= 3 and one_line:
+        line = tr(
+            "The cameras stand on one line, about which the model could turn. Add control points, "
+            "or photos from beside the line."
+        )
+        raise GeometryError(" ".join([*wrong, line]))
+    if len(near) >= 3:
+        doubts, whole = _doubts([labels[int(i)] for i in near], model[near], world[near])
+        wrong += doubts
+        if not whole:
+            used[near] = _agreeing(model[near], world[near], sigma[near])
+    gone = []
+    if not used.all():
+        gone.append(
+            tr_n(
+                "The position of {count} photo misses by too much to be chance and was left out: "
+                "{names}.",
+                "The positions of {count} photos miss by too much to be chance and were left out: "
+                "{names}.",
+                int((~used).sum()),
+                names=", ".join(np.array(labels)[~used][:8]),
+            )
+        )
+    rows = np.flatnonzero(used)
+    kept = Points([labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], "cameras")
+    return kept, wrong, gone
+
+
+def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[str], bool]:
+    """What is said of all of them, and whether all are read wrongly, so that none of them is worse
+    than the others."""
+    said = said_of_one_height(model, world) or said_of_order(labels, model, world, photos=True)
+    if said or fits_as_mirror(model, world):
+        return said, True
+    mixed = said_of_mixed(labels, model, world)
+    return mixed or said_of_readings(model, world, mirrors=False), False
+
+
+def _agreeing(model: Array, world: Array, sigma: Array) -> npt.NDArray[np.bool_]:
+    known = sigma[np.isfinite(sigma)]
+    floor = 3 * float(known.max()) if len(known) else 0.0
+    # On a line no turn about it tells right ones from wrong ones.
+    with suppress(GeometryError):
+        return fit_robustly(model, world, floor=floor)[1]
+    return np.ones(len(model), bool)

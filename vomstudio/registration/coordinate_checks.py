@@ -4,7 +4,6 @@ nothing is changed."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -12,6 +11,20 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.registration.doubts.apart import (
+    degrees_among_metres,
+    fit_as_they_are,
+    said_of_degrees_among,
+    said_of_two_places,
+    two_places,
+    where_the_model_is,
+)
+from vomstudio.registration.doubts.area import BEYOND_DEG, degrees_beyond, inside_area
+from vomstudio.registration.doubts.heights import said_of_no_heights, said_of_one_height
+from vomstudio.registration.doubts.labels import said_of_like_labels, said_of_one_place
+from vomstudio.registration.doubts.mirrors import fits_as_mirror
+from vomstudio.registration.doubts.mixed import said_of_mixed
+from vomstudio.registration.doubts.orders import said_of_order
 from vomstudio.registration.observations import Points
 from vomstudio.registration.overlap import said_of_stretch
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
@@ -28,6 +41,7 @@ _UNITS = (
 )
 # Another reading of the numbers is proposed where it fits so much better, and these do not fit.
 _BETTER = 0.3
+_STEEP = 5.0
 _FITS = 0.01
 _FEWEST = 5
 # A point so many times as far from the middle as is usual is in another place altogether.
@@ -38,85 +52,42 @@ _MOST = 60
 _MUCH_BETTER = 0.1
 # A scale this near to that between feet and metres, where it is known as well as that.
 _SAME_SCALE = 0.005
-# Systems of coordinates are used this far beyond their area without harm, degrees.
-_BEYOND_DEG = 1.0
 # Numbers of a neighbouring zone are wrong by less, degrees.
 _NEXT_ZONES_DEG = 15.0
+# A registration only refines how a file has a model in its own system.
+_TURNED_DEG = 20.0
 # Times the model's reach: further off nobody puts control points of it.
 _OFF = 10.0
 
 
-def doubts_about_points(control: Points, labels: Sequence[str], world: Array) -> list[str]:
+def doubts_about_points(
+    control: Points,
+    labels: Sequence[str],
+    world: Array,
+    model: Array | None = None,
+    crs: str | None = None,
+) -> list[str]:
     """What the coordinates of points look like that are something else than they are taken for.
 
-    labels, world : of all of them (n, 3), those that only judge among them
+    labels, world, model : of all of them (n, 3), those that only judge among them; crs : of World
     """
     alike = [*said_of_like_labels(labels), *said_of_one_place(labels, world)]
     if degrees := said_of_degrees(world):
         return [*alike, *degrees]
-    far = far_from_others(world)
-    if far.any():
-        return [*alike, *said_of_far(labels, world, far)]
+    every = control.model if model is None else model
+    if missing := said_of_no_heights(labels, every, world):
+        return [*alike, *missing]
+    if apart := said_of_apart(labels, every, world, crs)[0]:
+        return [*alike, *apart]
     if level := said_of_one_height(control.model, control.world):
         return [*alike, *level]
-    readings = said_of_readings(control.model, control.world, mirrors=False)
+    if fits_as_mirror(control.model, control.world):
+        # It is said of where they are placed; of columns of a mirror image any reading may fit.
+        return alike
     those = (control.labels, control.model, control.world)
-    readings = readings or said_of_exchanged_labels(*those) or said_of_shifted_labels(*those)
+    readings = said_of_mixed(*those) or said_of_readings(*those[1:], mirrors=False)
+    readings = readings or said_of_exchanged_labels(*those) or said_of_order(*those)
     return [*alike, *readings]
-
-
-def said_of_like_labels(labels: Sequence[str]) -> list[str]:
-    """Of points whose labels differ in capitals, spaces and leading zeros alone."""
-    groups: dict[str, list[str]] = {}
-    for label in labels:
-        # 1-1 is not 11, nor A' (the end of a profile) A.
-        plain = re.sub(r"(?<!\d)[\s_-]+|[\s_-]+(?!\d)", "", label.casefold())
-        plain = re.sub(r"(?<!\d)0+(?=\d)", "", plain)
-        groups.setdefault(plain, []).append(label)
-    twins = [group for plain, group in groups.items() if plain and len(group) > 1]
-    if not twins:
-        return []
-    return [
-        tr(
-            "These labels look like those of one point: {labels}. Keep one, or give them names "
-            "that differ.",
-            labels="; ".join(
-                ", ".join(f"“{label}”" for label in group) for group in twins[:_NAMED]
-            ),
-        )
-    ]
-
-
-def said_of_one_place(labels: Sequence[str], world: Array) -> list[str]:
-    """Of points with the same coordinates."""
-    places: dict[tuple[float, ...], list[str]] = {}
-    for label, place in zip(labels, world.tolist(), strict=True):
-        places.setdefault(tuple(place), []).append(label)
-    return [
-        tr(
-            "{labels} have the same coordinates: a row may have been copied. Correct one, or take "
-            "it out.",
-            labels=", ".join(group[:_NAMED]),
-        )
-        for group in places.values()
-        if len(group) > 1
-    ]
-
-
-def said_of_one_height(model: Array, world: Array) -> list[str]:
-    """Of points that were all given one height, which the model contradicts."""
-    if len(world) < 4 or np.ptp(world[:, 2]) > 0.0:
-        return []
-    miss = _rms(model, world)
-    if miss is None or miss < _FITS * _reach(world):
-        return []
-    return [
-        tr(
-            "All heights are {height:g}, and on the model the points do not lie in one plane: "
-            "heights that were not measured tilt the model. Give the heights of the points.",
-            height=float(world[0, 2]),
-        )
-    ]
 
 
 # --- single ones ------------------------------------------------------------------------------
@@ -129,18 +100,61 @@ def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
     return np.asarray(away > _FAR * usual) if usual > 0 else np.zeros(len(world), bool)
 
 
+def said_of_apart(
+    labels: Sequence[str], model: Array, world: Array, crs: str | None
+) -> tuple[list[str], npt.NDArray[np.bool_]]:
+    """Of points that are in another place than those that are right, and which these are (n,), as
+    far as that can be told.
+
+    model, world : (n, 3); crs : of World, whose area tells which are right
+    """
+    degrees = degrees_among_metres(model, world)
+    if degrees.any():
+        return said_of_degrees_among(labels, degrees), degrees
+    far = far_from_others(world)
+    if far.any() and fit_as_they_are(model, world):
+        return [], far & False
+    here = ~far if far.any() else two_places(model, world)
+    if here is None:
+        return [], far
+    right = where_the_model_is(model, world, here, inside_area(world, crs))
+    if right is None:
+        return said_of_two_places(labels, world, here), np.zeros(len(world), bool)
+    return said_of_far(labels, world, ~right), ~right
+
+
 def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]) -> list[str]:
     """Of points that are in another place than the others, with what may have been meant."""
     if not far.any():
         return []
     middle = np.median(world[~far], axis=0)
     reach = float(np.linalg.norm(world[~far] - middle, axis=1).max())
+    near = _FAR * max(reach, 1.0)
     exchanged: list[int] = []
     lost: list[int] = []
+    scaled: dict[str, list[int]] = {}
     for row in np.flatnonzero(far):
-        back = np.linalg.norm(world[row, [1, 0, 2]] - middle) <= _FAR * reach
-        (exchanged if back else lost).append(int(row))
-    said = []
+        # About the origin of a local table whatever is divided comes near.
+        mapped = np.linalg.norm(middle) > near
+        units = [
+            unit
+            for unit in _UNITS
+            if mapped and np.linalg.norm(world[row] / unit[0] - middle) <= near
+        ]
+        if np.linalg.norm(world[row, [1, 0, 2]] - middle) <= near:
+            exchanged.append(int(row))
+        elif units:
+            scaled.setdefault(units[0][1], []).append(int(row))
+        else:
+            lost.append(int(row))
+    said = [
+        tr(
+            "{labels}: in {unit}, it seems, beside metres of the others. Convert them.",
+            labels=_some(labels, rows),
+            unit=tr(unit),
+        )
+        for unit, rows in scaled.items()
+    ]
     if exchanged:
         said.append(
             tr(
@@ -197,46 +211,16 @@ def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) 
     ]
 
 
-def said_of_shifted_labels(labels: Sequence[str], model: Array, world: Array) -> list[str]:
-    """Of rows whose coordinates are those of another row throughout: some rows on, or in the
-    reverse order, as when a point was added to one of two lists."""
-    n = len(labels)
-    if not _FEWEST <= n <= _MOST:
-        return []
-    given = _rms(model, world)
-    if given is None or given < _FITS * _reach(world):
-        return []
-    rows = np.arange(n)
-    orders = [np.roll(rows, -k) for k in range(1, n)]
-    orders += [np.roll(rows[::-1], k) for k in range(n)]
-    misses = [_rms(model, world[order]) for order in orders]
-    known = [np.inf if miss is None else miss for miss in misses]
-    best = int(np.argmin(known))
-    miss = known[best]
-    if miss > _MUCH_BETTER * given:
-        return []
-    return [
-        tr(
-            "The points look numbered in another order: they would fit within {after:.2g} m "
-            "instead of {before:.2g} m if {first} had the coordinates of {second}, and so on. "
-            "Compare both lists.",
-            after=miss,
-            before=given,
-            first=labels[0],
-            second=labels[int(orders[best][0])],
-        )
-    ]
-
-
 # --- all of them ------------------------------------------------------------------------------
-def said_of_degrees(world: Array) -> list[str]:
-    """Of x and y that are degrees."""
+def said_of_degrees(world: Array, *, apart_m: float = 0.0) -> list[str]:
+    """Of x and y that are degrees. apart_m : as metres they are not nearer to each other"""
     if len(world) < 3:
         return []
     reach = np.ptp(world, axis=0)
+    across = float(max(reach[:2]))
     for x, y, exchanged in ((0, 1, False), (1, 0, True)):
         inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
-        if inside and max(reach[:2]) < 1.0 and reach[2] > 100 * max(reach[:2]):
+        if inside and (0.0 < across < apart_m or (across < 1.0 and reach[2] > 100 * across)):
             return [
                 tr(
                     "x and y look like degrees, latitude before longitude, beside heights in "
@@ -257,7 +241,7 @@ def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> lis
     if len(model) < _FEWEST:
         return []
     given = _miss(model, world)
-    if given is None or given < _FITS:
+    if given is None or given < (_FITS if not _is_steep(world) else 0.1 * _FITS):
         return []
     readings = [
         (
@@ -268,6 +252,17 @@ def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> lis
             world * [_FOOT_M, _FOOT_M, 1.0],
             tr("x and y look like feet beside heights in metres. Multiply them by 0.3048."),
         ),
+    ]
+    readings += [
+        (
+            world * [1.0, 1.0, 1.0 / times],
+            tr(
+                "The heights look like {unit} beside x and y in metres. Convert them.",
+                unit=tr(unit),
+            ),
+        )
+        for times, unit in _UNITS[:2]
+        if _is_steep(world)
     ]
     if mirrors:
         # One mirror image fits as another does, so that the residuals cannot tell which it is.
@@ -286,6 +281,12 @@ def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> lis
         if (miss := _miss(model, changed)) is not None and miss < _BETTER * given
     ]
     return [min(found)[1]] if found else []
+
+
+def _is_steep(world: Array) -> bool:
+    """Whether points (n, 3) reach up by much more than to the side. Smaller heights fit flat ground
+    better anyhow, so that other units are looked for among such points alone."""
+    return float(np.ptp(world[:, 2])) > _STEEP * float(np.linalg.norm(np.ptp(world[:, :2], axis=0)))
 
 
 def said_of_feet(scale: float, scale_error_95: float | None) -> list[str]:
@@ -316,30 +317,17 @@ def said_of_area(world: Array, crs: str | None, *, converted: bool = False) -> l
 
     converted : they were longitude and latitude, so that it is the CRS that does not suit them
     """
-    from pyproj import CRS, Transformer
+    from pyproj import CRS
 
     from vomstudio.io.gis.crs import utm_zone
 
-    area = None if crs is None else CRS.from_user_input(crs).area_of_use
-    if crs is None or area is None or not len(world):
+    beyond = degrees_beyond(crs)
+    if crs is None or beyond is None or not len(world):
         return []
-    to_degrees = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
-    west, south, east, north = area.bounds
     middle = np.median(world, axis=0)
-
-    def beyond(x: float, y: float) -> tuple[float, float, float]:
-        """Degrees outside of the area, longitude and latitude."""
-        longitude, latitude = to_degrees.transform(x, y)[:2]
-        if not np.isfinite([longitude, latitude]).all():
-            return np.inf, np.nan, np.nan
-        width = (east - west) % 360.0 or 360.0
-        along = (longitude - west) % 360.0
-        side = 0.0 if along <= width else min(along - width, 360.0 - along)
-        return max(side, south - latitude, latitude - north, 0.0), longitude, latitude
-
     x, y = float(middle[0]), float(middle[1])
     off, longitude, latitude = beyond(x, y)
-    if off <= _BEYOND_DEG:
+    if off <= BEYOND_DEG:
         return said_of_stretch(crs, longitude, latitude)
     if converted:
         what = tr("Choose {zone} instead.", zone=utm_zone(longitude, latitude))
@@ -392,7 +380,7 @@ def require_on_model(model: Array, extent: Array | None) -> None:
 
 
 def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
-    """Of a model whose file says where it is, and that is put in quite another place.
+    """Of a model whose file says where it is, and that is put in quite another place, or turned.
 
     extent, placed : (n, 3) points of it before and after; crs : of both
     """
@@ -403,7 +391,15 @@ def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
     moved = float(np.linalg.norm(placed.mean(axis=0) - extent.mean(axis=0)))
     reach = float(np.linalg.norm(np.ptp(extent, axis=0)))
     if moved <= max(_OFF * reach, 1000.0):
-        return []
+        turn = _turn_deg(extent, placed)
+        return [] if turn <= _TURNED_DEG else [
+            tr(
+                "The registration turns the model by {turn:.0f}° from how its file has it in "
+                "{crs}. If the file is right, columns or labels of what was given are exchanged.",
+                turn=turn,
+                crs=crs_name(crs),
+            )
+        ]  # fmt: skip
     return [
         tr(
             "The registration moves the model {km:,.1f} km away from where its file says that it "
@@ -413,6 +409,15 @@ def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
             crs=crs_name(crs),
         )
     ]
+
+
+def _turn_deg(before: Array, after: Array) -> float:
+    """By how much points (n, 3) are turned; 0 where they do not tell."""
+    try:
+        fit = fit_similarity(before - before.mean(axis=0), after - after.mean(axis=0))
+    except GeometryError:
+        return 0.0
+    return float(np.degrees(np.arccos(np.clip((np.trace(fit.rotation) - 1.0) / 2.0, -1.0, 1.0))))
 
 
 def said_of_views(forward: Array) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -34,6 +33,7 @@ from vomstudio.registration.attitude_evidence import (
     misses,
 )
 from vomstudio.registration.blunders import left_out
+from vomstudio.registration.camera_positions import cameras_that_fit
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import said_of_lone_compass
 from vomstudio.registration.compass_evidence import (
@@ -44,13 +44,9 @@ from vomstudio.registration.compass_evidence import (
 )
 from vomstudio.registration.coordinate_checks import (
     doubts_about_points,
-    far_from_others,
     require_on_model,
-    said_of_degrees,
-    said_of_far,
     said_of_feet,
     said_of_noise,
-    said_of_readings,
     said_of_views,
 )
 from vomstudio.registration.length_evidence import kept_scale, lengths_of, said_of_lengths
@@ -65,14 +61,13 @@ from vomstudio.registration.observations import (
 from vomstudio.registration.placing import place, place_robustly, with_warnings
 from vomstudio.registration.remarks import said_of_bowing
 from vomstudio.registration.results import Placed, PointResidual
-from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
+from vomstudio.registration.similarity import Similarity
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
 # Up to which 93 % of simulated placements by cameras along a line lie within their stated error.
 _UNSURE_DEG = 40.0
-_SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
 
 
 @dataclass
@@ -113,6 +108,10 @@ class Evidence:
     """Metres per unit of the model, where that is known beforehand and kept."""
     robust: bool = False
     """Whether what cannot be right beside the others is left out."""
+    crs: str | None = None
+    """Of World, where it is known."""
+    up: Array | None = None
+    """(3,) What points up in the model's own frame, where that is known."""
 
     @property
     def empty(self) -> bool:
@@ -141,18 +140,20 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     cannot be placed by it.
     """
     said: list[str] = []
+    doubts: list[str] = []
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
         control, check = _pairs(evidence.pairs)
+        said += evidence.pairs.notes
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
         every = evidence.pairs
-        said += doubts_about_points(control, every.labels, every.world)
-    doubted = bool(said)
+        doubts += doubts_about_points(control, every.labels, every.world, every.model, evidence.crs)
+        said += doubts
     kinds += lengths_of(evidence.bars, evidence.lengths, evidence.pairs)
     if evidence.positions is not None:
-        kinds.append(_cameras(evidence, said))
+        kinds.append(_cameras(evidence, said, doubts))
     attitudes = None
     if evidence.attitudes is not None:
         attitudes = _attitudes(evidence, evidence.attitudes, said)
@@ -177,10 +178,12 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.scale is not None:
         kinds += kept_scale(evidence.scale, kinds, extent)
     try:
-        placed = (place_robustly if evidence.robust else place)(kinds, check, extent)
+        placed = (place_robustly if evidence.robust else place)(
+            kinds, check, extent, up=evidence.up, doubted=bool(doubts)
+        )
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
-        raise GeometryError(" ".join(said if doubted else [*said, str(error)])) from error
+        raise GeometryError(" ".join(said if doubts else [*said, str(error)])) from error
     if evidence.compass is not None and len(kinds) == len(read) and not doubt:
         said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
@@ -188,7 +191,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     said += said_of_lengths(evidence.bars, evidence.lengths, evidence.pairs, apart)
     said += _said_of_cameras(evidence, kinds, placed)
     if evidence.positions is not None and _alone(kinds):
-        _refuse_unsure(placed)
+        _refuse_unsure(placed, doubts)
     if attitudes is not None:
         said += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
     return with_warnings(_with_pixels(placed, evidence), said)
@@ -282,10 +285,12 @@ def _found(
             names.append(name)
     if not rows:
         raise UsageError(
-            tr(
+            tr_n(
+                "The {count} photo of the table is not among the cameras of the model "
+                "({first}). They are called {known}, …. Check the names.",
                 "None of the {count} photos of the table is among the cameras of the model "
                 "({first}, …). They are called {known}, …. Check the names.",
-                count=len(photos),
+                len(photos),
                 first=photos[0],
                 known=next(iter(known)),
             ),
@@ -293,19 +298,23 @@ def _found(
         )
     if unknown:
         said.append(
-            tr(
+            tr_n(
+                "{count} photo of the table is not among the cameras of the model and was left "
+                "out: {names}.",
                 "{count} photos of the table are not among the cameras of the model and were left "
                 "out: {names}.",
-                count=len(unknown),
+                len(unknown),
                 names=", ".join(unknown[:8]),
             )
         )
     return rows, names
 
 
-def _cameras(evidence: Evidence, said: list[str]) -> Points:
+def _cameras(evidence: Evidence, said: list[str], doubts: list[str]) -> Points:
+    """said : gets all that is to be known of them, doubts : that which looks wrong"""
     positions = evidence.positions
     assert positions is not None
+    said += positions.notes
     own = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
     rows, names = _found(evidence, own, positions.photos, "--cameras", said)
     world = positions.places[rows].copy()
@@ -316,46 +325,12 @@ def _cameras(evidence: Evidence, said: list[str]) -> Points:
     model = np.array([own[name] for name in names])
     sigma = positions.sigma[rows]
     alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
-    degrees = said_of_degrees(world)
-    far = np.zeros(len(labels), bool) if degrees else far_from_others(world)
-    said += degrees or said_of_far(labels, world, far)
-    if len(labels) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _SAME_PLACE_M:
-        raise GeometryError(
-            tr(
-                "The positions of all {count} photos are the same, so that they cannot place the "
-                "model. Add control points, or a compass reading and a length.",
-                count=len(labels),
-            )
-        )
-    one_line = nearly_on_a_line(model[~far]) or nearly_on_a_line(world[~far])
-    if alone and len(labels) >= 3 and one_line:
-        line = tr(
-            "The cameras stand on one line, about which the model could turn. Add control points, "
-            "or photos from beside the line."
-        )
-        raise GeometryError(" ".join([*degrees, line]))
-    used = ~far
-    near = np.flatnonzero(used)
-    if len(near) >= 3:
-        said += said_of_readings(model[near], world[near])
-        known = sigma[near][np.isfinite(sigma[near])]
-        floor = 3 * float(known.max()) if len(known) else 0.0
-        # On a line no turn about it tells right ones from wrong ones.
-        with suppress(GeometryError):
-            used[near] = fit_robustly(model[near], world[near], floor=floor)[1]
-    if not used.all():
-        said.append(
-            tr_n(
-                "The position of {count} photo misses by too much to be chance and was left out: "
-                "{names}.",
-                "The positions of {count} photos miss by too much to be chance and were left out: "
-                "{names}.",
-                int((~used).sum()),
-                names=", ".join(np.array(labels)[~used][:8]),
-            )
-        )
-    rows_ = np.flatnonzero(used)
-    return Points([labels[i] for i in rows_], model[rows_], world[rows_], sigma[rows_], "cameras")
+    found, wrong, gone = cameras_that_fit(
+        labels, model, world, sigma, alone=alone, crs=evidence.crs
+    )
+    doubts += wrong
+    said += [*wrong, *gone]
+    return found
 
 
 def _said_of_cameras(evidence: Evidence, kinds: Sequence[Observed], placed: Placed) -> list[str]:
@@ -376,17 +351,16 @@ def _alone(kinds: Sequence[Observed]) -> bool:
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_unsure(placed: Placed) -> None:
+def _refuse_unsure(placed: Placed, doubts: Sequence[str]) -> None:
     worst = placed.rotation_error_95_deg.weakest.error_deg
     if worst is None or worst > _UNSURE_DEG:
-        raise GeometryError(
-            tr(
-                "The positions of the cameras are as wrong as they are far apart: the model could "
-                "be turned by more than {limit:.0f} degrees. Add control points, or a compass "
-                "reading and a length.",
-                limit=_UNSURE_DEG,
-            )
+        unsure = tr(
+            "The positions of the cameras are as wrong as they are far apart: the model could "
+            "be turned by more than {limit:.0f} degrees. Add control points, or a compass "
+            "reading and a length.",
+            limit=_UNSURE_DEG,
         )
+        raise GeometryError(" ".join(doubts or [unsure]))
 
 
 def marked_places(

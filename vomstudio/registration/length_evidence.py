@@ -64,10 +64,12 @@ def lengths_of(
     if not labels:
         return []
     ends = np.array(first, np.float64), np.array(second, np.float64)
-    if not (np.linalg.norm(ends[1] - ends[0], axis=1) > 0).all():
+    short = ~(np.linalg.norm(ends[1] - ends[0], axis=1) > 0)
+    if short.any():
+        number = int(np.argmax(short))
         raise UsageError(
             tr("Both ends of a length are at one place of the model. Choose two places."),
-            field="--scale",
+            field="--scale-bars" if number < len(labels) - len(segments) else "--scale",
         )
     return [Lengths(labels, *ends, np.array(length), np.array(sigma))]
 

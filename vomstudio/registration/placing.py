@@ -11,19 +11,26 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry.places import why_no_error
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.agreement import said_of_disagreement, turned_norths
-from vomstudio.registration.blunders import Blunder, find_blunders, leave_one_out, left_out
+from vomstudio.registration.blunders import (
+    Blunder,
+    Without,
+    find_blunders,
+    leave_one_out,
+    left_out,
+)
 from vomstudio.registration.combined import Combined
+from vomstudio.registration.doubts.mirrors import said_of_mirrors, said_of_tipping
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
-from vomstudio.registration.observations import Observed, Points
+from vomstudio.registration.observations import KeptScale, Observed, Points
 from vomstudio.registration.remarks import (
     said_of_blunders,
     said_of_bowing,
     said_of_errors,
     said_of_fit,
-    said_of_mirrors,
     said_of_points,
     said_of_without,
 )
@@ -42,7 +49,7 @@ from vomstudio.registration.similarity import (
     jacobian,
     nearly_on_a_line,
 )
-from vomstudio.words import tr
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
@@ -53,6 +60,15 @@ _UNKNOWN_SCALE = 0.5
 # An unknown turn that is the same all around reaches this far into each axis.
 _INTO = 0.05
 _WORTH = 0.8
+_ONE_IN_WORLD = to_translate(
+    "All points have the same coordinates, by which nothing can be placed. Give those of each."
+)
+_ONE_ON_MODEL = to_translate(
+    "All points are at the same place on the model, by which nothing can be placed. Give that of "
+    "each."
+)
+# One sigma, metres or rad; those that people state are held within narrower limits.
+_ERRORS = 1e-9, 1e9
 # Times the error of points, as it is stated or as residuals show it, that they must be off their
 # line. What is noise alone is off by 1.4 times that, which by four points looks like a tenth in one
 # set of thousands.
@@ -63,11 +79,16 @@ def place(
     kinds: Sequence[Observed],
     check: Points | None = None,
     extent: Array | None = None,
+    *,
+    up: Array | None = None,
+    doubted: bool = False,
 ) -> Placed:
     """The registration by everything that is known.
 
     check : points that judge it and take no part
     extent : (n, 3) points of the model that show how far it reaches; None to take those given
+    up : (3,) in the model's frame, where that is known beforehand
+    doubted : something was said of the values that is to be mended before more is measured
     Raises GeometryError where nothing is given, and for too few points, or points on a line, with
     nothing else.
     """
@@ -81,6 +102,7 @@ def place(
             )
         )
     points = next((kind for kind in kinds if isinstance(kind, Points)), None)
+    _require_values(kinds)
     if points is not None and len(kinds) == 1:
         _require_enough(points)
     centre, size = _extent(kinds, extent)
@@ -88,33 +110,31 @@ def place(
     norths, judged = turned_norths(kinds, centre, size)
     found = widened(judged, adjust(judged, centre, size), centre)
     known = _known(found)
-    blunders = find_blunders(judged, found, centre, size)
-    without = leave_one_out(judged, found, centre, size)
-    if without and without[0].suspect:
-        blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
+    mirrors = said_of_mirrors(points)
+    blunders, without = _wrong(judged, found, centre, size, mirrored=bool(mirrors))
     control = _residuals(points, found.fit)
+    share = _share(points, control)
     checked = _residuals(check, found.fit)
     rotation, rotation95 = _rotation_errors(found, known)
     scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
     named = [
         *(said_of_without(without) or said_of_blunders(judged, blunders, found, centre, size)),
-        *said_of_mirrors(points, found.fit),
+        *mirrors,
+        *said_of_tipping(found.fit.rotation, up, None if mirrors else points),
     ]
+    doubted = doubted or bool(named)
     warnings = [
         *named,
         *said_of_fit(found, kinds),
         *said_of_disagreement(judged, centre, size),
         *(north.in_words() for north in norths),
         *said_of_points(control, checked, points),
-        *said_of_errors(rotation, scale95, known, points, named=bool(named)),
+        *said_of_errors(rotation, scale95, known, points, named=doubted, share=share),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)
-    matrix = np.eye(4)
-    matrix[:3, :3] = found.fit.scale * found.fit.rotation
-    matrix[:3, 3] = found.fit.translation
     return Placed(
-        matrix=matrix,
+        matrix=_matrix(found.fit),
         scale=found.fit.scale,
         control=control,
         check=checked,
@@ -139,15 +159,18 @@ def place_robustly(
     kinds: Sequence[Observed],
     check: Points | None = None,
     extent: Array | None = None,
+    *,
+    up: Array | None = None,
+    doubted: bool = False,
 ) -> Placed:
     """The registration without what cannot be right beside the others, which is named all the same.
     Raises GeometryError as `place` does."""
-    first = place(kinds, check, extent)
+    first = place(kinds, check, extent, up=up, doubted=doubted)
     if not first.blunders:
         return first
     labels = [blunder.label for blunder in first.blunders]
     rest, judges = left_out(kinds, check, labels)
-    placed = place(rest, judges, extent)
+    placed = place(rest, judges, extent, up=up, doubted=doubted)
     said = tr(
         "{labels} cannot be right beside the others and took no part. Look the values up.",
         labels=", ".join(blunder.in_words() for blunder in first.blunders),
@@ -157,6 +180,25 @@ def place_robustly(
         blunders=(*first.blunders, *placed.blunders),
         warnings=(said, *placed.warnings),
     )
+
+
+def _wrong(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, *, mirrored: bool
+) -> tuple[list[Blunder], list[Without]]:
+    """What cannot be right beside the others, and what a few directions are worth one by one."""
+    # What is mirrored fits nowhere, and no single one is wrong.
+    blunders = [] if mirrored else find_blunders(kinds, found, centre, size)
+    without = leave_one_out(kinds, found, centre, size)
+    if without and without[0].suspect:
+        blunders = [Blunder(without[0].label, None, None, without[0].error_deg)]
+    return blunders, without
+
+
+def _matrix(fit: Similarity) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, :3] = fit.scale * fit.rotation
+    matrix[:3, 3] = fit.translation
+    return matrix
 
 
 def _shape(
@@ -181,6 +223,20 @@ def _require_enough(points: Points) -> None:
                 "one beside it."
             )
         )
+
+
+def _require_values(kinds: Sequence[Observed]) -> None:
+    """Raises GeometryError for points that are all one, and for errors that nothing has."""
+    for kind in kinds:
+        if isinstance(kind, Points) and len(kind.labels) > 1:
+            for places, said in ((kind.world, tr(_ONE_IN_WORLD)), (kind.model, tr(_ONE_ON_MODEL))):
+                if float(np.ptp(places, axis=0).max()) <= 1e-12 * float(np.abs(places).max()):
+                    raise GeometryError(said)
+        sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
+        wrong = np.isfinite(sigma) & ~((sigma >= _ERRORS[0]) & (sigma <= _ERRORS[1]))
+        if wrong.any() and not isinstance(kind, Combined | KeptScale):
+            label = kind.labels[int(np.argwhere(wrong)[0, 0])]
+            raise GeometryError(f"{label}: {why_no_error(float(sigma[wrong][0]))}")
 
 
 def _off_their_line(points: Points) -> bool:
@@ -349,6 +405,15 @@ def _bowing(
 
 def _rms(points: Sequence[PointResidual]) -> float | None:
     return float(np.sqrt(np.mean([p.error_m**2 for p in points]))) if points else None
+
+
+def _share(points: Points | None, residuals: Sequence[PointResidual]) -> float:
+    """By how much of their reach points miss (RMS)."""
+    rms = _rms(residuals)
+    if points is None or rms is None:
+        return 0.0
+    reach = float(np.sqrt(((points.world - points.world.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    return rms / reach if reach > 0.0 else 0.0
 
 
 def pairs(

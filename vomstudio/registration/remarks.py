@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
@@ -18,7 +17,6 @@ from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fi
 from vomstudio.registration.observations import Directions, Lengths, Observed, Points
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
 from vomstudio.registration.scatter import said_of_drift, scale_warning
-from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -31,6 +29,8 @@ _WORTH_TELLING_DEG = 0.1
 # What may be, and has not been seen, from edge to edge.
 _WORTH_ASKING_DEG = 1.0
 _NO_TURN_RAD = 1e-7
+# Of the reach of points: by so much they miss where values are wrong, not by measuring.
+_NOWHERE = 0.1
 # Of the normal's upward part, below which a mean plane is a wall.
 _UPRIGHT = np.sqrt(0.5)
 # Residuals that are left, and the chance of misses as small, below which accuracies are doubted.
@@ -186,8 +186,10 @@ def said_of_errors(
     points: Points | None,
     *,
     named: bool = False,
+    share: float = 0.0,
 ) -> list[str]:
     """points : that placed it, of which `name` tells what they are; None without any
+    share : of how far these reach, by which they miss (RMS)
     named : something was named that is wrong, which is to be mended before more is measured"""
     said = []
     lacking = [
@@ -208,11 +210,12 @@ def said_of_errors(
                 what=", ".join(lacking),
             )
         )
+    first = tr("Mend first what is named above.") if named else _said_of_misses(points, share)
     up, east, north = error.about_up, error.about_east, error.about_north
     if up is not None and east is not None and north is not None and max(up, east, north) > (
         _WARN_DEG
     ):  # fmt: skip
-        what = tr("Mend first what is named above.") if named else _what_helps(points)
+        what = first or _what_helps(points)
         said.append(
             tr("How the model is turned is as good as unknown. {what}", what=what)
             if max(up, float(np.hypot(east, north))) > _ANY_DEG
@@ -224,13 +227,21 @@ def said_of_errors(
                 what=what,
             )
         )
-    if scale95 is not None and (
-        scale := scale_warning(
-            scale95 / _Z95, tr("Mend first what is named above.") if named else ""
-        )
-    ):
+    if scale95 is not None and (scale := scale_warning(scale95 / _Z95, first)):
         said.append(scale)
     return said
+
+
+def _said_of_misses(points: Points | None, share: float) -> str:
+    """What helps where points fit nowhere, "" where they do."""
+    if points is None or points.name == "cameras" or share < _NOWHERE:
+        return ""
+    return tr(
+        "The points miss by {share:.0f} % of how far they reach, which no spread of them mends: "
+        "several labels, coordinates or heights are wrong, or of two systems. Compare the table "
+        "with the model.",
+        share=100.0 * share,
+    )
 
 
 def _what_helps(points: Points | None) -> str:
@@ -401,26 +412,3 @@ def said_of_lens_bend(
             )
         )
     return said
-
-
-def said_of_mirrors(points: Points | None, fit: Similarity) -> list[str]:
-    """Whether points that fit badly are a mirror image of the others."""
-    if points is None or len(points.labels) < 4:
-        return []
-    a, b = points.model, points.world
-    left = float(((fit(a) - b) ** 2).sum())
-    over = float(((b - b.mean(axis=0)) ** 2).sum())
-    flipped = a * [1.0, 1.0, -1.0]
-    try:
-        again = fit_similarity(flipped, b)
-    except GeometryError:
-        return []
-    if left > 1e-6 * over and float(((again(flipped) - b) ** 2).sum()) < 0.01 * left:
-        return [
-            tr(
-                "The points fit as a mirror image: two axes of one of the frames are exchanged, "
-                "or one runs the other way. Exchange the columns of easting and northing, or give "
-                "heights instead of depths."
-            )
-        ]
-    return []

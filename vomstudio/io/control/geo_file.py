@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.geometry.places import why_no_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
 from vomstudio.io.text.rows import is_comma_number, read_text, shortened
 from vomstudio.words import tr
@@ -75,7 +76,7 @@ def read_geo(path: Path) -> GeoFile:
         given = cells[at : at + len(_COLUMNS)]
         if len(given) < 2:
             raise InputError(
-                tr("The line needs a photo and x and y behind it."),
+                tr("The line needs a photo and x and y behind it.") + _commas(cells),
                 file=path,
                 line=number,
                 field="x",
@@ -97,6 +98,9 @@ def read_geo(path: Path) -> GeoFile:
             line=lines[int(row)],
             field=_COLUMNS[6 + int(column)],
         )
+    for row, column in np.ndindex(len(table), table.shape[1] - 6):
+        if (said := why_no_error(float(table[row, 6 + column]))) is not None:
+            raise InputError(said, file=path, line=lines[row], field=_COLUMNS[6 + column])
     return GeoFile(
         path, crs, line, tuple(photos), tuple(lines), table[:, :3], table[:, 3:6], table[:, 6:]
     )
@@ -109,6 +113,18 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
         for number, line in enumerate(text.split("\n"), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
+
+
+def _commas(cells: list[str]) -> str:
+    """A sentence, after a blank, where a line is cut by other signs than blanks."""
+    text = " ".join(cells)
+    sign = next((sign for sign in ",;" if text.count(sign) >= 2), None)
+    return (
+        ""
+        if sign is None
+        else " "
+        + tr("Its cells are parted by “{sign}”: in geo.txt blanks or tabs part them.", sign=sign)
+    )
 
 
 def _end_of_name(cells: list[str]) -> int:

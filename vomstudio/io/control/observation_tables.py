@@ -22,6 +22,7 @@ from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import orientations_of
+from vomstudio.io.text.rows import shortened
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -40,6 +41,7 @@ class Pairs:
     """n points of the model with their coordinates.
 
     model, world : (n, 3); sigma : (n, 3) metres, NaN where not stated; check : (n,) they judge only
+    notes : what was remarkable in reading them
     """
 
     labels: tuple[str, ...]
@@ -47,6 +49,7 @@ class Pairs:
     world: Array
     sigma: Array
     check: npt.NDArray[np.bool_]
+    notes: tuple[str, ...] = ()
 
     def with_more(self, other: Pairs) -> Pairs:
         """These and others. Raises UsageError where a label is in both."""
@@ -60,6 +63,7 @@ class Pairs:
             np.concatenate([self.world, other.world]),
             np.concatenate([self.sigma, other.sigma]),
             np.concatenate([self.check, other.check]),
+            (*self.notes, *other.notes),
         )
 
 
@@ -91,6 +95,7 @@ class Positions:
     heights: tuple[str, ...] = ()
     file: Path | None = None
     line: int | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +140,7 @@ def read_pairs(path: str | Path) -> Pairs:
     world = table.columns(WORLD, ("x", "y", "z"))
     table.require_places(world)
     uses = table.uses()
-    return Pairs(labels, model, world, table.sigma(), uses)
+    return Pairs(labels, model, world, table.sigma(), uses, table.notes)
 
 
 def read_points(path: str | Path) -> Pairs:
@@ -170,6 +175,13 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
         raise table.at(int(row), tr("A length must be positive. Correct it."), "length_m")
+    for bar, (one, other) in enumerate(zip(first, second, strict=True)):
+        if one == other:
+            raise table.at(
+                bar,
+                tr("The bar begins and ends at {label}. Name two points.", label=shortened(one)),
+                "to",
+            )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
     return [
         ScaleBar(a, b, float(length), None if np.isnan(s) else float(s), bool(check))
@@ -193,7 +205,7 @@ def read_positions(path: str | Path) -> Positions:
     if not degrees:
         table.require_places(places)
     crs = _crs_in(table.table.comments)
-    return Positions(photos, places, degrees, table.sigma(), crs, file=path)
+    return Positions(photos, places, degrees, table.sigma(), crs, file=path, notes=table.notes)
 
 
 def _crs_in(comments: Sequence[str]) -> str | None:

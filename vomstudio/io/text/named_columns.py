@@ -6,6 +6,7 @@ writes it. Without a header the columns stand in an order that the caller names.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,46 +15,38 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.geometry.places import why_no_coordinate, why_no_error
 from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.commented_rows import said_of_commented
+from vomstudio.io.text.rows import DECIMAL_COMMAS, parse_number, shortened
 from vomstudio.io.text.tables import TextTable, read_table
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-LABEL = ("label", "name", "point", "point id", "id", "marker")
+LABEL = (
+    "label", "name", "point", "point id", "id", "marker", "punkt", "punktnummer", "punkt nr", "nr",
+    "nom", "nombre", "punto",
+)  # fmt: skip
 PHOTO = (
     "photo", "image", "image name", "photo id", "source file", "picture", "photo name", "file",
-    "filename", "file name", "name", "label", "camera",
+    "filename", "file name", "name", "label", "camera", "foto", "bild",
+    "imagen",
 )  # fmt: skip
 WORLD = (
     (
-        "x",
-        "east",
-        "easting",
-        "e",
-        "world x",
-        "lon",
-        "longitude",
-        "x east",
-        "x easting",
-        "x longitude",
+        "x", "east", "easting", "e", "world x", "lon", "longitude", "x east", "x easting",
+        "x longitude", "rechtswert", "ostwert", "est", "este",
     ),
     (
-        "y",
-        "north",
-        "northing",
-        "n",
-        "world y",
-        "lat",
-        "latitude",
-        "y north",
-        "y northing",
-        "y latitude",
+        "y", "north", "northing", "n", "world y", "lat", "latitude", "y north", "y northing",
+        "y latitude", "hochwert", "nordwert", "nord", "norte",
     ),
-    ("z", "up", "height", "elevation", "altitude", "alt", "h", "world z", "z altitude"),
-)
+    (
+        "z", "up", "height", "elevation", "altitude", "alt", "h", "world z", "z altitude", "höhe",
+        "hoehe", "hauteur", "altura", "cota", "elevación", "altitud",
+    ),
+)  # fmt: skip
 """Names of columns that hold photos, and World coordinates."""
 _SIGMA = (
     ("sigma x", "accuracy x", "error x", "sx", "sigma east", "sigma e"),
@@ -61,6 +54,8 @@ _SIGMA = (
     ("sigma z", "accuracy z", "error z", "sz", "sigma up", "sigma h"),
 )
 _SIGMA_ALL = ("sigma", "accuracy", "sigma m", "accuracy m")
+_WORDS = {"label", "photo", "from", "to"}
+_WHOLE = re.compile(r"[+-]?\d+")
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
 
@@ -74,13 +69,18 @@ class NamedTable:
         if table.names is None:
             table = _with_header(table, order)
         if not len(table):
-            raise InputError(
-                tr("There is nothing below the header. Add rows."),
-                file=table.path,
-                line=table.header_line,
-            )
+            said = tr("There is nothing below the header. Add rows.")
+            if table.commented:
+                said = f"{said} {said_of_commented(table.commented)}"
+            raise InputError(said, file=table.path, line=table.header_line)
         self.table, self.path = table, table.path
         self._plain = [plain(name) for name in table.names or ()]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What its reader must know."""
+        lines = self.table.commented
+        return (said_of_commented(lines),) if lines else ()
 
     def _find(self, names: Sequence[str]) -> int | None:
         for name in names:
@@ -97,9 +97,11 @@ class NamedTable:
         if found is None:
             raise InputError(
                 tr(
-                    "There is no column '{called}'. The columns are {columns}.",
+                    "There is no column '{called}'. The columns are {columns}. Names that are "
+                    "understood: {names}.",
                     called=called,
                     columns=shortened(", ".join(self.table.names or ()), 120),
+                    names=", ".join(names),
                 )
                 + self.table.header_doubt,
                 file=self.path,
@@ -134,6 +136,9 @@ class NamedTable:
         values = np.asarray(self.table.numbers([which])[:, 0], np.float64)
         for row in np.flatnonzero(values <= 0):
             raise self.at(int(row), tr("An accuracy must be positive. Correct it."), called)
+        for line, value in enumerate(values.tolist()):
+            if (said := why_no_error(value)) is not None:
+                raise self.at(line, said, called)
         return values
 
     def sigma(self) -> Array:
@@ -190,7 +195,9 @@ def _with_header(table: TextTable, order: Sequence[str]) -> TextTable:
         cells = [c.strip() for c in comment.replace(";", ",").replace("\t", ",").split(",")]
         if len(cells) == 1:
             cells = comment.split()
-        if len(cells) == table.width and any(cell.isalpha() for cell in cells):
+        words = sum(parse_number(cell, decimal_comma=True) is None for cell in cells)
+        named = any(cell.isalpha() for cell in cells) and 2 * words > len(cells)
+        if len(cells) == table.width and named:
             return replace(table, names=tuple(cells))
     if not order or table.width < len(order):
         raise InputError(
@@ -201,5 +208,35 @@ def _with_header(table: TextTable, order: Sequence[str]) -> TextTable:
             file=table.path,
             line=1,
         )
+    _refuse_decimal_commas(table, order)
     more = [f"column {i + 1}" for i in range(len(order), table.width)]
     return replace(table, names=(*order, *more))
+
+
+def _refuse_decimal_commas(table: TextTable, order: Sequence[str]) -> None:
+    """Raises InputError where commas part the columns and the digits of numbers as well: twice as
+    many cells behind the words as there are numbers, and whole ones all of them."""
+    words = sum(name in _WORDS for name in order)
+    numbers = table.width - words
+    if table.delimiter != "," or numbers % 2 or numbers < 2 * (len(order) - words):
+        return
+    rows = [row[words:] for row in table.rows]
+    if not all(_WHOLE.fullmatch(cell) for row in rows for cell in row):
+        return
+    behind = [cell for row in rows for cell in row[1::2]]
+    if any(cell[0] in "+-" for cell in behind):
+        return
+    # As programs write them, with as many digits each; or 8,05, as no whole number is written.
+    if len(set(map(len, behind))) > 1 and not any(len(c) > 1 and c[0] == "0" for c in behind):
+        return
+    raise InputError(
+        tr(
+            "This row has {count} cells of whole numbers, which look like {half} numbers with "
+            "decimal commas.",
+            count=numbers,
+            half=numbers // 2,
+        )
+        + f" {tr(DECIMAL_COMMAS)}",
+        file=table.path,
+        line=int(table.line_numbers[0]),
+    )

@@ -11,13 +11,14 @@ import re
 import stat
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import repeat
 from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
-from vomstudio.words import tr, tr_n
+from vomstudio.io.text.commented_rows import commented_rows, said_of_commented
+from vomstudio.words import to_translate, tr, tr_n
 
 LARGEST_FILE = 4 << 30
 LONGEST_LINE = 1_000_000
@@ -25,6 +26,10 @@ _LONG = 20_000_000
 _SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
 _SAMPLE = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
+DECIMAL_COMMAS = to_translate(
+    "Numbers with decimal commas need another delimiter: write ; between the columns, or points in "
+    "the numbers."
+)
 _DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
 # Each digit can be matched in one way only: else a long one that is no number takes minutes.
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
@@ -57,6 +62,7 @@ class TextRows:
     comments: list[str]
     separators: list[int]
     notes: list[str]
+    commented: list[int] = field(default_factory=list)  # lines that look like rows
 
 
 def parse_number(cell: str, *, decimal_comma: bool) -> float | None:
@@ -122,6 +128,8 @@ def read_rows(path: Path, *, named: bool = False) -> TextRows:
             if comments
             else tr("The file has only empty lines. A table needs rows.")
         )
+        if comments and (like := _commented(lines, [], 3, sniff(comments[:_SAMPLE]))):
+            said += f" {said_of_commented(like)}"
         raise InputError(said, file=path)
     delimiter = sniff(data[:_SAMPLE])
     if stated is not None:
@@ -151,9 +159,17 @@ def read_rows(path: Path, *, named: bool = False) -> TextRows:
     else:
         width = _usual_width(data if rows is None else rows, delimiter)
     rows = _checked_widths(path, data, rows, numbers, width, delimiter, header is not None)
+    sample = (data if rows is None else rows)[:_SAMPLE] if comments else []
     return TextRows(
-        header, header_line, width, delimiter, data, rows, numbers, comments, separators, notes
-    )
+        header, header_line, width, delimiter, data, rows, numbers, comments, separators, notes,
+        _commented(lines, sample, width, delimiter) if comments else [],
+    )  # fmt: skip
+
+
+def _commented(
+    lines: list[str], sample: Sequence[str | list[str]], width: int, delimiter: str
+) -> list[int]:
+    return commented_rows(lines, sample, width, delimiter, cut, parse_number)
 
 
 def require_file(path: Path) -> int:
@@ -465,14 +481,7 @@ def _checked_widths(
                 if headed
                 else tr("the other rows have {count}", count=width)
             )
-            said = (
-                tr(
-                    "Numbers with decimal commas need another delimiter: write ; between the "
-                    "columns, or points in the numbers."
-                )
-                if delimiter == "," and found > width and headed
-                else ""
-            )
+            said = DECIMAL_COMMAS if delimiter == "," and found > width else ""
             raise InputError(
                 tr_n(
                     "This row has {count} cell where {wanted} (delimiter: {delimiter}). "
@@ -483,7 +492,7 @@ def _checked_widths(
                     wanted=wanted,
                     delimiter=_DELIMITER_NAMES[delimiter],
                 )
-                + (said and f" {said}"),
+                + (said and f" {tr(said)}"),
                 file=path,
                 line=number,
             )

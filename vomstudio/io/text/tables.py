@@ -56,13 +56,12 @@ class TextTable:
     comments: tuple[str, ...]
     notes: tuple[str, ...]
     """What was remarkable in reading, for people."""
-    separators: tuple[int, ...]
-    """Lines that are rules such as `---` between rows."""
+    separators: tuple[int, ...]  # lines that are rules such as `---` between rows
     line_numbers: NDArray[np.int64]
     """(n,) the line in the file at which each row begins, counted from 1."""
     _text: TextRows = field(repr=False)
-    repeats: int = 0
-    """Rows that were left out since they repeat others."""
+    repeats: int = 0  # rows that were left out since they repeat others
+    commented: tuple[int, ...] = ()  # lines that look like rows
 
     def __len__(self) -> int:
         return len(self.line_numbers)
@@ -258,6 +257,7 @@ def read_table(path: str | Path, *, named: bool = False) -> TextTable:
         separators=tuple(text.separators),
         line_numbers=np.asarray(text.numbers, dtype=np.int64),
         _text=text,
+        commented=tuple(text.commented),
     )
 
 

@@ -83,6 +83,7 @@ def placed_by_known(
     """
     evidence = evidence_of(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
+    evidence.up = up_of(model)
     if keep_scale:
         evidence.scale = transform.scale_of(transform.matrix(model.to_world))
     placed = register(evidence, extent)
@@ -94,6 +95,14 @@ def placed_by_known(
     placed = register(evidence, None if extent is None else transform.apply(stands, extent))
     scale = placed.scale * transform.scale_of(stands)
     return replace(placed, matrix=placed.matrix @ stands, scale=scale)
+
+
+def up_of(model: Model) -> Array | None:
+    """(3,) What points up in the frame of a model's file, as it stands; None where nobody knows."""
+    if not model.frame.has_up:
+        return None
+    stands = transform.matrix(model.to_world)
+    return np.asarray(stands[2, :3] / transform.scale_of(stands), np.float64)
 
 
 def _moved(evidence: Evidence, by: Array) -> Evidence:
@@ -115,6 +124,7 @@ def _moved(evidence: Evidence, by: Array) -> Evidence:
         pairs=pairs,
         compass=compass,
         scale=None if evidence.scale is None else evidence.scale / transform.scale_of(by),
+        up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_of(by),
         level_lines=[
             replace(line, first=there(line.first), second=there(line.second))
             for line in evidence.level_lines

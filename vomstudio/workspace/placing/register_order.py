@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import LevelLine
@@ -29,9 +30,10 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
-_LEAST_SIGMA = 1e-9
 BESIDE = "beside the model"
 """In place of a file of cameras or attitudes: the photos, where they are found."""
+# Formats of surveys, whose z is a height even where they name no system.
+_SURVEYED = (".las", ".laz", ".tif", ".tiff")
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,7 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         loaded = read_model(Path(asked.model), progress)
     said, unused = list[str](), list[str]()
     evidence, crs = _evidence(asked, crs, loaded, said, unused)
+    evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
     fitted = _fitted(asked, evidence, loaded, crs, progress)
     if fitted is not None:
         crs = fitted.crs
@@ -196,6 +199,15 @@ def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
     from vomstudio.registration.surface_points import some_points
 
     return some_points(loaded.data)
+
+
+def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
+    """(3,) What is up in the model, where its file says so, or its format is for surveys alone."""
+    from vomstudio.workspace.models import frame_of
+
+    surveyed = loaded.path.suffix.casefold() in _SURVEYED
+    known = surveyed or frame_of(loaded.path, loaded.crs).has_up
+    return np.array([0.0, 0.0, 1.0]) if known else None
 
 
 def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[str]:
@@ -369,6 +381,8 @@ def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) 
             tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
             field=option,
         )
+    if option == "--north-sigma" and value:
+        _require_error([value], option)
     return value
 
 
@@ -405,19 +419,15 @@ def _segment(text: str, option: str) -> Segment:
     x1, y1, z1, x2, y2, z2, value, *sigma = cells
     if sigma and not sigma[0] > 0:
         raise UsageError(tr("An error must be positive. Correct it."), field=option)
-    _require_possible(sigma, option)
+    _require_error(sigma, option)
     return Segment((x1, y1, z1), (x2, y2, z2), value, sigma[0] if sigma else None)
 
 
-def _require_possible(sigma: Sequence[float], option: str) -> None:
-    if sigma and sigma[0] < _LEAST_SIGMA:
-        raise UsageError(
-            tr(
-                "Nothing is known as well as to {error:g}. Give a larger error, or none.",
-                error=sigma[0],
-            ),
-            field=option,
-        )
+def _require_error(sigma: Sequence[float], option: str) -> None:
+    """Raises UsageError for an error that nothing has. sigma : one at most"""
+    for value in sigma:
+        if (said := why_no_error(value)) is not None:
+            raise UsageError(said, field=option)
 
 
 def _numbers(text: str) -> list[float]:
@@ -445,5 +455,5 @@ def _level_line(text: str) -> LevelLine:
         raise UsageError(
             tr("The error of a level line must lie between 0 and 45 degrees."), field="--level"
         )
-    _require_possible(sigma, "--level")
+    _require_error(sigma, "--level")
     return LevelLine((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)

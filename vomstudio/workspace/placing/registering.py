@@ -39,6 +39,7 @@ from vomstudio.workspace.placing.known_lines import (
     covariance_after,
     frame_after,
     placed_by_known,
+    up_of,
     usable,
 )
 
@@ -148,7 +149,7 @@ def placed_by_points(
     require_on_model(pairs.model, bounds)
     if not usable(lines) and compass is None:
         scale = transform.scale_of(model.to_world) if keep_scale else None
-        placed = register(Evidence(pairs=pairs, scale=scale), extent)
+        placed = register(Evidence(pairs=pairs, scale=scale, up=up_of(model), crs=crs), extent)
     else:
         placed = placed_by_known(
             pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
@@ -160,7 +161,8 @@ def placed_by_points(
     # A model that was registered before stands there by that, not by its file.
     by_file = model.registration is None and model.frame.crs == crs and placed.known.position
     if bounds is not None and crs is not None and by_file:
-        said += said_of_move(transform.apply(model.to_world, bounds), placed(bounds), crs)
+        shown = bounds if extent is None or not len(extent) else extent
+        said += said_of_move(transform.apply(model.to_world, shown), placed(shown), crs)
     return with_warnings(placed, said)
 
 

@@ -1,0 +1,108 @@
+"""A registration that turns a model upside down is never without a word."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from vomstudio.errors import GeometryError
+from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.doubts.comparing import left_over
+from vomstudio.registration.doubts.mirrors import fits_as_mirror, said_of_tipping
+from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.observations import Points
+from vomstudio.registration.placing import register_points
+
+Array = npt.NDArray[np.float64]
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def ground(n: int, relief: float, noise: float, seed: int) -> tuple[Array, Array]:
+    """Points on ground of 60 by 40 m, and their coordinates."""
+    chance = np.random.default_rng(seed)
+    model = chance.uniform(-0.5, 0.5, (n, 3)) * [60.0, 40.0, relief]
+    return model, model + chance.normal(size=model.shape) * noise
+
+
+def pairs_of(model: Array, world: Array) -> Pairs:
+    n = len(model)
+    labels = tuple(f"P{i + 1}" for i in range(n))
+    return Pairs(labels, model, world, np.full((n, 3), np.nan), np.zeros(n, bool))
+
+
+@pytest.mark.parametrize(
+    ("n", "relief", "noise"), [(8, 0.5, 0.02), (12, 1.2, 0.05), (10, 2.0, 0.1), (40, 1.0, 0.05)]
+)
+def test_columns_exchanged_on_flat_ground_are_named(n: int, relief: float, noise: float) -> None:
+    for seed in (3, 4):
+        model, world = ground(n, relief, noise, seed)
+        found = register_points(model, world[:, [1, 0, 2]])
+        assert "mirror image" in found.warnings[0]
+        assert "easting" in found.warnings[0]
+        assert not found.blunders, "where all are mirrored no single one is wrong"
+
+
+def test_sound_points_on_flat_ground_are_no_mirror_image() -> None:
+    """Also where the heights are three times as bad as the rest, and the ground is a plane."""
+    alarms = 0
+    for seed in range(300):
+        chance = np.random.default_rng(seed)
+        relief = float(chance.choice([0.0, 0.1, 1.0, 10.0]))
+        model, world = ground(int(chance.integers(4, 15)), relief, 0.02, seed)
+        world[:, 2] += chance.normal(size=len(world)) * 0.06
+        alarms += fits_as_mirror(model, world)
+    assert alarms <= 3
+
+
+def test_a_wrong_point_hides_no_mirror_image() -> None:
+    for seed in range(4):
+        model, world = ground(9, 12.0, 0.05, seed)
+        world[2] += [8.0, -6.0, 5.0]
+        assert fits_as_mirror(model, world[:, [1, 0, 2]])
+        assert not fits_as_mirror(model, world)
+
+
+def test_what_tips_over_a_model_whose_vertical_is_known_is_told() -> None:
+    # In one plane exactly no residual tells a plane from its mirror image.
+    model, world = ground(3, 0.0, 0.0, 1)
+    evidence = Evidence(pairs=pairs_of(model, world[:, [1, 0, 2]]), up=UP)
+    assert any("upside down" in said for said in register(evidence).warnings)
+    evidence = Evidence(pairs=pairs_of(model, world), up=UP)
+    assert not any("upside down" in said for said in register(evidence).warnings)
+
+
+def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> None:
+    over = np.diag([1.0, -1.0, -1.0])
+    flat, deep = ground(6, 0.0, 0.02, 2), ground(6, 20.0, 0.02, 2)
+    labels = [str(i) for i in range(6)]
+    nothing = np.full((6, 3), np.nan)
+
+    def said(pair: tuple[Array, Array], rotation: Array) -> list[str]:
+        model, world = pair
+        points = Points(labels, model, world @ rotation.T, nothing)
+        return said_of_tipping(rotation, None, points)
+
+    assert "upside down" in said(flat, over)[0]
+    assert said(deep, over) == []
+    assert said(flat, np.eye(3)) == []
+
+
+def test_the_upward_direction_may_be_any_in_the_model() -> None:
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert said_of_tipping(turn, turn.T @ UP, None) == []
+    assert said_of_tipping(turn, -turn.T @ UP, None)
+
+
+def test_what_is_left_over_is_that_of_least_squares() -> None:
+    model, world = ground(9, 15.0, 0.05, 5)
+    found = register_points(model, world)
+    left = left_over(model, world)
+    assert left is not None
+    assert found.rms_control_m is not None
+    assert left.variance == pytest.approx(9 * found.rms_control_m**2 / 20, rel=1e-6)
+    assert 20 / 3 <= left.free <= 20
+    assert left_over(model[:3], world[:3])
+    assert left_over(model * [1.0, 0.0, 0.0], world) is None
+    with pytest.raises(GeometryError):
+        register_points(model * [1.0, 0.0, 0.0], world)

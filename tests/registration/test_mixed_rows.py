@@ -1,0 +1,162 @@
+"""Rows that mean something else than the others are named, and the right ones are not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from pyproj import Transformer
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.coordinate_checks import said_of_apart, said_of_readings
+from vomstudio.registration.doubts.heights import said_of_no_heights
+from vomstudio.registration.doubts.mixed import mixed_values, said_of_mixed
+from vomstudio.registration.placing import register_points
+
+Array = npt.NDArray[np.float64]
+LABELS = [f"P{i + 1}" for i in range(8)]
+ORIGIN = np.array([576_700.0, 5_188_160.0, 160.0])
+
+
+def site(seed: int, n: int = 8, noise: float = 0.02) -> tuple[Array, Array]:
+    chance = np.random.default_rng(seed)
+    model = chance.uniform(-0.5, 0.5, (n, 3)) * [60.0, 40.0, 25.0]
+    return model, model + chance.normal(size=model.shape) * noise
+
+
+def exchanged(world: Array) -> Array:
+    return world[:, [1, 0, 2]]
+
+
+def degrees(world: Array) -> Array:
+    back = Transformer.from_crs("EPSG:32615", "EPSG:4326", always_xy=True)
+    return np.column_stack([*back.transform(world[:, 0], world[:, 1]), world[:, 2]])
+
+
+def of_another_zone(world: Array) -> Array:
+    to = Transformer.from_crs("EPSG:32615", "EPSG:32616", always_xy=True)
+    return np.column_stack([*to.transform(world[:, 0], world[:, 1]), world[:, 2]])
+
+
+def changed(world: Array, rows: list[int], by: Callable[[Array], Array]) -> Array:
+    world = world.copy()
+    world[rows] = by(world)[rows]
+    return world
+
+
+@pytest.mark.parametrize(
+    ("rows", "by", "said"),
+    [
+        ([0, 1, 3, 5, 6], exchanged, "x and y of P1, P2, P4, P6, P7 look exchanged"),
+        ([1, 3, 5, 6], exchanged, "x and y of P2, P4, P6, P7 look exchanged"),
+        ([1, 2, 3, 4], of_another_zone, "P2, P3, P4, P5: 457,"),
+        ([0, 1, 2, 3, 6], degrees, "P1, P2, P3, P4, P7 look like degrees"),
+        ([2, 3], degrees, "P3, P4 look like degrees"),
+        ([1], lambda w: w * 1000.0, "P2: in millimetres"),
+    ],
+)
+def test_the_area_of_the_system_tells_which_rows_are_right(
+    rows: list[int], by: Callable[[Array], Array], said: str
+) -> None:
+    model, world = site(0)
+    wrong = changed(world + ORIGIN, rows, by)
+    (found,), which = said_of_apart(LABELS, model, wrong, "EPSG:32615")
+    assert said in found
+    assert np.flatnonzero(which).tolist() == rows
+
+
+def test_half_of_the_rows_exchanged_without_a_system() -> None:
+    model, world = site(0)
+    wrong = changed(world + ORIGIN, [1, 3, 5, 6], exchanged)
+    (found,), which = said_of_apart(LABELS, model, wrong, None)
+    assert "either of" in found
+    assert not which.any()
+    # A model in map coordinates tells it by itself.
+    (found,), which = said_of_apart(LABELS, model + ORIGIN, wrong, None)
+    assert np.flatnonzero(which).tolist() == [1, 3, 5, 6]
+
+
+def test_places_that_are_far_apart_on_the_model_too_are_right() -> None:
+    near, world = site(1)
+    far = np.arange(8) > 3
+    for away in ([5000.0, 0.0, 0.0], [0.0, 90_000.0, 0.0]):
+        shift = np.outer(far, away)
+        assert said_of_apart(LABELS, near + shift, world + shift, None)[0] == []
+
+
+def test_a_wrong_digit_makes_no_degrees_of_the_others() -> None:
+    model, world = site(6)
+    world[3, 0] += 5000.0
+    (found,), which = said_of_apart(LABELS, model, world, None)
+    assert found.startswith("P4: 4,975 m or more from the others")
+    assert np.flatnonzero(which).tolist() == [3]
+
+
+@pytest.mark.parametrize("rows", [[0, 3, 5], [0, 3, 5, 6], [1, 2]])
+def test_values_of_another_system_in_some_rows(rows: list[int]) -> None:
+    names = ", ".join(LABELS[row] for row in rows)
+    for seed in range(3):
+        model, world = site(seed)
+        world += [0.0, 0.0, 160.0]
+        lower = changed(world, rows, lambda w: w - [0.0, 0.0, 27.3])
+        (found,) = said_of_mixed(LABELS, model, lower)
+        assert "27.3 m are added" in found
+        if len(rows) < 4:
+            assert f"heights of {names} fit" in found
+        feet = changed(world, rows, lambda w: w / [1.0, 1.0, 0.3048])
+        assert f"heights of {names} look like feet" in said_of_mixed(LABELS, model, feet)[0]
+        turned = changed(world, rows, exchanged)
+        assert f"x and y of {names} look exchanged" in said_of_mixed(LABELS, model, turned)[0]
+
+
+def test_three_of_six_heights_of_another_system_are_not_feet() -> None:
+    model, world = site(36, 6)
+    found = mixed_values(model, changed(world, [0, 2, 4], lambda w: w - [0.0, 0.0, 27.3]))
+    assert found is not None
+    assert found.kind == "offset"
+    assert abs(found.offset_m or 0.0) == pytest.approx(27.3, abs=0.2)
+
+
+@pytest.mark.parametrize("none", [0.0, -9999.0])
+def test_heights_that_stand_for_none(none: float) -> None:
+    model, world = site(4)
+    world += [0.0, 0.0, 160.0]
+    assert said_of_no_heights(LABELS, model, world) == []
+    world[[1, 4, 6], 2] = none
+    (found,) = said_of_no_heights(LABELS, model, world)
+    assert found.startswith("The heights of P2, P5, P7 stand for none")
+    # A local zero is a height like any other.
+    model, world = site(5, noise=0.0)
+    world[:, 2] -= world[3, 2]
+    assert said_of_no_heights(LABELS, model, world) == []
+
+
+def test_sound_points_and_single_blunders_are_not_mixed() -> None:
+    alarms = 0
+    for seed in range(40):
+        chance = np.random.default_rng(seed)
+        model, world = site(seed, int(chance.integers(5, 12)), float(chance.choice([0.02, 2.0])))
+        world[0] += chance.normal(size=3) * 3.0 * (seed % 2)
+        alarms += mixed_values(model, world) is not None
+    assert alarms <= 1
+
+
+@pytest.mark.parametrize(("times", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres")])
+def test_heights_in_another_unit(times: float, unit: str) -> None:
+    model, world = site(2)
+    (found,) = said_of_readings(model, world * [1.0, 1.0, times], mirrors=False)
+    assert f"heights look like {unit}" in found
+    cliff, there = model * [0.1, 0.1, 10.0], world * [0.1, 0.1, 10.0]
+    assert said_of_readings(cliff, there, mirrors=False) == []
+
+
+def test_more_spread_is_no_help_where_nothing_fits() -> None:
+    model, world = site(3)
+    found = register_points(model, world[np.random.default_rng(1).permutation(8)])
+    said = " ".join(found.warnings)
+    assert "of how far they reach" in said
+    assert "Spread the points wider" not in said
+    with pytest.raises(GeometryError):
+        register_points(model[:2], world[:2])

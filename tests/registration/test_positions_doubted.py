@@ -1,0 +1,93 @@
+"""What positions of cameras are mistaken for is named, and no photo is blamed for it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from pyproj import Transformer
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.camera_positions import cameras_that_fit
+from vomstudio.registration.doubts.heights import said_of_one_height
+from vomstudio.registration.doubts.orders import other_order
+
+Array = npt.NDArray[np.float64]
+ORIGIN = np.array([398_000.0, 4_980_000.0, 320.0])
+PHOTOS = [f"IMG_{i:02d}.jpg" for i in range(12)]
+
+
+def cameras(seed: int, noise: float = 0.5) -> tuple[Array, Array]:
+    """An arc of twelve cameras about an outcrop, and where a receiver puts them."""
+    chance = np.random.default_rng(seed)
+    turn = np.linspace(0.0, 2.4, 12)
+    model = np.column_stack([35 * np.cos(turn), 35 * np.sin(turn), 5 + 3 * turn])
+    model += chance.normal(size=model.shape) * 2.5
+    return model, ORIGIN + model + chance.normal(size=model.shape) * noise
+
+
+def told(model: Array, world: Array) -> tuple[str, list[str]]:
+    nothing = np.full(world.shape, np.nan)
+    _, wrong, gone = cameras_that_fit(PHOTOS[: len(model)], model, world, nothing, alone=True)
+    return " ".join(wrong), gone
+
+
+def test_sound_positions_are_not_doubted() -> None:
+    alarms = 0
+    for seed in range(24):
+        model, world = cameras(seed, noise=float(1 + seed % 5))
+        if seed % 3 == 0:  # from above, at one height by the barometer
+            model[:, 2] = 40.0 + np.random.default_rng(seed).normal(size=12) * 0.3
+            world[:, 2] = 360.0
+        alarms += bool(told(model, world)[0])
+    assert alarms == 0
+
+
+@pytest.mark.parametrize("height", [0.0, 330.0])
+def test_heights_that_are_all_alike_are_named(height: float) -> None:
+    for seed in range(5):
+        model, world = cameras(seed)
+        world[:, 2] = height
+        said, gone = told(model, world)
+        assert f"All heights are {height:g}" in said
+        assert gone == []
+
+
+def test_three_points_of_one_height_that_do_not_fit_it() -> None:
+    model = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 18.0], [10.0, 25.0, 4.0]])
+    assert said_of_one_height(model, model * [1.0, 1.0, 0.0])
+    flat = model * [1.0, 1.0, 0.0]
+    assert said_of_one_height(flat, flat + ORIGIN) == []
+
+
+def test_photos_named_in_another_order_are_named() -> None:
+    for seed in range(5):
+        model, world = cameras(seed)
+        for order in (world[::-1], np.roll(world, 1, axis=0)):
+            said, gone = told(model, order)
+            assert "named in another order" in said
+            assert gone == []
+        # The first photo has no position, and the last position no photo.
+        found = other_order(model[1:], world[:-1])
+        assert found is not None
+        assert (found.rows + 1 == found.others).all()
+
+
+def test_all_x_and_y_exchanged_leave_no_photo_out() -> None:
+    model, world = cameras(0)
+    _, gone = told(model, world[:, [1, 0, 2]])
+    assert gone == []
+
+
+@pytest.mark.parametrize("latitude_first", [False, True])
+def test_degrees_are_not_called_one_place(latitude_first: bool) -> None:
+    model, world = cameras(1)
+    back = Transformer.from_crs("EPSG:32633", "EPSG:4326", always_xy=True)
+    longitude, latitude = back.transform(world[:, 0], world[:, 1])
+    columns = [latitude, longitude] if latitude_first else [longitude, latitude]
+    for heights in (world[:, 2], np.full(12, 320.0)):
+        with pytest.raises(GeometryError, match="look like degrees") as raised:
+            told(model, np.column_stack([*columns, heights]))
+        assert "--crs" in str(raised.value)
+    with pytest.raises(GeometryError, match="are the same"):
+        told(model, np.tile(ORIGIN, (12, 1)))

@@ -1,0 +1,53 @@
+"""Values by which nothing can be placed are refused with a sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vomstudio as vs
+from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geometry.places import why_no_error
+from vomstudio.io.control.observation_tables import read_pairs, read_positions
+from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
+
+MODEL = np.random.default_rng(2).uniform(-20.0, 20.0, (5, 3))
+
+
+@pytest.mark.parametrize("n", [3, 5])
+def test_points_that_are_all_one(n: int) -> None:
+    with pytest.raises(GeometryError, match="same coordinates"):
+        vs.register(MODEL[:n], np.full((n, 3), 100.0))
+    with pytest.raises(GeometryError, match="same place on the model"):
+        vs.register(np.zeros((n, 3)), MODEL[:n])
+
+
+@pytest.mark.parametrize("sigma", [1e-300, 1e-160, 1e-100, 1e-9, 1e200])
+def test_errors_that_nothing_has(tmp_path: Path, sigma: float) -> None:
+    with pytest.raises(InputError, match="is no accuracy"):
+        vs.register(MODEL, MODEL, sigma_m=np.full((5, 3), sigma))
+    table = tmp_path / "p.csv"
+    table.write_text(
+        f"label,model_x,model_y,model_z,x,y,z,sigma\nA,1,2,3,4,5,6,0.02\nB,1,2,3,4,5,6,{sigma}\n"
+    )
+    with pytest.raises(InputError, match="is no accuracy") as raised:
+        read_pairs(table)
+    assert (raised.value.line, raised.value.field) == (3, "sigma")
+    for option, text in (("level", "0,0,0,1,0,0"), ("scale", "0,0,0,1,0,0,1")):
+        with pytest.raises(UsageError) as refused:
+            register_model(RegisterOrder("-", **{option: [f"{text},{sigma}"]}), lambda *_: None)
+        assert refused.value.field == f"--{option}"
+
+
+def test_errors_that_are_stated_or_not() -> None:
+    for value in (1e-6, 0.02, 30.0, float("nan")):
+        assert why_no_error(value) is None
+
+
+def test_commas_in_geo_txt_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "geo.txt"
+    path.write_text("EPSG:32633\na.jpg,398000,4980000,320\nb.jpg,398010,4980000,321\n")
+    with pytest.raises(InputError, match="parted by “,”"):
+        read_positions(path)

@@ -1,0 +1,129 @@
+"""Points in two places far apart, as of two zones, and which of them are where the model is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.similarity import fit_similarity
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Which = npt.NDArray[np.bool_]
+
+# Times what points are usually apart: in another place altogether.
+_FAR = 30.0
+# Of the reach: points in two places that are right fit better.
+_FITS = 0.05
+_MOST = 2000
+# Numbers of degrees beside numbers of metres.
+_NO_DEGREES = 1000.0
+_NAMED = 8
+
+
+def two_places(model: Array, world: Array) -> Which | None:
+    """(n,) which of the points (n, 3) are in the larger of two places that are far apart, though
+    they are not on the model; None where they are in one."""
+    from scipy.cluster.hierarchy import fcluster, linkage
+
+    if not 4 <= len(world) <= _MOST:
+        return None
+    tree = linkage(world - world.mean(axis=0), "single")
+    gaps = tree[:, 2]
+    limit = _FAR * max(float(np.median(gaps)), 1e-9)
+    if gaps[-1] <= limit or fit_as_they_are(model, world):
+        return None
+    numbers = fcluster(tree, limit, "distance")
+    largest = int(np.bincount(numbers).argmax())
+    return np.asarray(numbers == largest)
+
+
+def fit_as_they_are(model: Array, world: Array) -> bool:
+    """Whether points are as far apart on the model (n, 3) as they are said to be (n, 3)."""
+    local = world - world.mean(axis=0)
+    try:
+        fit = fit_similarity(model, local)
+    except GeometryError:
+        return False
+    miss = float(((fit(model) - local) ** 2).sum())
+    return miss < _FITS**2 * float((local**2).sum())
+
+
+def degrees_among_metres(model: Array, world: Array) -> Which:
+    """(n,) which x and y are degrees, where those of others are metres of a map."""
+    flat = np.abs(world[:, :2])
+    small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
+    large = flat.max(axis=1) > _NO_DEGREES
+    both = small.any() and int(large.sum()) > 1 and (small | large).all()
+    # A site is less than a degree across, which few are in metres.
+    both = both and float(np.ptp(world[small, :2], axis=0).max()) < 1.0
+    return small if both and not fit_as_they_are(model, world) else np.zeros(len(world), bool)
+
+
+def where_the_model_is(model: Array, world: Array, which: Which, inside: Which) -> Which | None:
+    """(n,) those of two groups that are right: which, or the others; None where nobody can tell.
+
+    inside : (n,) in the area of the CRS, False without one
+    """
+    for own in (inside, _near_own(model, world)):
+        first, second = float(own[which].mean()), float(own[~which].mean())
+        if first > 0.5 > second or second > 0.5 > first:
+            return which if first > second else ~which
+    count = int(which.sum())
+    if 2 * count == len(world):
+        return None
+    return which if 2 * count > len(world) else ~which
+
+
+def _near_own(model: Array, world: Array) -> Which:
+    """Those whose coordinates are about those that they have in the model's own frame."""
+    reach = float(np.linalg.norm(np.ptp(model, axis=0)))
+    away = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
+    far_out = np.linalg.norm(model[:, :2], axis=1) > _FAR * reach
+    return np.asarray(far_out & (away < _FAR * reach))
+
+
+def said_of_two_places(labels: Sequence[str], world: Array, which: Which) -> list[str]:
+    """Of points of which as many are in one place as in another."""
+    middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
+    names = [_some(labels, rows) for rows in (which, ~which)]
+    off = float(np.linalg.norm(middles[0] - middles[1]))
+    if float(np.linalg.norm(middles[0] - middles[1][[1, 0, 2]])) < off / _FAR:
+        return [
+            tr(
+                "x and y look exchanged, either of {first} or of {second}: read the other way "
+                "round they are in one place. Exchange those that are wrong; --crs tells which.",
+                first=names[0],
+                second=names[1],
+            )
+        ]
+    return [
+        tr(
+            "{first} are {off:,.0f} m away from {second}: they may be of two zones or systems, or "
+            "in two units. Bring all of them into one; --crs tells which are right.",
+            first=names[0],
+            second=names[1],
+            off=off,
+        )
+    ]
+
+
+def said_of_degrees_among(labels: Sequence[str], which: Which) -> list[str]:
+    """Of points in degrees among others in metres."""
+    return [
+        tr(
+            "x and y of {labels} look like degrees, beside metres of the others. Convert them to "
+            "the projected coordinate reference system of the others.",
+            labels=_some(labels, which),
+        )
+    ]
+
+
+def _some(labels: Sequence[str], which: Which) -> str:
+    rows = np.flatnonzero(which)
+    return ", ".join(labels[int(row)] for row in rows[:_NAMED]) + (
+        ", …" if len(rows) > _NAMED else ""
+    )

@@ -1,0 +1,91 @@
+"""Heights that were not measured: all alike, where the model is not flat, or none at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.doubts.comparing import far_better, left_over
+from vomstudio.registration.similarity import fit_similarity
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+# Heights of sound points are seldom all alike, so that little is risked.
+_BY_CHANCE = 0.01
+# Of how far points reach: they miss by less for other reasons.
+_FITS, _NEARLY_FITS = 0.003, 0.002
+# From so many points on, x and y as they are seen from above leave something over.
+_FEWEST_SEEN = 5
+# What tables write where nothing was measured.
+_NONE = (0.0, -9999.0, 9999.0, -99999.0, -32767.0, -32768.0)
+_HARDLY = 1e-4
+_NAMED = 8
+# Coordinates from above are an affine image of the model.
+_UNKNOWNS_SEEN = 8
+
+
+def said_of_one_height(model: Array, world: Array) -> list[str]:
+    """Of points (n, 3) that were all given one height, which the model contradicts."""
+    if len(world) < 3 or np.ptp(world[:, 2]) > 0.0 or not _contradicted(model, world):
+        return []
+    return [
+        tr(
+            "All heights are {height:g}, and on the model the points are not at one height: "
+            "heights that were not measured tilt the model. Give the heights of the points.",
+            height=float(world[0, 2]),
+        )
+    ]
+
+
+def said_of_no_heights(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+    """Of points (n, 3) of which some have a height that stands for none."""
+    none = np.isin(world[:, 2], _NONE)
+    if not none.any() or int((~none).sum()) < 3:
+        return []
+    given, rest = left_over(model, world), left_over(model[~none], world[~none])
+    if not far_better(rest, given, _HARDLY):
+        return []
+    rows = np.flatnonzero(none)[:_NAMED]
+    return [
+        tr(
+            "The heights of {labels} stand for none ({height:g}), and the other points fit without "
+            "them. Give these heights, or leave the points out.",
+            labels=", ".join(labels[int(row)] for row in rows),
+            height=float(world[rows[0], 2]),
+        )
+    ]
+
+
+def _contradicted(model: Array, world: Array) -> bool:
+    n = len(world)
+    local = world - world.mean(axis=0)
+    try:
+        fit = fit_similarity(model, local)
+    except GeometryError:
+        return False
+    squares = float(((fit(model) - local) ** 2).sum())
+    reach = float((local**2).sum())
+    if n < _FEWEST_SEEN:
+        return squares > _FITS**2 * reach and (n < 4 or _off_a_plane(model, fit.scale, squares))
+    if squares <= _NEARLY_FITS**2 * reach:
+        return False
+    from scipy.stats import f
+
+    # What the points would leave over, had nothing been said of their heights.
+    seen = np.column_stack([model - model.mean(axis=0), np.ones(n)])
+    fitted = seen @ np.linalg.lstsq(seen, local[:, :2], rcond=None)[0]
+    left = float(((fitted - local[:, :2]) ** 2).sum())
+    free = 2 * n - _UNKNOWNS_SEEN
+    less = 3 * n - 7 - free
+    limit = float(f.isf(_BY_CHANCE, less, free))
+    return (squares - left) / less > limit * max(left, 1e-18 * reach) / free
+
+
+def _off_a_plane(model: Array, scale: float, squares: float) -> bool:
+    """Whether four points are as far off a plane on the model as they miss."""
+    axes = np.linalg.svd(model - model.mean(axis=0), compute_uv=False)
+    return bool((scale * axes[2]) ** 2 > 0.1 * squares)

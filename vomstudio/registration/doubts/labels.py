@@ -1,0 +1,53 @@
+"""Labels and coordinates that two points have in common."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_NAMED = 8
+
+
+def said_of_like_labels(labels: Sequence[str]) -> list[str]:
+    """Of points whose labels differ in capitals, spaces and leading zeros alone."""
+    groups: dict[str, list[str]] = {}
+    for label in labels:
+        # 1-1 is not 11, nor A' (the end of a profile) A.
+        plain = re.sub(r"(?<!\d)[\s_-]+|[\s_-]+(?!\d)", "", label.casefold())
+        plain = re.sub(r"(?<!\d)0+(?=\d)", "", plain)
+        groups.setdefault(plain, []).append(label)
+    twins = [group for plain, group in groups.items() if plain and len(group) > 1]
+    if not twins:
+        return []
+    return [
+        tr(
+            "These labels look like those of one point: {labels}. Keep one, or give them names "
+            "that differ.",
+            labels="; ".join(
+                ", ".join(f"“{label}”" for label in group) for group in twins[:_NAMED]
+            ),
+        )
+    ]
+
+
+def said_of_one_place(labels: Sequence[str], world: Array) -> list[str]:
+    """Of points with the same coordinates."""
+    places: dict[tuple[float, ...], list[str]] = {}
+    for label, place in zip(labels, world.tolist(), strict=True):
+        places.setdefault(tuple(place), []).append(label)
+    return [
+        tr(
+            "{labels} have the same coordinates: a row may have been copied. Correct one, or take "
+            "it out.",
+            labels=", ".join(group[:_NAMED]),
+        )
+        for group in places.values()
+        if len(group) > 1
+    ]

@@ -1,0 +1,111 @@
+"""Points that fit as a mirror image, and models that a registration turns upside down.
+
+A similarity never mirrors: of points on flat ground whose easting and northing are exchanged it
+makes a model that lies on its face, which fits nearly as well as the right one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.doubts.comparing import Left, far_better, left_over
+from vomstudio.registration.doubts.orders import other_order
+from vomstudio.registration.observations import Points
+from vomstudio.registration.similarity import fit_robustly
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+_BY_CHANCE = 0.001
+# By so many points that miss by so much of their reach a mirror image with a wrong one is told.
+_FEWEST_WITHOUT, _FITS = 7, 0.01
+_FLIPPED = np.array([1.0, 1.0, -1.0])
+_ON_ITS_SIDE_DEG = 90.0
+# Of a model whose up nobody knows: one frame in a hundred and thirty is tipped so far by chance.
+_ON_ITS_FACE_DEG = 170.0
+
+
+def fits_as_mirror(model: Array, world: Array) -> bool:
+    """Whether points of the model (n, 3) fit their coordinates (n, 3) far better as a mirror image,
+    and no other order of them explains it better."""
+    mirrored, given = left_over(model * _FLIPPED, world), left_over(model, world)
+    if mirrored is None or given is None:
+        return False
+    if not far_better(mirrored, given, _BY_CHANCE):
+        return _most_fit_so(model, world, given)
+    order = other_order(model, world)
+    return order is None or order.left.variance > mirrored.variance
+
+
+def _most_fit_so(model: Array, world: Array, given: Left) -> bool:
+    """Whether all but a few points, which are wrong besides, fit as a mirror image."""
+    n = len(model)
+    reach = float(((world - world.mean(axis=0)) ** 2).sum()) / n
+    if n < _FEWEST_WITHOUT or 3.0 * given.variance < _FITS**2 * reach:
+        return False
+    try:
+        _, agree = fit_robustly(model * _FLIPPED, world)
+    except GeometryError:
+        return False
+    if agree.all() or int((~agree).sum()) > n // 3:
+        return False
+    # Those that agree as a mirror image are chosen for it, and so by much less chance.
+    own, mirrored = (left_over(m[agree], world[agree]) for m in (model, model * _FLIPPED))
+    return far_better(mirrored, own, _BY_CHANCE**2)
+
+
+def said_of_mirrors(points: Points | None) -> list[str]:
+    """Whether points that fit badly are a mirror image of the others."""
+    if points is None or not fits_as_mirror(points.model, points.world):
+        return []
+    if points.name == "cameras":
+        return [
+            tr(
+                "The positions of the cameras fit as a mirror image: x and y look exchanged, or "
+                "heights are depths. Exchange the columns, or change the sign of the heights."
+            )
+        ]
+    return [
+        tr(
+            "The points fit as a mirror image: two axes of one of the frames are exchanged, "
+            "or one runs the other way. Exchange the columns of easting and northing, or give "
+            "heights instead of depths."
+        )
+    ]
+
+
+def said_of_tipping(rotation: Array, up: Array | None, points: Points | None) -> list[str]:
+    """Of a model that a registration tips over. up : (3,) in the model's frame, where its file or
+    its user says what is up; None where nobody does, and then points must leave it open"""
+    axis = np.array([0.0, 0.0, 1.0]) if up is None else up / np.linalg.norm(up)
+    tip = float(np.degrees(np.arccos(np.clip((rotation @ axis)[2], -1.0, 1.0))))
+    if up is not None:
+        if tip <= _ON_ITS_SIDE_DEG:
+            return []
+        return [
+            tr(
+                "This registration turns the model upside down: what is up by its file is tipped "
+                "by {tip:.0f}°. Easting and northing may be exchanged, or heights be depths, and "
+                "points on flat ground hardly show it. Compare the columns with a map.",
+                tip=tip,
+            )
+        ]
+    if tip <= _ON_ITS_FACE_DEG or points is None or _tell_from_mirror(points):
+        return []
+    return [
+        tr(
+            "This registration turns the model upside down ({tip:.0f}°), and the points are too "
+            "few or too nearly in one plane to tell that from a mirror image. If z of the model "
+            "was up, easting and northing are exchanged. Exchange the columns, or add points "
+            "above or below the others.",
+            tip=tip,
+        )
+    ]
+
+
+def _tell_from_mirror(points: Points) -> bool:
+    """Whether the points fit far better than their mirror image does."""
+    given = left_over(points.model, points.world)
+    return far_better(given, left_over(points.model * _FLIPPED, points.world), _BY_CHANCE)
