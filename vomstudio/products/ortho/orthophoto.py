@@ -143,9 +143,8 @@ def write_orthophoto(
             open_geotiff(paths[image], raster, image) as picture_file,
             open_geotiff(paths[depth], replace(raster, kind="float"), depth) as depth_file,
         ):
-            covered, filled = _draw(
-                drawn_tiles(source, grid, progress, threads), picture_file, depth_file, small
-            )
+            tiles = drawn_tiles(source, grid, progress, threads)
+            covered, filled = _draw(tiles, picture_file, depth_file, small)
         _refuse_empty(covered, plan)
         warnings += source.warnings()
         facts |= {
