@@ -34,7 +34,8 @@ def fits_as_mirror(model: Array, world: Array) -> bool:
     if mirrored is None or given is None:
         return False
     if not far_better(mirrored, given, _BY_CHANCE):
-        return _most_fit_so(model, world, given)
+        # A wrong point lies in both; without it the better one is the better one still.
+        return mirrored.variance < given.variance and _most_fit_so(model, world, given)
     order = other_order(model, world)
     return order is None or order.left.variance > mirrored.variance
 
