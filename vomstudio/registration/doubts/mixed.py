@@ -44,10 +44,11 @@ def mixed_values(model: Array, world: Array) -> Mixed | None:
     """What points of the model (n, 3) fit their coordinates (n, 3) by far better with, where some
     of these are read in another way; None where nothing does."""
     n = len(model)
-    local = world - world.mean(axis=0)
-    given = left_over(model, world)
-    reach = float((local**2).sum()) / n
-    if not _FEWEST <= n <= _MOST or given is None or 3.0 * given.variance < _FITS**2 * reach:
+    given = left_over(model, world) if _FEWEST <= n <= _MOST else None
+    if given is None:
+        return None
+    reach = float(((world - world.mean(axis=0)) ** 2).sum()) / n
+    if 3.0 * given.variance < _FITS**2 * reach:
         return None
     fits = list(_fits_of_triples(model, world))
     best: Mixed | None = None
