@@ -17,7 +17,7 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of
-from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of
+from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
 from vomstudio.extraction.growing import grown, reach_of, share_going_over
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -44,6 +44,8 @@ _MOST_POINTS = 2**31 - 1
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
 _WAVY, _WAVY_TURN = 0.5, 3.0
+# Ours, of standard deviations: a strip of even width is 3.5 of its own wide.
+_SLICE = 2.0
 # In which facets are fitted, several at once.
 _PARTS = 64
 
@@ -131,10 +133,10 @@ def find_facets(
     require_limits(limits)
     progress = progress or Silent()
 
-    def begin(local: Array) -> tuple[CellGrid, Begun]:
+    def begin(local: Array, noisy: bool) -> tuple[CellGrid, Begun]:
         return begun_on_cells(
             local, limits.angle_deg, limits.max_distance, limits.min_points or FEWEST,
-            limits.min_area or 0.0, progress,
+            limits.min_area or 0.0, progress, noisy,
         )  # fmt: skip
 
     elements = elements_of(data, limits.angle_deg, progress, begin)
@@ -157,12 +159,24 @@ def find_facets(
         progress=progress,
         begun=elements.begun,
     )
+    labels = _without_volumes(elements, labels)
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
     return _told(data, elements, found, labels, float(np.median(reach)), fewest, thresholds,
                  wavy > _WAVY)  # fmt: skip
+
+
+def _without_volumes(elements: Elements, labels: Labels) -> Labels:
+    """Without facets most of whose points fill a volume: slices of it are no surface."""
+    inside = labels >= 0
+    if not inside.any():
+        return labels
+    count = np.bincount(labels[inside])
+    filling = np.bincount(labels[inside], fills_volume(elements, skin=True)[inside], len(count))
+    none = np.append(2.0 * filling > count, False)
+    return np.where(none[labels], np.int32(-1), labels)
 
 
 def facets_of_labels(
@@ -205,7 +219,7 @@ def _told(
         fewest,
         exposure,
         _of_points(data, elements, exposure.covers),
-        (*elements.warnings, *_said(found, exposure, wavy)),
+        (*elements.warnings, *_said(elements, found, exposure, wavy)),
     )
 
 
@@ -242,6 +256,8 @@ def _facets(
         if facet is None or facet.area < (limits.min_area or 0.0):
             continue
         if facet.fit.n < fewest and facet.area < least_area:
+            continue
+        if _is_slice(facet.fit):
             continue
         if facet.fit.coplanarity is not None and facet.fit.coplanarity < flattest:
             continue
@@ -286,6 +302,13 @@ def _facet(
     return Facet(fit, known, verdict, area, resolution, border, rows)
 
 
+def _is_slice(fit: PlaneFit) -> bool:
+    """The extent across is no more than a few times the scatter, as of a slice of points that fill
+    a volume: its plane may as well be one at right angles."""
+    _, across, scatter = fit.eigenvalues
+    return bool(across < _SLICE**2 * scatter)
+
+
 def _is_believed(facet: Facet, thresholds: Thresholds) -> bool:
     """It is so large beside the resolution that its error can be believed."""
     extent = feature_extent_m(facet.fit, "patch") or 0.0
@@ -328,7 +351,15 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
     return result
 
 
-def _said(found: list[Facet], exposure: Exposure, wavy: bool) -> list[str]:
+def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: bool) -> list[str]:
+    if not found and elements.of == "point" and not elements.around:
+        return [
+            tr(
+                "The points fill a volume: at no width is there a surface that they do not scatter "
+                "about by a good part of it. This noise is too large for facets; smooth the cloud, "
+                "or pick traces by hand."
+            )
+        ]
     if not found:
         return [
             tr(

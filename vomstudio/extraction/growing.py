@@ -65,7 +65,9 @@ def reach_of(elements: Elements, max_distance: float | None) -> Array:
         return np.full(len(elements), max_distance)
     noise = np.nan_to_num(elements.noise)
     # At edges the local scatter is relief and no noise: no more than is usual around.
-    usual = float(np.median(noise))
+    # Around what has a normal: cells with a few scattered points may be many.
+    told = np.isfinite(elements.normals[:, 0])
+    usual = float(np.median(noise[told])) if told.any() else 0.0
     noise = np.minimum(noise, 2.0 * usual)
     wide = np.maximum(_REACH_OF_SPACING * elements.spacing, _REACH_OF_NOISE * noise)
     if elements.of == "face":
