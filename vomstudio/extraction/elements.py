@@ -18,6 +18,7 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.shared_corners import counted_once, say_apart, snapped
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -39,7 +40,9 @@ _PER_CELL = 16.0
 _MANY = 50_000
 """In clouds of fewer points every point is looked at by itself."""
 _BLOCK = 20_000
-_WRONG_NORMALS_DEG = 30.0
+_WRONG_NORMALS_DEG, _WRONG_SHARE = 30.0, 0.03
+# Below it the points tell a normal: at an edge of 60 degrees the variation is as much.
+_FLAT = 0.06
 # A plane has a variation near 0; with noise of 1.7 spacings that of the most points is above this,
 # and at an edge of 90 degrees 0.1.
 _DROWNED, _QUIET_PART = 0.11, 0.2
@@ -168,7 +171,7 @@ def _of_cloud(
         known_ = _surroundings(open_, around, seen, begun, len(places))
     normals, variation, areas, noise = known_
     if given is not None:
-        normals = _given_or(np.asarray(given, np.float64)[rows], normals, said)
+        normals = _given_or(np.asarray(given, np.float64)[rows], normals, variation, said)
     return Elements(
         "point",
         origin,
@@ -341,8 +344,9 @@ def _wanted_neighbours(tree: object, places: Array, angle_deg: float, share: flo
     return wanted
 
 
-def _given_or(given: Array, found: Array, said: list[str]) -> Array:
-    """The file's normals where they are some and agree with the points on the whole."""
+def _given_or(given: Array, found: Array, variation: Array, said: list[str]) -> Array:
+    """The file's normals where they are some and agree with the points, on the whole and one by
+    one; beside an edge, where the points tell a normal between two faces, all that are some."""
     size = np.linalg.norm(given, axis=1)
     known = np.isfinite(size) & (size > 1e-6)
     unit = given / np.where(known, size, 1.0)[:, None]
@@ -360,7 +364,21 @@ def _given_or(given: Array, found: Array, said: list[str]) -> Array:
             )
         )
         return found
-    return np.where(known[:, None], unit, found)
+    flat = both & (variation < _FLAT)
+    wrong = flat & (cosine < np.cos(np.radians(_WRONG_NORMALS_DEG)))
+    share = float(wrong.sum()) / max(int(flat.sum()), 1)
+    if share > _WRONG_SHARE:
+        said.append(
+            tr(
+                "{share:.0f} % of the normals of the file are more than {angle:.0f}° off the "
+                "surface of its points; those of the points were used there.",
+                share=100.0 * share,
+                angle=_WRONG_NORMALS_DEG,
+            )
+        )
+        # Beside an edge as many may be wrong, and nothing tells which.
+        known &= flat
+    return np.where((known & ~wrong)[:, None], unit, found)
 
 
 # --- meshes -----------------------------------------------------------------------------------
@@ -373,6 +391,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         raise GeometryError(tr("The mesh has no faces with places."))
     origin = np.floor(vertices[whole].min(axis=0))
     local = np.where(whole[:, None], vertices, 0.0) - origin
+    local = snapped(local, faces[sound])
     corners = local[faces]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.cross(edge_a, edge_b)
@@ -382,11 +401,14 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     rows = np.flatnonzero(sound & (double > 1e-9 * longest))
     if not len(rows):
         raise GeometryError(tr("No face of the mesh has an area."))
+    progress.stage(tr("Finding neighbours"), None)
+    said: list[str] = []
+    nodes = welded(local)[faces[rows]]
+    say_apart(nodes, said)
+    first = counted_once(nodes, said)
+    rows, nodes = rows[first], nodes[first]
     row_of = np.full(len(faces), -1, np.int64)
     row_of[rows] = np.arange(len(rows))
-
-    progress.stage(tr("Finding neighbours"), None)
-    nodes = welded(local)[faces[rows]]
     starts, near = _face_neighbours(nodes)
     own = corners[rows]
     places = own.mean(axis=1)
@@ -416,6 +438,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         near,
         rows,
         row_of,
+        tuple(said),
     )
 
 

@@ -8,7 +8,7 @@ hand, see geometry/patches.py and geometry/moment_planes.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.nearby.cell_grid import CellGrid
 from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.shared_corners import snapped
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.geometry.planes import PlaneFit
@@ -132,6 +133,8 @@ def find_facets(
     limits = limits or Limits()
     require_limits(limits)
     progress = progress or Silent()
+    if isinstance(data, Mesh) and len(data.faces):
+        data = _with_shared_corners(data)
 
     def begin(local: Array, noisy: bool) -> tuple[CellGrid, Begun]:
         return begun_on_cells(
@@ -166,6 +169,14 @@ def find_facets(
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
     return _told(data, elements, found, labels, float(np.median(reach)), fewest, thresholds,
                  wavy > _WAVY)  # fmt: skip
+
+
+def _with_shared_corners(mesh: Mesh) -> Mesh:
+    vertices = np.asarray(mesh.vertices, np.float64)
+    faces = np.asarray(mesh.faces, np.int64)
+    there = np.asarray(np.isfinite(vertices).all(axis=1))
+    own = snapped(vertices, faces[there[faces].all(axis=1)])
+    return mesh if own is vertices else replace(mesh, vertices=own)
 
 
 def _without_volumes(elements: Elements, labels: Labels) -> Labels:
