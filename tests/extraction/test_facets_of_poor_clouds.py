@@ -120,3 +120,37 @@ def test_more_noise_than_faces_allow_makes_no_plane() -> None:
         found = find_facets(cloud)
         assert not found.facets or (len(found.facets) == 3 and worst(found, part) < 1.0)
         assert found.warnings
+
+
+def two_scans(off: float) -> tuple[PointCloud, np.ndarray]:
+    """Of three squares, and of one half of each a second time, off by so much."""
+    rng, parts = np.random.default_rng(8), []
+    for i, attitude in enumerate(ATTITUDES):
+        first = sheet(rng, attitude, (4.0 * i, 0, 0), size=3.0, count=10_000, noise=0.002)
+        again = sheet(rng, attitude, (4.0 * i, 0, 0), size=3.0, count=10_000, noise=0.002)
+        down = (again - [4.0 * i, 0.0, 0.0]) @ axes_of(*attitude)[1]
+        parts.append(np.concatenate([first, again[down > 0.0] + off * normal_of(*attitude)]))
+    return clouds_of(*parts)
+
+
+@pytest.mark.parametrize("off", [0.015, 0.02, 0.025])
+def test_the_stated_error_holds_what_a_scan_that_does_not_fit_tilts(off: float) -> None:
+    cloud, part = two_scans(off)
+    found = find_facets(cloud)
+    assert len(found.facets) == 3
+    for facet in found.facets:
+        truth = normal_of(*ATTITUDES[int(np.bincount(part[facet.rows]).argmax())])
+        assert angle_deg(facet.fit.normal, truth) < (facet.fit.max_confidence95_deg or 0.0)
+
+
+def test_two_layers_in_one_facet_are_said_and_are_not_good() -> None:
+    rng = np.random.default_rng(9)
+    layers = [
+        sheet(rng, (100.0, 60.0), tuple(gap * normal_of(100.0, 60.0)), size=3.0, count=2500)
+        for gap in (0.0, 0.06)
+    ]
+    both, alone = (find_facets(PointCloud(x)) for x in (np.concatenate(layers), layers[0]))
+    assert len(both.facets) == len(alone.facets) == 1
+    assert both.facets[0].verdict.quality == "doubtful"
+    assert any("two layers" in said for said in both.facets[0].verdict.reasons)
+    assert alone.facets[0].verdict.quality == "good"

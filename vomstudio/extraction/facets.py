@@ -47,6 +47,8 @@ _SHARE_OF_MESH = 0.01
 _WAVY, _WAVY_TURN = 0.5, 3.0
 # Ours, of standard deviations: a strip of even width is 3.5 of its own wide.
 _SLICE = 2.0
+# Ours; below this share of the spacing layers are no matter.
+_HUMPS, _TOLD = 0.72, 0.05
 # In which facets are fitted, several at once.
 _PARTS = 64
 
@@ -309,8 +311,30 @@ def _facet(
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
     )
+    if (fit.rms or 0.0) > _TOLD * spacing and _is_double((points - fit.centroid) @ fit.normal):
+        verdict = replace(
+            verdict,
+            quality="doubtful" if verdict.quality == "good" else verdict.quality,
+            reasons=(*verdict.reasons, _double(fit.rms or 0.0)),
+        )
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, known, verdict, area, resolution, border, rows)
+
+
+def _is_double(off: Array) -> bool:
+    """Whether distances (n,) from a plane are in two humps, by Sarle's coefficient: 1/3 for a
+    normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for two values."""
+    square = float((off * off).mean())
+    skew, peak = float((off**3).mean()) / square**1.5, float((off**4).mean()) / square**2
+    return (skew * skew + 1.0) / peak > _HUMPS
+
+
+def _double(rms: float) -> str:
+    return tr(
+        "Its points lie in two layers some {gap:.2g} m apart, as of two scans that do not fit or "
+        "of two surfaces, and the plane is between them. Allow less distance to have each by itself.",
+        gap=2.0 * rms,
+    )
 
 
 def _is_slice(fit: PlaneFit) -> bool:
