@@ -326,13 +326,14 @@ def _is_double(off: Array) -> bool:
     normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for two values."""
     square = float((off * off).mean())
     skew, peak = float((off**3).mean()) / square**1.5, float((off**4).mean()) / square**2
-    return (skew * skew + 1.0) / peak > _HUMPS
+    return bool((skew * skew + 1.0) / peak > _HUMPS)
 
 
 def _double(rms: float) -> str:
     return tr(
         "Its points lie in two layers some {gap:.2g} m apart, as of two scans that do not fit or "
-        "of two surfaces, and the plane is between them. Allow less distance to have each by itself.",
+        "of two surfaces, and the plane is between them. Allow less distance to have each by "
+        "itself.",
         gap=2.0 * rms,
     )
 
