@@ -120,7 +120,8 @@ def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
 
     # In a lattice whole rows are at one place but for the tilt of the plane, and by that the height
     # of a point would choose its cell.
-    cell = _cells(*(np.round(x / max(1e-3 * float(x.std()), 1e-300)) for x in (u, v)), side)
+    rows, columns = (np.round(x / max(1e-3 * float(x.std()), 1e-300)) for x in (u, v))
+    cell = _cells(rows, columns, side)
     count = np.maximum(np.bincount(cell), 1)
     a, b, h = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, r))
     aa, ab, bb, ah, bh = (np.bincount(cell, x) for x in (a * a, a * b, b * b, a * h, b * h))
