@@ -226,9 +226,15 @@ def drowned(places: Array) -> bool:
         return False
     sample = np.arange(0, len(places), max(1, len(places) // _TRIED))
     tree = cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
-    near = tree.query(places[sample], k=most)[1]
-    _, variation = _planes(places, sample, np.ascontiguousarray(near, np.int32))
-    return float(np.quantile(np.nan_to_num(variation), _QUIET_PART)) > _DROWNED
+    near = np.ascontiguousarray(tree.query(places[sample], k=most)[1], np.int32)
+    # Of the nearest alone as well: two sheets near each other are quiet each.
+    return all(
+        float(np.quantile(np.nan_to_num(variation), _QUIET_PART)) > _DROWNED
+        for _, variation in (
+            _planes(places, sample, np.ascontiguousarray(near[:, :count]))
+            for count in (_AROUND[0], most)
+        )
+    )
 
 
 def _wide(begun: Begun) -> str:
