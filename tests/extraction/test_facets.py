@@ -10,6 +10,7 @@ import shapely
 
 from tests.extraction.planes_by_construction import (
     angle_deg,
+    axes_of,
     clouds_of,
     grid_mesh,
     normal_of,
@@ -135,6 +136,35 @@ def test_a_curved_surface_is_said_to_be_one() -> None:
     assert not find_facets(tent(0.001)).warnings
     flat, _ = three_sheets(np.random.default_rng(5))
     assert not find_facets(flat).warnings
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "wavelength"), [(0.1, 4.0), (0.3, 4.0), (0.6, 4.0), (0.05, 1.0), (0.2, 2.0)]
+)
+def test_folded_beds_are_said_to_be_curved(amplitude: float, wavelength: float) -> None:
+    x, y = np.random.default_rng(77).uniform(0.0, 8.0, (2, 26_000))
+    z = amplitude * np.sin(2.0 * np.pi * x / wavelength)
+    z += 0.003 * np.random.default_rng(78).standard_normal(len(x))
+    found = find_facets(PointCloud(np.column_stack([x, y, z])))
+    assert any("wavy or curved" in said for said in found.warnings)
+
+
+def test_chevrons_and_flat_steps_are_not_said_to_be_curved() -> None:
+    rng = np.random.default_rng(79)
+    x, y = rng.uniform(0.0, 8.0, (2, 26_000))
+    z = 0.6 / np.pi * np.arcsin(np.sin(2.0 * np.pi * x / 4.0)) + 0.01 * rng.standard_normal(len(x))
+    found = find_facets(PointCloud(np.column_stack([x, y, z])))
+    assert len(found.facets) >= 4
+    assert not found.warnings
+    down, normal = axes_of(100.0, 60.0)[1], normal_of(100.0, 60.0)
+    for step in (0.03, 0.05):
+        parts = [
+            sheet(rng, (100.0, 60.0), tuple(i * down + step * i * normal), size=1.0, noise=0.002)
+            for i in range(8)
+        ]
+        found = find_facets(PointCloud(np.concatenate(parts)))
+        assert len(found.facets) == 8
+        assert not found.warnings
 
 
 def rough(rng: np.random.Generator, *, steep: bool) -> np.ndarray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.geology.orientation import normals_to_planes, planes_to_poles
+from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
 from vomstudio.geology.sets.axial_mixture import clusters_from_seeds, propose_clusters
 from vomstudio.geology.sets.proposals import spacing_along
 from vomstudio.geology.statistics import orientation_tensor
@@ -78,6 +78,31 @@ def test_sets_are_found_within_a_degree(name: str, seed: int) -> None:
         named[j] = int(np.bincount(truth[group == j]).argmax())
     right = np.array([named[int(g)] for g in group]) == truth
     assert right.mean() == pytest.approx(best.mean(), abs=0.03)
+
+
+def test_five_wide_sets_among_clutter_are_told_apart() -> None:
+    sets = [(40, 70), (100, 80), (160, 60), (250, 15), (300, 50)]
+    right = 0
+    for seed in range(3, 7):
+        chance = np.random.default_rng(seed)
+        poles = np.vstack([*(cluster((*of, 30.0, 40), chance) for of in sets), scatter(22, chance)])
+        right += propose_clusters(poles, 8)[0].k == 5
+    assert right >= 3
+
+
+def test_the_cone_of_a_set_among_clutter_holds_its_mean() -> None:
+    from vomstudio.geology.sets.proposals import sets_among
+
+    held, sets = [], [(40.0, 70.0, 50.0, 40), (130.0, 85.0, 50.0, 40), (250.0, 15.0, 50.0, 40)]
+    seeds = [Plane(of[0], of[1]) for of in sets]
+    for seed in range(60):
+        chance = np.random.default_rng(seed)
+        poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(60, chance)])
+        for of, one in zip(sets, sets_among(poles, seeds=seeds).sets, strict=True):
+            mean = planes_to_poles(one.dip_direction_deg, one.dip_deg).ravel()
+            off = np.degrees(np.arccos(min(1.0, abs(mean @ planes_to_poles(*of[:2]).ravel()))))
+            held.append(off <= (one.cone95_deg or 0.0))
+    assert np.mean(held) == pytest.approx(0.95, abs=0.03)
 
 
 @pytest.mark.parametrize("seed", range(5))

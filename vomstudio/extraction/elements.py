@@ -18,6 +18,7 @@ from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.shared_corners import counted_once, say_apart, snapped
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -39,7 +40,14 @@ _PER_CELL = 16.0
 _MANY = 50_000
 """In clouds of fewer points every point is looked at by itself."""
 _BLOCK = 20_000
-_WRONG_NORMALS_DEG = 30.0
+_WRONG_NORMALS_DEG, _WRONG_SHARE = 30.0, 0.03
+# Below it the points tell a normal: at an edge of 60 degrees the variation is as much.
+_FLAT = 0.06
+# A plane has a variation near 0; with noise of 1.7 spacings that of the most points is above this,
+# and at an edge of 90 degrees 0.1.
+_DROWNED, _QUIET_PART = 0.11, 0.2
+NO_SURFACE = 1.0 / 3.0
+"""The variation of a point that is no piece of a surface."""
 # A point whose neighbours lie much farther from it than theirs from them is no piece of a surface.
 _LONELY = 2.0
 
@@ -51,6 +59,8 @@ class Begun:
     labels : int32 plane, -1 for none; open : to be looked at by itself; shown : in a cell with open
         points, or beside one
     normals (n, 3), variation, areas, noise : of the surroundings, as `Elements` has them
+    wide : m, how wide the surroundings are where the noise is so large beside the spacing that only
+        they tell normals, NaN where they do not; inf where none do; 0 where single points do
     """
 
     labels: Labels
@@ -60,9 +70,11 @@ class Begun:
     variation: Array
     areas: Array
     noise: Array
+    wide: float = 0.0
 
 
-Begin = Callable[[Array], tuple[CellGrid, Begun]]
+Begin = Callable[[Array, bool], tuple[CellGrid, Begun]]
+"""Of places, and whether their noise is known to be large."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +85,14 @@ class Elements:
     places : (n, 3) from the origin on; normals : (n, 3) unit, of either side, NaN where none
     areas : (n,) each stands for; inner : (n, 6) second moments of each about its place, over its
         area (xx, yy, zz, xy, xz, yz), or one row of zeros for all
-    variation : (n,) surface variation, 0 for flat, 1/3 for no surface; NaN where unknown
+    variation : (n,) surface variation, 0 for flat, NO_SURFACE for none; NaN where unknown
     spacing, noise : (n,) mean spacing of the model's points around, and of their scatter about the
         surface
     starts, near : the neighbours of e are near[starts[e]:starts[e + 1]]
     rows : (n,) of the model's faces or points, which stand behind them
     row_of : (rows of the model,) the element of each face or point, -1 for none
     begun : (n,) facets that are known already; points amid one have no neighbours listed
+    around : of how many points normals and variation of points are; 0 where of wide surroundings
     """
 
     of: Literal["face", "point", "cell"]
@@ -97,6 +110,7 @@ class Elements:
     row_of: Ints
     warnings: tuple[str, ...] = ()
     begun: Labels | None = None
+    around: int = 0
 
     def __len__(self) -> int:
         return len(self.places)
@@ -131,8 +145,9 @@ def _of_cloud(
     origin = np.floor(own.min(axis=0))
     local = own - origin
     begun = None
-    if begin is not None and len(local) >= _MANY:
-        grid, begun = begin(local)
+    noisy = begin is not None and len(local) < _MANY and drowned(local)
+    if begin is not None and (noisy or len(local) >= _MANY):
+        grid, begun = begin(local, noisy)
     else:
         grid = grid_of(local, _PER_CELL)
     places, rows = grid.places, sound[grid.rows]
@@ -144,27 +159,19 @@ def _of_cloud(
     among = None if begun is None else np.flatnonzero(begun.shown)
     known = None if begun is None else _neighbours_for(begun, angle_deg)
     around, seen = _around(places, open_, among, known, angle_deg, progress)
-
-    n, kept = len(places), seen.near.shape[1]
-    normals, variation = np.empty((n, 3)), np.empty(n)
-    far, number = np.empty(n), np.zeros(n, np.int64)
-    if begun is not None:
-        normals[:], variation[:] = begun.normals, begun.variation
-        far[:] = np.sqrt(kept * begun.areas / np.pi)
-    normals[open_], variation[open_], far[open_] = seen.normals, seen.variation, seen.far
-    number[open_] = kept
-    usual = np.median(far[seen.near], axis=1)
-    reached = far.copy()
-    reached[open_] = np.minimum(far[open_], _LONELY * usual)
-    areas = np.pi * reached**2 / kept
+    number = np.zeros(len(places), np.int64)
+    number[open_] = seen.near.shape[1]
     said: list[str] = []
+    if begun is not None and begun.wide:
+        around = 0
+        known_ = begun.normals, begun.variation, begun.areas, begun.noise
+        if np.isfinite(begun.wide):
+            said.append(_wide(begun))
+    else:
+        known_ = _surroundings(open_, around, seen, begun, len(places))
+    normals, variation, areas, noise = known_
     if given is not None:
-        normals = _given_or(np.asarray(given, np.float64)[rows], normals, said)
-    # Of a disc of area A the variance along each diameter is A / (4 pi).
-    noise = np.sqrt(np.maximum(variation, 0.0) * around * areas / (2.0 * np.pi))
-    if begun is not None:
-        noise = np.where(begun.open, noise, begun.noise)
-    normals[open_[far[open_] > 2.0 * _LONELY * usual]] = np.nan
+        normals = _given_or(np.asarray(given, np.float64)[rows], normals, variation, said)
     return Elements(
         "point",
         origin,
@@ -181,6 +188,64 @@ def _of_cloud(
         row_of,
         tuple(said),
         None if begun is None else begun.labels,
+        around,
+    )
+
+
+def _surroundings(
+    open_: Ints, around: int, seen: _Seen, begun: Begun | None, n: int
+) -> tuple[Array, Array, Array, Array]:
+    """Normals, variation, areas and noise of n points from what is around those that are open, and
+    from cells around the others."""
+    kept = seen.near.shape[1]
+    normals, variation, far = np.empty((n, 3)), np.empty(n), np.empty(n)
+    if begun is not None:
+        normals[:], variation[:] = begun.normals, begun.variation
+        far[:] = np.sqrt(kept * begun.areas / np.pi)
+    normals[open_], variation[open_], far[open_] = seen.normals, seen.variation, seen.far
+    usual = np.median(far[seen.near], axis=1)
+    lone = open_[far[open_] > 2.0 * _LONELY * usual]
+    far[open_] = np.minimum(far[open_], _LONELY * usual)
+    areas = np.pi * far**2 / kept
+    # Of a disc of area A the variance along each diameter is A / (4 pi).
+    noise = np.sqrt(np.maximum(variation, 0.0) * around * areas / (2.0 * np.pi))
+    if begun is not None:
+        noise = np.where(begun.open, noise, begun.noise)
+    normals[lone], variation[lone] = np.nan, NO_SURFACE
+    return normals, variation, areas, noise
+
+
+def drowned(places: Array) -> bool:
+    """Whether the noise of points (n, 3) is so large beside their spacing that even the most
+    that normals are taken from fill a volume rather than a surface; of a part that is quiet every
+    point can be looked at by itself."""
+    from scipy.spatial import cKDTree
+
+    most = _AROUND[-1]
+    if len(places) < 4 * most:
+        return False
+    sample = np.arange(0, len(places), max(1, len(places) // _TRIED))
+    tree = cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
+    near = np.ascontiguousarray(tree.query(places[sample], k=most)[1], np.int32)
+    # Of the nearest alone as well: two sheets near each other are quiet each.
+    return all(
+        float(np.quantile(np.nan_to_num(variation), _QUIET_PART)) > _DROWNED
+        for _, variation in (
+            _planes(places, sample, np.ascontiguousarray(near[:, :count]))
+            for count in (_AROUND[0], most)
+        )
+    )
+
+
+def _wide(begun: Begun) -> str:
+    noise = float(np.median(begun.noise))
+    return tr(
+        "The points scatter by {noise:.3g} m about the surface, {times:.1f} times their spacing. "
+        "Normals were taken from surroundings {width:.2g} m wide; pieces that are narrower are "
+        "not told apart.",
+        noise=noise,
+        times=noise / float(np.sqrt(np.median(begun.areas))),
+        width=begun.wide,
     )
 
 
@@ -199,6 +264,8 @@ def _neighbours_for(begun: Begun, angle_deg: float) -> int | None:
     """How many neighbours make quiet normals by the noise of what lies in planes; None where that
     is less than half of the cloud."""
     closed = ~begun.open
+    if begun.wide:
+        return _AROUND[0]
     if 2 * int(closed.sum()) < len(closed):
         return None
     noise = float(np.median(begun.noise[closed] / np.sqrt(begun.areas[closed])))
@@ -283,8 +350,9 @@ def _wanted_neighbours(tree: object, places: Array, angle_deg: float, share: flo
     return wanted
 
 
-def _given_or(given: Array, found: Array, said: list[str]) -> Array:
-    """The file's normals where they are some and agree with the points on the whole."""
+def _given_or(given: Array, found: Array, variation: Array, said: list[str]) -> Array:
+    """The file's normals where they are some and agree with the points, on the whole and one by
+    one; beside an edge, where the points tell a normal between two faces, all that are some."""
     size = np.linalg.norm(given, axis=1)
     known = np.isfinite(size) & (size > 1e-6)
     unit = given / np.where(known, size, 1.0)[:, None]
@@ -302,7 +370,21 @@ def _given_or(given: Array, found: Array, said: list[str]) -> Array:
             )
         )
         return found
-    return np.where(known[:, None], unit, found)
+    flat = both & (variation < _FLAT)
+    wrong = flat & (cosine < np.cos(np.radians(_WRONG_NORMALS_DEG)))
+    share = float(wrong.sum()) / max(int(flat.sum()), 1)
+    if share > _WRONG_SHARE:
+        said.append(
+            tr(
+                "{share:.0f} % of the normals of the file are more than {angle:.0f}° off the "
+                "surface of its points; those of the points were used there.",
+                share=100.0 * share,
+                angle=_WRONG_NORMALS_DEG,
+            )
+        )
+        # Beside an edge as many may be wrong, and nothing tells which.
+        known &= flat
+    return np.where((known & ~wrong)[:, None], unit, found)
 
 
 # --- meshes -----------------------------------------------------------------------------------
@@ -315,6 +397,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         raise GeometryError(tr("The mesh has no faces with places."))
     origin = np.floor(vertices[whole].min(axis=0))
     local = np.where(whole[:, None], vertices, 0.0) - origin
+    local = snapped(local, faces[sound])
     corners = local[faces]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.cross(edge_a, edge_b)
@@ -324,11 +407,14 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     rows = np.flatnonzero(sound & (double > 1e-9 * longest))
     if not len(rows):
         raise GeometryError(tr("No face of the mesh has an area."))
+    progress.stage(tr("Finding neighbours"), None)
+    said: list[str] = []
+    nodes = welded(local)[faces[rows]]
+    say_apart(nodes, said)
+    first = counted_once(nodes, said)
+    rows, nodes = rows[first], nodes[first]
     row_of = np.full(len(faces), -1, np.int64)
     row_of[rows] = np.arange(len(rows))
-
-    progress.stage(tr("Finding neighbours"), None)
-    nodes = welded(local)[faces[rows]]
     starts, near = _face_neighbours(nodes)
     own = corners[rows]
     places = own.mean(axis=1)
@@ -358,6 +444,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         near,
         rows,
         row_of,
+        tuple(said),
     )
 
 

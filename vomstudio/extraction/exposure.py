@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.elements import Elements
+from vomstudio.extraction.elements import NO_SURFACE, Elements
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -24,7 +24,16 @@ COVERS = ("facet", "bare", "vegetation", "debris")
 NEAR_PLANAR_SHARE = 0.30
 """The book's."""
 # Ours. A plane has a surface variation near 0, a ball of points 1/3, an edge of 90 degrees 0.1.
-_ALL_DIRECTIONS = 0.2
+_FILLED = (16, 32, 64, 96), (0.11, 0.16, 0.20, 0.22)
+"""Of so many points around, the mean variation of neighbours, which points that fill a volume are
+above in 99 of 100 (0.13, 0.19, 0.23, 0.25), few points telling less of a ball; one that scatter
+about a plane by half of the spacing are at 0.07, 0.04, 0.02, 0.02, by a whole one at 0.15, 0.13,
+0.08, 0.06."""
+_SKIN = 0.75
+# A point with a sixteenth of the usual density around is scattered, and no thinly covered piece of
+# a surface, where those around it are not flat; some of them are on surfaces, as of more points
+# they are. Rough rock is at 0.05, its edges at 0.1.
+_SPARSE, _LOOSE = 16.0, 0.08
 _ROUGH = 0.02
 _GREEN = 0.08
 _WIDE = 20.0
@@ -60,12 +69,15 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
     beside the resolution that its error can be believed: any surface is planar at the scale of its
     points; colors : (n, 3) 0 to 255 of the elements, or None."""
     area = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
-    total = float(area.sum())
     inside = labels >= 0
     green = np.zeros(len(area), np.bool_) if colors is None else _green(colors)
-    variation = _mean_of_neighbours(elements, np.nan_to_num(elements.variation, nan=1.0 / 3.0))
-    # Faces of a mesh at ledges face all directions as well.
-    volume = (variation > _ALL_DIRECTIONS) & (elements.of == "point")
+    variation = _mean_of_neighbours(elements, np.nan_to_num(elements.variation, nan=NO_SURFACE))
+    volume = fills_volume(elements, variation)
+    if volume.any() and not volume.all():
+        # Of what fills a volume, or is far from all others, the distance to the next is no side of
+        # a piece of a surface.
+        area[volume] = np.minimum(area[volume], np.median(area[~volume]))
+    total = float(area.sum())
     plants = ~inside & (volume | (green & (variation > _ROUGH)))
     plants |= green & inside & (variation > 2.0 * _ROUGH)
     rubble = _jumbled_ground(elements, ~inside & ~plants)
@@ -83,6 +95,20 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
         np.bincount(labels[own], area[own], count).astype(np.float64),
         np.where(plants, 2, np.where(rubble, 3, np.where(inside, 0, 1))).astype(np.int32),
     )
+
+
+def fills_volume(elements: Elements, variation: Array | None = None, skin: bool = False) -> Bools:
+    """(n,) which points scatter in all directions, or are no piece of a surface. variation : mean
+    of the neighbours', if known; skin : at the border of a volume, too"""
+    # Faces of a mesh at ledges face all directions as well.
+    if elements.of != "point" or not elements.around:
+        return np.zeros(len(elements), np.bool_)
+    own = np.nan_to_num(elements.variation, nan=NO_SURFACE)
+    if variation is None:
+        variation = _mean_of_neighbours(elements, own)
+    limit = (_SKIN if skin else 1.0) * np.interp(elements.around, *_FILLED)
+    sparse = elements.areas > _SPARSE * np.median(elements.areas)
+    return np.asarray((variation > limit) | (own >= NO_SURFACE) | (sparse & (variation > _LOOSE)))
 
 
 def _green(colors: Array) -> Bools:

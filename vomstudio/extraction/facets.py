@@ -8,7 +8,7 @@ hand, see geometry/patches.py and geometry/moment_planes.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of
-from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of
+from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
 from vomstudio.extraction.growing import grown, reach_of, share_going_over
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -27,6 +27,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.nearby.cell_grid import CellGrid
 from vomstudio.geometry.nearby.point_grid import in_blocks
+from vomstudio.geometry.nearby.shared_corners import snapped
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.geometry.planes import PlaneFit
@@ -44,6 +45,10 @@ _MOST_POINTS = 2**31 - 1
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
 _WAVY, _WAVY_TURN = 0.5, 3.0
+# Ours, of standard deviations: a strip of even width is 3.5 of its own wide.
+_SLICE = 2.0
+# Ours; below this share of the spacing layers are no matter.
+_HUMPS, _TOLD = 0.72, 0.05
 # In which facets are fitted, several at once.
 _PARTS = 64
 
@@ -130,11 +135,13 @@ def find_facets(
     limits = limits or Limits()
     require_limits(limits)
     progress = progress or Silent()
+    if isinstance(data, Mesh) and len(data.faces):
+        data = _with_shared_corners(data)
 
-    def begin(local: Array) -> tuple[CellGrid, Begun]:
+    def begin(local: Array, noisy: bool) -> tuple[CellGrid, Begun]:
         return begun_on_cells(
             local, limits.angle_deg, limits.max_distance, limits.min_points or FEWEST,
-            limits.min_area or 0.0, progress,
+            limits.min_area or 0.0, progress, noisy,
         )  # fmt: skip
 
     elements = elements_of(data, limits.angle_deg, progress, begin)
@@ -157,12 +164,32 @@ def find_facets(
         progress=progress,
         begun=elements.begun,
     )
+    labels = _without_volumes(elements, labels)
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
     return _told(data, elements, found, labels, float(np.median(reach)), fewest, thresholds,
                  wavy > _WAVY)  # fmt: skip
+
+
+def _with_shared_corners(mesh: Mesh) -> Mesh:
+    vertices = np.asarray(mesh.vertices, np.float64)
+    faces = np.asarray(mesh.faces, np.int64)
+    there = np.asarray(np.isfinite(vertices).all(axis=1))
+    own = snapped(vertices, faces[there[faces].all(axis=1)])
+    return mesh if own is vertices else replace(mesh, vertices=own)
+
+
+def _without_volumes(elements: Elements, labels: Labels) -> Labels:
+    """Without facets most of whose points fill a volume: slices of it are no surface."""
+    inside = labels >= 0
+    if not inside.any():
+        return labels
+    count = np.bincount(labels[inside])
+    filling = np.bincount(labels[inside], fills_volume(elements, skin=True)[inside], len(count))
+    none = np.append(2.0 * filling > count, False)
+    return np.where(none[labels], np.int32(-1), labels)
 
 
 def facets_of_labels(
@@ -205,7 +232,7 @@ def _told(
         fewest,
         exposure,
         _of_points(data, elements, exposure.covers),
-        (*elements.warnings, *_said(found, exposure, wavy)),
+        (*elements.warnings, *_said(elements, found, exposure, wavy)),
     )
 
 
@@ -242,6 +269,8 @@ def _facets(
         if facet is None or facet.area < (limits.min_area or 0.0):
             continue
         if facet.fit.n < fewest and facet.area < least_area:
+            continue
+        if _is_slice(facet.fit):
             continue
         if facet.fit.coplanarity is not None and facet.fit.coplanarity < flattest:
             continue
@@ -282,8 +311,38 @@ def _facet(
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
     )
+    if (fit.rms or 0.0) > _TOLD * spacing and _is_double((points - fit.centroid) @ fit.normal):
+        verdict = replace(
+            verdict,
+            quality="doubtful" if verdict.quality == "good" else verdict.quality,
+            reasons=(*verdict.reasons, _double(fit.rms or 0.0)),
+        )
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, known, verdict, area, resolution, border, rows)
+
+
+def _is_double(off: Array) -> bool:
+    """Whether distances (n,) from a plane are in two humps, by Sarle's coefficient: 1/3 for a
+    normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for two values."""
+    square = float((off * off).mean())
+    skew, peak = float((off**3).mean()) / square**1.5, float((off**4).mean()) / square**2
+    return bool((skew * skew + 1.0) / peak > _HUMPS)
+
+
+def _double(rms: float) -> str:
+    return tr(
+        "Its points lie in two layers some {gap:.2g} m apart, as of two scans that do not fit or "
+        "of two surfaces, and the plane is between them. Allow less distance to have each by "
+        "itself.",
+        gap=2.0 * rms,
+    )
+
+
+def _is_slice(fit: PlaneFit) -> bool:
+    """The extent across is no more than a few times the scatter, as of a slice of points that fill
+    a volume: its plane may as well be one at right angles."""
+    _, across, scatter = fit.eigenvalues
+    return bool(across < _SLICE**2 * scatter)
 
 
 def _is_believed(facet: Facet, thresholds: Thresholds) -> bool:
@@ -328,7 +387,15 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
     return result
 
 
-def _said(found: list[Facet], exposure: Exposure, wavy: bool) -> list[str]:
+def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: bool) -> list[str]:
+    if not found and elements.of == "point" and not elements.around:
+        return [
+            tr(
+                "The points fill a volume: at no width is there a surface that they do not scatter "
+                "about by a good part of it. This noise is too large for facets; smooth the cloud, "
+                "or pick traces by hand."
+            )
+        ]
     if not found:
         return [
             tr(

@@ -7,6 +7,7 @@ plane of those around it), and neighbours that are one plane within their scatte
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -34,9 +35,12 @@ _WIDER = 1.25
 about their own."""
 
 
-_LEAN = 0.2
-"""Of the turn from one piece of a bend to the next, what normals lean on either: a quarter of it on
-a cylinder, a third on a sphere."""
+_PARALLEL_DEG = 2.0
+_TURNING = 0.25
+"""Of the turn from one piece of a bend to the next, what normals turn within both from their middle
+to their outer third: 0.6 on a cylinder, and about nothing beside an edge between planes."""
+_PARTS = (0.35, 0.65, 0.93)
+_LOOKED_AT, _FEWEST_TURNING = 3000, 30
 _LOOSE = 0.35
 """A slice of a cloud without a surface, as clutter is, has more neighbours than this beside it that
 are of no facet."""
@@ -65,7 +69,9 @@ def reach_of(elements: Elements, max_distance: float | None) -> Array:
         return np.full(len(elements), max_distance)
     noise = np.nan_to_num(elements.noise)
     # At edges the local scatter is relief and no noise: no more than is usual around.
-    usual = float(np.median(noise))
+    # Around what has a normal: cells with a few scattered points may be many.
+    told = np.isfinite(elements.normals[:, 0])
+    usual = float(np.median(noise[told])) if told.any() else 0.0
     noise = np.minimum(noise, 2.0 * usual)
     wide = np.maximum(_REACH_OF_SPACING * elements.spacing, _REACH_OF_NOISE * noise)
     if elements.of == "face":
@@ -275,8 +281,9 @@ def share_going_over(elements: Elements, labels: Labels, angle_deg: float) -> fl
     """Of the facets' area, the share of those that go over into another one: pieces of a face that
     is wavy or curved.
 
-    The two are turned by less than the angle, and their elements' normals lean from their planes on
-    the whole, as those on a bend do; beside an edge between planes only a few of them lean.
+    The two are turned by less than the angle, but not by so little that they are parallel, and
+    their points turn from the middle of a facet towards the other, as those on a bend do. Beside an
+    edge between planes only a few of them turn.
     """
     f = _count(labels)
     if f < 2:
@@ -284,13 +291,55 @@ def share_going_over(elements: Elements, labels: Labels, angle_deg: float) -> fl
     planes = planes_of(elements, labels)
     pairs = _touching(elements, labels, f)
     turn = _angle_deg(planes.normal[pairs[:, 0]], planes.normal[pairs[:, 1]])
+    pairs = pairs[(turn > _PARALLEL_DEG) & (turn < angle_deg)]
     rows = np.flatnonzero((labels >= 0) & np.isfinite(elements.normals[:, 0]))
-    own = labels[rows]
-    off = _angle_deg(elements.normals[rows], planes.normal[own])
-    lean = np.bincount(own, off, f) / np.maximum(np.bincount(own, minlength=f), 1)
-    bent = (turn < angle_deg) & (lean[pairs].min(axis=1) > _LEAN * turn)
-    going = np.unique(pairs[bent])
+    rows = rows[np.argsort(labels[rows], kind="stable")]
+    ends = np.searchsorted(labels[rows], np.arange(f + 1))
+    some = [rows[a:b][:: max(1, (b - a) // _LOOKED_AT)] for a, b in pairwise(ends.tolist())]
+    going = np.zeros(f, np.bool_)
+    for one, two in pairs.tolist():
+        turned, error = _turning(elements, planes, some[one], one, two) + _turning(
+            elements, planes, some[two], two, one
+        )
+        if turned > _TURNING + 2.0 * np.sqrt(error):
+            going[[one, two]] = True
     return float(planes.area[going].sum() / planes.area.sum())
+
+
+def _turning(elements: Elements, planes: Planes, rows: Ints, one: int, two: int) -> Array:
+    """What of the turn from facet one to two the points of the first (its rows) have made by the
+    outer third towards the second, from the middle third on, and its variance. Normals are of wide
+    surroundings, and do not tell it."""
+    normal, other = planes.normal[one], planes.normal[two]
+    # At right angles to the line in which the two meet, which a long facet's centre is not.
+    towards = other - (other @ normal) * normal
+    if towards @ (planes.centre[two] - planes.centre[one]) < 0.0:
+        towards = -towards
+    size, whole = float(np.linalg.norm(towards)), -float(other @ towards)
+    if len(rows) < _FEWEST_TURNING or size <= 0.0 or whole == 0.0:
+        return np.zeros(2)
+    whole /= float(other @ normal) * size
+    off = elements.places[rows] - planes.centre[one]
+    place, height = off @ (towards / size), off @ normal
+    inner, middle, end = np.quantile(place, _PARTS)
+    slopes = [
+        _slope(place[own], height[own])
+        for own in ((place > middle) & (place < end), (place > inner) & (place < middle))
+    ]
+    return np.array(
+        [(slopes[0][0] - slopes[1][0]) / whole, (slopes[0][1] + slopes[1][1]) / whole**2]
+    )
+
+
+def _slope(place: Array, height: Array) -> tuple[float, float]:
+    """Of heights over places, and its variance."""
+    across = place - place.mean() if len(place) else place
+    square = float(across @ across)
+    if len(place) < 4 or square <= 0.0:
+        return 0.0, np.inf
+    slope = float(across @ height) / square
+    left = height - height.mean() - slope * across
+    return slope, float(left @ left) / (len(place) - 2) / square
 
 
 def _angle_deg(one: Array, other: Array) -> Array:

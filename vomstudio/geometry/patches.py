@@ -29,6 +29,8 @@ Triple = tuple[float, float, float]
 # nothing beyond its points.
 CELLS = 6
 POINTS_PER_CELL = 4
+_CHANCE, _MARGIN, _FEWEST_CELLS = 1e-4, 1.4, 9
+_LOOKED_AT = 40_000
 _MANY = 10_000
 """The bounds between more points are taken from about so many of them."""
 
@@ -95,19 +97,59 @@ def _effective(local: Floats, covariance: Floats) -> float:
     free = fine * fine / 4.0 - 3.0
     # q is 2 F / dof times the variance of one independent witness over l3, as plane_errors has it.
     q = float(joint_quantile(np.array([free]))[0]) * free * excess / n
+    # Scatter of means does not tell steps, or a layer over a part: there the pieces of the patch
+    # agree on another attitude than the whole has.
+    some = slice(None, None, max(1, n // _LOOKED_AT))
+    q = max(q, _leaning(u[some], v[some], r[some], fine // 2) / white)
     return float(min(3.0 - 2.0 * np.log(LEVEL) / np.log1p(q), n))
 
 
 def _excess(u: Floats, v: Floats, r: Floats, side: int) -> float:
     """Variance that one independent point must have for its means to scatter as those of the
     side x side cells of equal count do."""
+    cell = _cells(u, v, side)
+    sums, count = np.bincount(cell, r), np.maximum(np.bincount(cell), 1)
+    return float((sums * sums / count).sum()) / (side * side - 3.0)
+
+
+def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
+    """Variance across the plane that would tilt it to the attitude of its pieces, the median of the
+    side x side cells, where these differ from it by more than they do from each other by chance;
+    0 where they do not."""
+    from scipy.stats import f
+
+    # In a lattice whole rows are at one place but for the tilt of the plane, and by that the height
+    # of a point would choose its cell.
+    rows, columns = (np.round(x / max(1e-3 * float(x.std()), 1e-300)) for x in (u, v))
+    cell = _cells(rows, columns, side)
+    count = np.maximum(np.bincount(cell), 1)
+    a, b, h = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, r))
+    aa, ab, bb, ah, bh = (np.bincount(cell, x) for x in (a * a, a * b, b * b, a * h, b * h))
+    area = aa * bb - ab * ab
+    sound = area > 1e-6 * aa * bb
+    slopes = np.stack([bb * ah - ab * bh, aa * bh - ab * ah])[:, sound] / area[sound]
+    cells = slopes.shape[1]
+    if cells < _FEWEST_CELLS:
+        return 0.0
+    lean = np.median(slopes, axis=1)
+    # Of normal deviates the standard error of their median, by their median deviation.
+    apart = np.median(np.abs(slopes - lean[:, None]), axis=1)
+    error = 1.2533 * 1.4826 * apart / np.sqrt(cells)
+    chance = 2.0 * float(f.ppf(1.0 - _CHANCE, 2, cells - 2))
+    if float((lean**2).sum()) == 0.0 or (lean**2 <= error**2 * chance / 2.0).all():
+        return 0.0
+    spread = np.array([(u * u).mean(), (v * v).mean()])
+    return float(_MARGIN**2 * (lean**2 @ spread))
+
+
+def _cells(u: Floats, v: Floats, side: int) -> Ints:
+    """Which of side x side cells of equal count each point is in."""
     slab = _equal_parts(u, side)
     cell = np.empty(len(u), np.int64)
     for i in range(side):
         own = np.flatnonzero(slab == i)
         cell[own] = i * side + _equal_parts(v[own], side)
-    sums, count = np.bincount(cell, r), np.maximum(np.bincount(cell), 1)
-    return float((sums * sums / count).sum()) / (side * side - 3.0)
+    return cell
 
 
 def _equal_parts(values: Floats, parts: int) -> Ints:

@@ -6,11 +6,13 @@ together. What cells cannot tell, edges, small pieces and rough ground, is left 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.extraction.cells.kernels import block_planes, cell_moments, hand_down
-from vomstudio.extraction.elements import Begun, Elements
+from vomstudio.extraction.elements import Begun, Elements, drowned
 from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
@@ -30,6 +32,12 @@ _THIN = 0.007
 _FEWEST_AROUND = 20
 _LEAST_CELLS = 40
 _FEWEST_WITHIN = 6
+# The same where noise is larger than the spacing: of cells of a few hundred points a face has
+# fewer. The scatter about a surface does not grow with them, that of pieces far apart does.
+_NOISY_PER_CELL, _NOISY_WIDER = 100.0, 1.5
+_NOISY_QUIET, _NOISY_SHARP = 0.035, 0.07
+_NOISY_LEAST_CELLS = 9
+_STEADY = 1.5
 _SYMMETRIC = [0, 3, 4, 3, 1, 5, 4, 5, 2]
 _BLOCK = 10_000
 
@@ -41,23 +49,25 @@ def begun_on_cells(
     least_points: int,
     least_area: float,
     progress: Progress,
+    noisy: bool = False,
 ) -> tuple[CellGrid, Begun]:
     """Of points (n, 3) from 0 on. least_points, least_area : that a facet must have, both; smaller
-    planes are left to single points. Raises Cancelled through `progress`."""
-    per_cell = _PER_CELL
-    while True:
-        grid = grid_of(local, per_cell)
-        cells, count = _cells(grid, progress)
-        usual = float(np.median(np.repeat(cells.variation, np.diff(grid.begins))))
-        per_cell *= _WIDER
-        if usual <= _QUIET or per_cell > 10.0 * _PER_CELL:
-            break
+    planes are left to single points; noisy : only surroundings wider than those of single points
+    tell normals, which is found out of many points. Raises Cancelled through `progress`."""
+    found = None if noisy else _quiet_cells(local, _PER_CELL, _WIDER, _QUIET, progress)
+    least_cells, sharp, wide = _LEAST_CELLS, _SHARP, 0.0
+    if found is None or (found.usual > _QUIET and drowned(found.grid.places)):
+        found = _quiet_cells(local, _NOISY_PER_CELL, _NOISY_WIDER, _NOISY_QUIET, progress)
+        least_cells, sharp = _NOISY_LEAST_CELLS, _NOISY_SHARP
+        wide = found.width if found.usual <= _NOISY_QUIET else np.inf
+    grid, cells = found.grid, found.cells
     # In a cloud whose cells have no normals every point is looked at.
-    usable = (count >= _FEWEST_AROUND) & (cells.variation <= (_SHARP if usual <= _QUIET else -1.0))
-    cells.normals[~usable] = np.nan
+    if wide > found.width or (not wide and found.usual > _QUIET):
+        sharp = -1.0
+    cells.normals[(found.count < _FEWEST_AROUND) | (cells.variation > sharp)] = np.nan
     reach = reach_of(cells, max_distance)
     labels = grown(
-        cells, angle_deg=angle_deg, reach=reach, least_count=_LEAST_CELLS, least_area=np.inf,
+        cells, angle_deg=angle_deg, reach=reach, least_count=least_cells, least_area=np.inf,
         progress=progress,
     )  # fmt: skip
     planes = planes_of(cells, labels)
@@ -86,7 +96,40 @@ def begun_on_cells(
         cells.variation[of],
         per_point[of],
         cells.noise[of],
+        wide,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Cells, with how many points are in each and around it; usual : variation; width : m, of a
+    cell and those around it, where there are most points"""
+
+    grid: CellGrid
+    cells: Elements
+    count: Ints
+    usual: float
+    width: float
+
+
+def _quiet_cells(
+    local: Array, per_cell: float, wider: float, quiet: float, progress: Progress
+) -> _Found:
+    """The smallest cells of ten times as many points at most whose surroundings are flat."""
+    most, least = 10.0 * per_cell, np.inf
+    while True:
+        grid = grid_of(local, per_cell)
+        cells, count = _cells(grid, progress)
+        of = np.diff(grid.begins)
+        usual = float(np.median(np.repeat(cells.variation, of)))
+        per_cell *= wider
+        noise = float(np.median(np.repeat(cells.noise, of)))
+        least = min(least, noise)
+        if quiet > _QUIET and noise > _STEADY * least:
+            usual = np.inf
+        if usual <= quiet or per_cell > most:
+            width = float(np.median(np.repeat(np.sqrt(cells.areas / of * count), of)))
+            return _Found(grid, cells, count, usual, width)
 
 
 def _cells(grid: CellGrid, progress: Progress) -> tuple[Elements, Ints]:

@@ -24,6 +24,7 @@ from vomstudio.geology.statistics import orientation_tensor
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 LEAST_MEMBERS = 5
 """Of a set that is proposed."""
@@ -34,8 +35,9 @@ _SEED = 25.0
 _ROUNDS, _SETTLED = 200, 1e-6
 _MOST_COMPARED, _MOST_SEARCHED = 2000, 3000
 _TRIED = 3
-_PARAMETERS = 6
-"""Of a cluster: three of its axes, two of its spread, its weight."""
+_PARAMETERS, _OF_LENGTH = 5, 2
+"""Of a cluster as long as wide: two of its axis, its spread, its weight, and one for the many
+places at which it was looked for; and of one that is longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,37 @@ class Mixture:
         """(n,) the most probable cluster of each pole, -1 where it is the even scatter."""
         best = np.argmax(self.posterior, axis=1)
         return np.where(best == self.k, -1, best)
+
+
+def cones95_deg(poles: Floats, mixture: Mixture) -> Floats:
+    """(k,) half-angle of the cone about each cluster's mean axis that holds the true one with 95 %;
+    NaN where it cannot be told. Poles that may be of another cluster or of the scatter tell the
+    less of the axis the farther they are from it (Louis 1982, J. R. Statist. Soc. B 44, 226): the
+    scatter of those assigned to it, which misses its tails, would promise too much."""
+    from scipy.stats import f
+
+    result = np.full(mixture.k, np.nan)
+    for j in range(mixture.k):
+        own = mixture.posterior[:, j]
+        size = float(own.sum())
+        along, across = poles @ mixture.axes[j, 0], poles @ mixture.axes[j, 1:].T
+        spread = np.maximum(own @ across**2 / max(size, 1e-9), 1e-16)
+        # The narrowest that there are may be narrower in truth.
+        known = mixture.concentrations[j] * max(1.0 - 1.0 / max(size, 1.0), 0.1)
+        pull = np.where(mixture.concentrations[j] >= 0.99 * _NARROWEST, 0.5 / spread, known)
+        score = 2.0 * pull * across
+        told = np.diag(2.0 * pull * (own @ (along[:, None] ** 2 - across**2)))
+        missing = (score * (own * (1.0 - own))[:, None]).T @ score
+        values = np.linalg.eigvalsh(told - missing)
+        if size <= 2.0 or values[0] <= 0.05 * np.diag(told).min():
+            continue
+        wide, ratio = 1.0 / math.sqrt(values[0]), math.sqrt(values[0] / values[1])
+        # 95 % of a normal distribution in two dimensions, of which one may be narrow.
+        many = 1.96 + (math.sqrt(-2.0 * math.log(0.05)) - 1.96) * ratio
+        # Of members that are certain there are two free numbers each; of these, by trial, one.
+        few = math.sqrt(float(f.ppf(0.95, 2, size - 1.0)) / -math.log(0.05))
+        result[j] = math.degrees(math.asin(min(1.0, many * few * wide)))
+    return result
 
 
 def propose_clusters(
@@ -150,7 +183,33 @@ def _dense_places(poles: Floats, posterior: Floats) -> list[Floats]:
 
 
 def _settled(poles: Floats, axes: Floats, concentrations: Floats, weights: Floats) -> Mixture:
-    """Expectation and maximisation until the likelihood stands still."""
+    """The mixture at the next summit of the likelihood; clusters whose length is not borne out by
+    their poles are as long as wide, and have that many parameters less."""
+    free = np.zeros(len(axes), np.bool_)
+    found = _climbed(poles, axes, concentrations, weights, free)
+    round_ = _not_longer(poles, found)
+    if not round_.any():
+        return found
+    return _climbed(poles, found.axes, found.concentrations, found.weights, round_)
+
+
+def _not_longer(poles: Floats, mixture: Mixture) -> Bools:
+    """(k,) whether a cluster's length beyond its width gains less than it costs."""
+    result = np.zeros(mixture.k, np.bool_)
+    for j in range(mixture.k):
+        across, own = poles @ mixture.axes[j, 1:].T, mixture.posterior[:, j]
+        size = max(float(own.sum()), 1e-9)
+        even = np.full(2, _concentration(np.array([own @ (across**2).mean(axis=1) / size]))[0])
+        gain = _log_density(across, mixture.concentrations[j]) - _log_density(across, even)
+        result[j] = 2.0 * float(own @ gain) < _OF_LENGTH * math.log(max(len(poles), 2))
+    return result
+
+
+def _climbed(
+    poles: Floats, axes: Floats, concentrations: Floats, weights: Floats, round_: Bools
+) -> Mixture:
+    """Expectation and maximisation until the likelihood stands still; round_ (k,) : clusters that
+    are as long as wide."""
     n, last = len(poles), -math.inf
     axes, concentrations = axes.copy(), concentrations.copy()
     for _ in range(_ROUNDS):
@@ -175,11 +234,12 @@ def _settled(poles: Floats, axes: Floats, concentrations: Floats, weights: Float
             tensor = (poles * posterior[:, j, None]).T @ poles / size[j]
             values, vectors = np.linalg.eigh(tensor)
             axes[j] = vectors[:, ::-1].T
-            concentrations[j] = _concentration(values[1::-1])
+            spread = values[1::-1]
+            concentrations[j] = _concentration(np.full(2, spread.mean()) if round_[j] else spread)
     inside = posterior[:, :-1]
     share = inside / np.maximum(inside.sum(axis=1, keepdims=True), 1e-300)
     overlap = -float(np.sum(inside * np.log(np.maximum(share, 1e-300))))
-    free = _PARAMETERS * len(axes)
+    free = _PARAMETERS * len(axes) + _OF_LENGTH * int((~round_).sum())
     icl = free * math.log(max(n, 2)) - 2.0 * likelihood + 2.0 * overlap
     return Mixture(axes, concentrations, weights, posterior, likelihood, icl)
 

@@ -19,6 +19,7 @@ from vomstudio.geology.sets.axial_mixture import (
     LEAST_MEMBERS,
     Mixture,
     clusters_from_seeds,
+    cones95_deg,
     propose_clusters,
 )
 from vomstudio.geology.sets.discontinuities import (
@@ -269,6 +270,7 @@ def sets_among(
     warnings: list[str] = []
     mixture, criteria = _mixture(poles, most, exactly, seeds)
     group = mixture.assigned()
+    cones = cones95_deg(poles, mixture)
     order = list(range(mixture.k))
     if not seeds:
         order.sort(key=lambda j: (-int(np.sum(group == j)), j))
@@ -284,7 +286,7 @@ def sets_among(
                 )
             continue
         where = None if places is None else places[members]
-        sets.append(_described(names[j], poles[members], where))
+        sets.append(_described(names[j], poles[members], where, float(cones[j])))
     if exactly is not None and not seeds and len(sets) < exactly:
         warnings.append(
             tr_n(
@@ -353,18 +355,23 @@ def _mixture(
     return clusters_from_seeds(poles, axes), []
 
 
-def _described(name: str, poles: Floats, places: Floats | None) -> ProposedSet:
+def _described(
+    name: str, poles: Floats, places: Floats | None, cone95_deg: float = math.nan
+) -> ProposedSet:
     found = fisher(poles, directed=False)
     normal = found.mean.vector()
     direction, dip, _ = normals_to_planes(normal)
     gap, cv = spacing_along(normal, places)
+    cone = found.alpha95_deg
+    if cone is not None and cone95_deg > cone:
+        cone = cone95_deg
     return ProposedSet(
         name,
         len(poles),
         float(direction[0]),
         float(dip[0]),
         found.kappa,
-        found.alpha95_deg,
+        cone,
         gap,
         cv,
     )

@@ -1,0 +1,156 @@
+"""Facets of clouds with much noise, scattered points and vegetation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.extraction.planes_by_construction import (
+    angle_deg,
+    axes_of,
+    clouds_of,
+    normal_of,
+    sheet,
+)
+from vomstudio.extraction.facets import Facets, find_facets
+from vomstudio.geometry.cloud import PointCloud
+
+ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
+VOLUME = "fill a volume"
+
+
+def squares(
+    rng: np.random.Generator, number: int, size: float, spacing: float, noise: float
+) -> list[np.ndarray]:
+    count = int((size / spacing) ** 2)
+    return [
+        sheet(rng, ATTITUDES[i % 3], (3 * size * i, 0, 0), size=size, count=count, noise=noise)
+        for i in range(number)
+    ]
+
+
+def worst(found: Facets, part: np.ndarray) -> float:
+    return max(
+        angle_deg(
+            facet.fit.normal, normal_of(*ATTITUDES[int(np.bincount(part[facet.rows]).argmax()) % 3])
+        )
+        for facet in found.facets
+    )
+
+
+@pytest.mark.parametrize("times", [2.0, 3.0])
+def test_noise_of_some_spacings_hides_no_plane_and_makes_none(times: float) -> None:
+    rng = np.random.default_rng(1)
+    cloud, part = clouds_of(*squares(rng, 3, 2.5, 0.03, times * 0.03))
+    found = find_facets(cloud)
+    assert len(found.facets) == 3
+    assert worst(found, part) < 0.5
+    assert any("Normals were taken from surroundings" in said for said in found.warnings)
+
+
+def test_connected_walls_with_much_noise_are_told_apart() -> None:
+    rng = np.random.default_rng(2)
+    places = rng.uniform(0.0, 4.0, (3, 15_000, 2))
+    walls = [np.insert(places[k], k, 0.08 * rng.standard_normal(15_000), axis=1) for k in range(3)]
+    found = find_facets(PointCloud(np.concatenate(walls)))
+    assert len(found.facets) == 3
+    axes = np.abs([facet.fit.normal for facet in found.facets])
+    assert np.sort(axes.argmax(axis=1)).tolist() == [0, 1, 2]
+    assert axes.max(axis=1).min() > np.cos(np.radians(0.5))
+
+
+@pytest.mark.parametrize("number", [15_000, 51_000])
+def test_what_fills_a_volume_has_no_facet_and_is_said_to(number: int) -> None:
+    rng = np.random.default_rng(3)
+    for points in (
+        rng.uniform(0.0, 1.0, (number, 3)),
+        np.concatenate(squares(rng, 3, 0.03 * np.sqrt(number / 3), 0.03, 1.0)),
+    ):
+        found = find_facets(PointCloud(points))
+        assert not found.facets
+        assert len(found.warnings) == 1
+        assert VOLUME in found.warnings[0]
+
+
+def test_a_volume_beside_a_quiet_square_has_no_facet() -> None:
+    rng = np.random.default_rng(4)
+    quiet = squares(rng, 1, 2.5, 0.03, 0.003)[0]
+    found = find_facets(PointCloud(np.concatenate([quiet, rng.uniform(3.0, 5.0, (15_000, 3))])))
+    rows = found.facets[0].rows
+    assert (rows < len(quiet)).mean() > 0.99
+    assert sum((facet.rows >= len(quiet)).sum() for facet in found.facets) < 0.01 * 15_000
+
+
+@pytest.mark.parametrize(("share", "times"), [(0.002, 1.0), (0.01, 0.5), (0.05, 1.0), (0.1, 0.3)])
+def test_scattered_points_break_no_plane_up_and_are_no_rock(share: float, times: float) -> None:
+    rng = np.random.default_rng(5)
+    parts = squares(rng, 6, 3.0, 0.03, times * 0.03)
+    count = sum(map(len, parts))
+    low, high = [-5.0, -5.0, -5.0], [50.0, 5.0, 5.0]
+    cloud, part = clouds_of(*parts, rng.uniform(low, high, (int(share * count), 3)))
+    found = find_facets(cloud)
+    assert len(found.facets) == 6
+    assert worst(found, part) < 0.3
+    assert (found.labels[part < 6] >= 0).mean() > 0.99
+    assert found.exposure.near_planar_share is not None
+    assert found.exposure.near_planar_share > 0.93
+    assert not found.warnings
+
+
+@pytest.mark.parametrize("depth", [0.2, 0.5, 1.0])
+def test_what_fills_a_volume_before_a_wall_is_no_rock(depth: float) -> None:
+    rng = np.random.default_rng(6)
+    wall = sheet(rng, (90.0, 85.0), (0.0, 0.0, 0.0), size=8.0, count=40_000, noise=0.006)
+    u, v = axes_of(90.0, 85.0)
+    hidden = (wall @ u > 0.0) & (wall @ v > 0.0)
+    count = int(hidden.sum())
+    along, down, out = rng.uniform(0.0, [[4.0], [4.0], [depth]], (3, count))
+    plants = along[:, None] * u + down[:, None] * v + out[:, None] * normal_of(90.0, 85.0)
+    found = find_facets(PointCloud(np.concatenate([wall[~hidden], plants])))
+    assert (found.covers[-count:] == 2).mean() > 0.9
+    assert found.exposure.vegetation_share == pytest.approx(0.25, abs=0.04)
+    assert found.exposure.near_planar_share is not None
+    assert found.exposure.near_planar_share > 0.97
+
+
+def test_more_noise_than_faces_allow_makes_no_plane() -> None:
+    rng = np.random.default_rng(7)
+    for times in (4.0, 8.0):
+        cloud, part = clouds_of(*squares(rng, 3, 2.5, 0.03, times * 0.03))
+        found = find_facets(cloud)
+        assert not found.facets or (len(found.facets) == 3 and worst(found, part) < 1.0)
+        assert found.warnings
+
+
+def two_scans(off: float) -> tuple[PointCloud, np.ndarray]:
+    """Of three squares, and of one half of each a second time, off by so much."""
+    rng, parts = np.random.default_rng(8), []
+    for i, attitude in enumerate(ATTITUDES):
+        first = sheet(rng, attitude, (4.0 * i, 0, 0), size=3.0, count=10_000, noise=0.002)
+        again = sheet(rng, attitude, (4.0 * i, 0, 0), size=3.0, count=10_000, noise=0.002)
+        down = (again - [4.0 * i, 0.0, 0.0]) @ axes_of(*attitude)[1]
+        parts.append(np.concatenate([first, again[down > 0.0] + off * normal_of(*attitude)]))
+    return clouds_of(*parts)
+
+
+@pytest.mark.parametrize("off", [0.015, 0.02, 0.025])
+def test_the_stated_error_holds_what_a_scan_that_does_not_fit_tilts(off: float) -> None:
+    cloud, part = two_scans(off)
+    found = find_facets(cloud)
+    assert len(found.facets) == 3
+    for facet in found.facets:
+        truth = normal_of(*ATTITUDES[int(np.bincount(part[facet.rows]).argmax())])
+        assert angle_deg(facet.fit.normal, truth) < (facet.fit.max_confidence95_deg or 0.0)
+
+
+def test_two_layers_in_one_facet_are_said_and_are_not_good() -> None:
+    rng = np.random.default_rng(9)
+    layers = [
+        sheet(rng, (100.0, 60.0), tuple(gap * normal_of(100.0, 60.0)), size=3.0, count=2500)
+        for gap in (0.0, 0.06)
+    ]
+    both, alone = (find_facets(PointCloud(x)) for x in (np.concatenate(layers), layers[0]))
+    assert len(both.facets) == len(alone.facets) == 1
+    assert both.facets[0].verdict.quality == "doubtful"
+    assert any("two layers" in said for said in both.facets[0].verdict.reasons)
+    assert alone.facets[0].verdict.quality == "good"

@@ -1,0 +1,75 @@
+"""Facets of meshes whose faces share no corners or lie on each other, and normals that are wrong in
+part."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.extraction.planes_by_construction import grid_mesh, normal_of, sheet
+from vomstudio.extraction.facets import find_facets
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+
+
+def roof() -> Mesh:
+    """Two planes of 2 x 2 m in plan that meet in a ridge."""
+    heights = 0.5 * (2.0 - np.abs(np.arange(81) - 40) * 0.05)
+    return grid_mesh(np.tile(heights, (41, 1)), 0.05)
+
+
+@pytest.mark.parametrize("jitter", [1e-9, 1e-6, 2e-5])
+def test_corners_that_are_nearly_at_one_place_are_one(jitter: float) -> None:
+    mesh = roof()
+    corners = mesh.vertices[mesh.faces.ravel()]
+    corners = corners + jitter * np.random.default_rng(1).standard_normal(corners.shape)
+    faces = np.arange(mesh.faces.size, dtype=np.int32).reshape(-1, 3)
+    found, whole = find_facets(Mesh(corners, faces)), find_facets(mesh)
+    assert len(found.facets) == len(whole.facets) == 2
+    assert [f.area for f in found.facets] == pytest.approx([f.area for f in whole.facets], rel=0.01)
+    assert found.labels.shape == (len(corners),)
+    assert not found.warnings
+
+
+def test_faces_that_are_apart_are_said_to_be() -> None:
+    rng = np.random.default_rng(2)
+    corners = rng.uniform(0.0, 10.0, (500, 1, 3)) + rng.normal(0.0, 0.05, (500, 3, 3))
+    found = find_facets(
+        Mesh(corners.reshape(-1, 3), np.arange(1500, dtype=np.int32).reshape(-1, 3))
+    )
+    assert "do not hang together" in found.warnings[0]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_faces_on_each_other_are_one_piece_of_surface(turned: bool) -> None:
+    mesh = roof()
+    again = mesh.faces[:, ::-1] if turned else np.roll(mesh.faces, 1, axis=1)
+    whole = find_facets(mesh)
+    for faces in (again, again[::2]):
+        found = find_facets(replace(mesh, faces=np.concatenate([mesh.faces, faces])))
+        assert [f.area for f in found.facets] == pytest.approx([f.area for f in whole.facets])
+        assert found.exposure.area_m2 == pytest.approx(whole.exposure.area_m2)
+        assert [f.fit.n for f in found.facets] == [f.fit.n for f in whole.facets]
+        assert any("counted once" in said for said in found.warnings)
+    assert not whole.warnings
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.4])
+def test_normals_of_a_file_that_are_wrong_in_part_are_used_where_they_are_right(
+    share: float,
+) -> None:
+    rng = np.random.default_rng(3)
+    attitudes = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
+    points = np.concatenate(
+        [sheet(rng, a, (4.0 * i, 0.0, 0.0), noise=0.01) for i, a in enumerate(attitudes)]
+    )
+    normals = np.repeat([normal_of(*a) for a in attitudes], 4000, axis=0)
+    bad = rng.random(len(normals)) < share
+    normals = np.where(bad[:, None], rng.standard_normal(normals.shape), normals)
+    found = find_facets(PointCloud(points, normals=normals.astype(np.float32)))
+    assert found.exposure.coverage is not None
+    assert found.exposure.coverage > 0.99
+    assert len(found.facets) == 3
+    assert any("normals of the file" in said for said in found.warnings) == (share > 0.0)

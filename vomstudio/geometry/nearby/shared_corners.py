@@ -1,0 +1,106 @@
+"""What a mesh's faces share: corners at one place are one corner, and faces on the same corners are
+one piece of surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.coincident_points import place_keys, welded
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+Ints = npt.NDArray[np.int64]
+
+# Of the faces' sides: with more that are of one face only the corners may be beside each other.
+_LOOSE = 0.4
+_NEAR = 4e-3
+"""Of a usual side: the cells in which corners are at one place."""
+_MANY = 1.5
+"""For each face; where faces share corners there is one for two of them."""
+_APART, _FEW = 0.7, 20
+
+
+def snapped(places: Array, faces: Ints) -> Array:
+    """The places (n, 3), finite where faces (k, 3) have corners, with those moved together that are
+    much nearer to each other than a side is long. Only where hardly any faces share a side, as when
+    each has corners of its own that were rounded or transformed apart; else as they are."""
+    nodes = welded(places)[faces]
+    if not len(faces) or int(nodes.max()) < _MANY * len(faces):
+        return places
+    loose = _loose(nodes)
+    lengths = np.linalg.norm(places[faces] - places[np.roll(faces, 1, axis=1)], axis=2)
+    if loose < _LOOSE or not (lengths > 0.0).any():
+        return places
+    near = _NEAR * float(np.median(lengths[lengths > 0.0]))
+    used = np.unique(faces)
+    number = _nearly_welded(places[used], near)
+    first = np.full(int(number.max()) + 1, -1, np.int64)
+    first[number[::-1]] = used[::-1]
+    result = places.copy()
+    result[used] = places[first[number]]
+    # Nothing is gained where the faces are apart in truth.
+    return result if _loose(welded(result)[faces]) < 0.9 * loose else places
+
+
+def say_apart(nodes: Ints, said: list[str]) -> None:
+    """Where most of the faces with the corners `nodes` (k, 3) share no side."""
+    if len(nodes) < _FEW or int(nodes.max()) < _MANY * len(nodes):
+        return
+    loose = _loose(nodes)
+    if loose > _APART:
+        said.append(
+            tr(
+                "The faces of the mesh do not hang together: {share:.0f} % of their sides are of "
+                "one face only, so that facets cannot grow from face to face. Merge its vertices.",
+                share=100.0 * loose,
+            )
+        )
+
+
+def counted_once(nodes: Ints, said: list[str]) -> Bools:
+    """(k,) which faces are the first on their three corners, whichever side they show."""
+    keys = place_keys(np.sort(nodes, axis=1).astype(np.float64))
+    order = np.argsort(keys, kind="stable")
+    again = np.zeros(len(nodes), np.bool_)
+    # The sort is stable: the first of those that are alike comes first.
+    again[order[1:]] = np.diff(keys[order]) == 0
+    if again.any():
+        said.append(
+            tr(
+                "{share:.0f} % of the faces lie on others with the same corners, as on a mesh with "
+                "two sides; each piece of surface is counted once.",
+                share=max(100.0 * float(again.mean()), 1.0),
+            )
+        )
+    return ~again
+
+
+def _loose(nodes: Ints) -> float:
+    """Of the sides of faces, the share that is of one face only."""
+    a = nodes.ravel()
+    b = np.roll(nodes, -1, axis=1).ravel()
+    key = np.sort(np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b))
+    same = key[1:] == key[:-1]
+    shared = np.append(same, False) | np.append(False, same)
+    return float(1.0 - shared.mean())
+
+
+def _nearly_welded(places: Array, near: float) -> Ints:
+    """Of places (n, 3) the number that those much nearer than `near` have in common: which are in
+    one cell of that side in one of four grids, each shifted by a quarter."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(places)
+    rows, columns, count = [], [], n
+    for part in range(4):
+        cells = np.floor(places / near + 0.25 * part)
+        which = welded(cells)
+        rows.append(np.arange(n))
+        columns.append(count + which)
+        count += int(which.max()) + 1
+    source, target = np.concatenate(rows), np.concatenate(columns)
+    graph = coo_matrix((np.ones(len(source), np.int8), (source, target)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1][:n], np.int64)
