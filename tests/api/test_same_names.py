@@ -49,7 +49,8 @@ PAIRS = {
         f"section {OBJ} --plane 110/90 --through {MIDDLE} -o {{out}}",
         lambda *_: vs.section(OBJ, plane="110/90", through=[364534, 4721859.5, 852]),
         # Of a section in memory there are the lines, and no features beside.
-        ("file", "polylines", "points", "features", "left_out", "features_file", "warnings"),
+        ("file", "polylines", "points", "features", "left_out", "features_file", "warnings",
+         "projection_trend_deg", "projection_plunge_deg", "projection_angle_deg"),
     ),
     "dem": Pair(
         f"dem {OBJ} --gsd 0.5 -o {{out}}.tif",

@@ -73,7 +73,7 @@ def test_the_reading_never_lies_over_what_is_picked_nor_over_the_cursor(
 def test_a_good_plane_leaves_the_line_that_is_picked_to_be_seen(window, outcrop, picks):
     """Its disc is drawn under the line and lets the rock through."""
     driver.open_outcrop(window, outcrop)
-    points = picks["B04"][:: max(1, len(picks["B04"]) // 12)]
+    points = picks["B07"][:: max(1, len(picks["B07"]) // 12)]
     look_at(window, points, 0.0, 10.0)
     key(window, Qt.Key.Key_T)
     before = window.viewport.grab().toImage()

@@ -12,6 +12,7 @@ from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
     Directions,
+    KeptScale,
     LevelLines,
     Observed,
     Points,
@@ -148,3 +149,15 @@ def test_what_agrees_is_seldom_called_contradictory() -> None:
             assert held(placed)
             said += any(sign in w for w in placed.warnings for sign in SIGNS.values())
     assert said <= 3
+
+
+def test_a_scale_that_is_kept_stands_against_points_that_fit_well_alone() -> None:
+    rng = np.random.default_rng(3)
+    own = points(rng, 6)
+    twice = Points(own.labels, own.model, ORIGIN + 2.0 * (own.world - ORIGIN), own.sigma)
+    ends = np.array([[-30.0, 0.0, 0.0]]), np.array([[30.0, 0.0, 0.0]])
+    kept = KeptScale(["scale"], *ends, np.array([60.0]), np.array([0.006]))
+    for others in ([], [levels(rng, 0.0)]):
+        placed = place([twice, kept, *others])
+        assert placed.scale == pytest.approx(1.0, abs=0.01)
+        assert any("scale that is kept is contradicted" in said for said in placed.warnings)

@@ -155,7 +155,7 @@ def as_uncertain(measured: Measurement) -> UncertainPlane | None:
     if fit is None or fit.error_rake_deg is None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    largest, smallest = wider_of(fit, measured.judged_as, measured.resolution_m)
+    largest, smallest = wider_of(fit, measured.judged_as)
     free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
     rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
     return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)

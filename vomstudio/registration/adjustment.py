@@ -22,7 +22,14 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import rotations_by_pairs
-from vomstudio.registration.observations import Directions, Observed, Points, Rows, all_rows
+from vomstudio.registration.observations import (
+    Directions,
+    KeptScale,
+    Observed,
+    Points,
+    Rows,
+    all_rows,
+)
 from vomstudio.registration.row_errors import (
     METRES,
     drift_of,
@@ -155,12 +162,15 @@ def _alone(kinds: Sequence[Observed], centre: Array, size: float) -> dict[str, t
     """Of each group without a stated error the variance by the misses of its kind alone, and how
     many free ones there are; of kinds that stand beside others only."""
     kinds = [kind for kind in kinds if len(kind.labels)]
+    # A scale that is kept stands for every one of them.
+    kept = [kind for kind in kinds if isinstance(kind, KeptScale)]
+    kinds = [kind for kind in kinds if not isinstance(kind, KeptScale)]
     found: dict[str, tuple[float, float]] = {}
     for kind in kinds if len(kinds) > 1 else ():
         stated = getattr(kind, "sigma", None)
         if stated is None or np.isfinite(stated).all():
             continue
-        one = adjust([kind], centre, size)
+        one = adjust([kind, *kept], centre, size)
         groups = np.array(one.rows.groups)
         unknown = ~np.isfinite(one.rows.sigma)
         for name, free in one.free_of.items():
