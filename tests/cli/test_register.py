@@ -363,18 +363,22 @@ def test_level_lines_of_one_view_leave_the_tilt_about_it(
     assert np.degrees(np.arccos(min(1.0, up[2]))) < 0.5 or up[2] < -0.999
 
 
-def test_marks_in_photos_place_the_control_points(run, write: Write, stations) -> None:
-    model, _, views = stations
-    there = world(CORNERS)
-    control = write(
-        "\n".join(["label,x,y,z", *(f"P{i},{x},{y},{z}" for i, (x, y, z) in enumerate(there))]),
-        "control.csv",
-    )
+def marked_corners(write: Write, views, label: str = "P{}", photo: str = "{}"):
+    """A table of the corners P0, P1..., and the rows of their marks in the photos; label, photo :
+    as they are written there."""
+    rows = (f"P{i},{x},{y},{z}" for i, (x, y, z) in enumerate(world(CORNERS)))
+    control = write("\n".join(["label,x,y,z", *rows]), "control.csv")
     marks = ["label,photo,x,y"]
     for number, corner in enumerate(CORNERS):
-        for view in views[:4]:
+        for view in views:
             x, y = view.project(corner)[0]
-            marks.append(f"P{number},{view.name},{x},{y}")
+            marks.append(f"{label.format(number)},{photo.format(view.name)},{x},{y}")
+    return control, marks
+
+
+def test_marks_in_photos_place_the_control_points(run, write: Write, stations) -> None:
+    model, _, views = stations
+    control, marks = marked_corners(write, views[:4])
     told = run("register", model, "--gcp", control, "--marks",
                write("\n".join(marks), "marks.csv"), "--json").json  # fmt: skip
     assert off_deg(told) < 1e-3
@@ -606,16 +610,7 @@ def test_marks_that_meet_nothing_are_told_as_the_cause(
     run, write: Write, stations, label: str, photo: str, said: str
 ) -> None:
     model, _, views = stations
-    there = world(CORNERS)
-    control = write(
-        "\n".join(["label,x,y,z", *(f"P{i},{x},{y},{z}" for i, (x, y, z) in enumerate(there))]),
-        "control.csv",
-    )
-    marks = ["label,photo,x,y"]
-    for number, corner in enumerate(CORNERS):
-        for view in views[:3]:
-            x, y = view.project(corner)[0]
-            marks.append(f"{label.format(number)},{photo.format(view.name)},{x},{y}")
+    control, marks = marked_corners(write, views[:3], label, photo)
     ran = run("register", model, "--gcp", control, "--marks", write("\n".join(marks), "marks.csv"))
     assert ran.code == 2
     assert said in ran.err

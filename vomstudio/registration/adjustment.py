@@ -23,6 +23,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import rotations_by_pairs
 from vomstudio.registration.observations import (
+    Attitudes,
     Directions,
     KeptScale,
     Observed,
@@ -159,16 +160,16 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
 
 
 def _alone(kinds: Sequence[Observed], centre: Array, size: float) -> dict[str, tuple[float, float]]:
-    """Of each group without a stated error the variance by the misses of its kind alone, and how
-    many free ones there are; of kinds that stand beside others only."""
+    """Of each group of points and attitudes without a stated error the variance by the misses of
+    its kind alone, and how many free ones there are; of kinds that stand beside others only."""
     kinds = [kind for kind in kinds if len(kind.labels)]
     # A scale that is kept stands for every one of them.
     kept = [kind for kind in kinds if isinstance(kind, KeptScale)]
     kinds = [kind for kind in kinds if not isinstance(kind, KeptScale)]
     found: dict[str, tuple[float, float]] = {}
     for kind in kinds if len(kinds) > 1 else ():
-        stated = getattr(kind, "sigma", None)
-        if stated is None or np.isfinite(stated).all():
+        # Planes have many starts, which would take longer than all else.
+        if not isinstance(kind, Points | Attitudes) or np.isfinite(kind.sigma).all():
             continue
         one = adjust([kind, *kept], centre, size)
         groups = np.array(one.rows.groups)

@@ -23,7 +23,6 @@ from vomstudio.io.control.observation_tables import (
     Positions,
     ScaleBar,
 )
-from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.attitude_evidence import (
     NORTH_DOUBT_DEG,
     AttitudeMiss,
@@ -51,6 +50,7 @@ from vomstudio.registration.coordinate_checks import (
 )
 from vomstudio.registration.length_evidence import kept_scale, lengths_of, said_of_lengths
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
+from vomstudio.registration.marks.mark_checks import finder
 from vomstudio.registration.marks.wrong_marks import agreeing
 from vomstudio.registration.observations import (
     Lengths,
@@ -249,14 +249,7 @@ def _own(evidence: Evidence, known: Mapping[str, Any], field_: str) -> Callable[
             ),
             field=field_,
         )
-    names = list(known)
-    find = photo_finder(names)
-
-    def found(photo: str) -> str | None:
-        number = find(photo.replace("\\", "/"))
-        return None if number is None else names[number]
-
-    return found
+    return finder(list(known))
 
 
 def _view(evidence: Evidence, photo: str, field_: str) -> View | None:

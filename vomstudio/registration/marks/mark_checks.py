@@ -76,7 +76,7 @@ def said_of_names(
 
     points : labels that have coordinates
     """
-    find = _finder(list(views))
+    find = finder(list(views))
     strange = sorted({photo for _, photo, _, _ in marks if find(photo) is None})
     unknown = sorted({label for label, *_ in marks} - set(points))
     seen = photos_of(points, marks, views)
@@ -121,7 +121,7 @@ def photos_of(
     points: Sequence[str], marks: Sequence[Marked], views: Mapping[str, View]
 ) -> dict[str, set[str]]:
     """Of each label in `points` the photos of the model in which it is marked."""
-    find = _finder(list(views))
+    find = finder(list(views))
     seen: dict[str, set[str]] = {label: set() for label in points}
     for label, photo, _, _ in marks:
         name = find(photo)
@@ -134,7 +134,8 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
 
 
-def _finder(names: Sequence[str]) -> Callable[[str], str | None]:
+def finder(names: Sequence[str]) -> Callable[[str], str | None]:
+    """What finds the one of these names that a photo is meant by."""
     find = photo_finder(names)
 
     def found(photo: str) -> str | None:
@@ -227,7 +228,7 @@ def require_pixels_of_photos(
 
 
 def _by_photo(marks: Sequence[Marked], views: Mapping[str, View]) -> tuple[list[str], list[_Seen]]:
-    find = _finder(list(views))
+    find = finder(list(views))
     numbers: dict[str, int] = {}
     of_photo: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
     for label, photo, x, y in marks:
