@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geology.view_attitudes import camera_rotations
+from vomstudio.registration.listed_names import listed, listed_of
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +32,6 @@ _TIMES = 5.0
 _MOST = 600
 # A turn of which so much is about the vertical leaves that as it is.
 _LEVEL = 0.95
-_NAMED = 8
 
 
 def left_out(
@@ -115,7 +115,7 @@ def verticals_left_out(
                 "The verticals of {count} photos do not agree with the others and were left out: "
                 "{names}.",
                 count=int(out.sum()),
-                names=_some([labels[int(i)] for i in np.flatnonzero(out)]),
+                names=listed_of(labels, out),
             )
         )
         if quarters:
@@ -198,7 +198,7 @@ def _described(
             named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
         else:
             named.setdefault(("far", limit), []).append(labels[row])
-    said += [_said_of(why, what, _some(names)) for (why, what), names in named.items()]
+    said += [_said_of(why, what, listed(names)) for (why, what), names in named.items()]
     return tilted
 
 
@@ -222,14 +222,6 @@ def _said_of(why: str, what: Any, names: str) -> str:
         "were left out: {names}.",
         limit=what,
         names=names,
-    )
-
-
-def _some(names: Sequence[str]) -> str:
-    if len(names) <= _NAMED:
-        return ", ".join(names)
-    return tr(
-        "{names} and {count} more", names=", ".join(names[:_NAMED]), count=len(names) - _NAMED
     )
 
 

@@ -23,6 +23,7 @@ from vomstudio.registration.doubts.heights import said_of_no_heights, said_of_on
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
 from vomstudio.registration.doubts.mixed import said_of_mixed
 from vomstudio.registration.doubts.orders import said_of_order
+from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
 from vomstudio.words import tr, tr_n
@@ -204,7 +205,7 @@ def _with_heights(positions: Positions, said: list[str]) -> Positions:
                 "{count} camera position without a height was left out: {names}.",
                 "{count} camera positions without a height were left out: {names}.",
                 int((~keep).sum()),
-                names=_some(positions.photos, ~keep),
+                names=listed_of(positions.photos, ~keep),
             )
         )
     above = np.array([_above(word) for word in positions.heights])
@@ -220,7 +221,7 @@ def _with_heights(positions: Positions, said: list[str]) -> Positions:
                     "({usual}) and were left out, since the two differ by up to 100 m: {names}.",
                     int(other.sum()),
                     usual=_called(usual),
-                    names=_some(positions.photos, other),
+                    names=listed_of(positions.photos, other),
                 )
             )
             keep &= ~other
@@ -245,10 +246,6 @@ def _called(word: str) -> str:
         "ellipsoid": tr("above the ellipsoid"),
         "sea level": tr("above the sea"),
     }.get(word, tr("not stated above what"))
-
-
-def _some(photos: Sequence[str], which: npt.NDArray[np.bool_]) -> str:
-    return ", ".join(np.array(photos)[which][:8])
 
 
 def _said_of_heights(positions: Positions, longitude: float, latitude: float) -> str:
@@ -343,7 +340,7 @@ def cameras_that_fit(
                 "The positions of {count} photos miss by too much to be chance and were left out: "
                 "{names}.",
                 int((~used).sum()),
-                names=", ".join(np.array(labels)[~used][:8]),
+                names=listed_of(labels, ~used),
             )
         )
     rows = np.flatnonzero(used)

@@ -13,6 +13,7 @@ from itertools import combinations, product
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.registration.listed_names import listed
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -23,7 +24,6 @@ _FEWEST_RADIANS = 3
 _TRIALS = 100
 _FAR_DEG = 15.0
 _TIMES = 5.0
-_NAMED = 8
 # Planes whose normals are nearer to each other fix no rotation.
 _APART = np.sin(np.radians(15.0))
 _TURNS = (90.0, -90.0, 180.0)
@@ -57,7 +57,7 @@ def said_of_azimuths(labels: Sequence[str], model: Array, world: Array) -> list[
             named.setdefault(turn, []).append(labels[row])
     said = []
     for turn, names in named.items():
-        some = ", ".join(names[:_NAMED])
+        some = listed(names)
         if turn == 180.0:
             said.append(
                 tr(

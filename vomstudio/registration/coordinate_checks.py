@@ -25,6 +25,7 @@ from vomstudio.registration.doubts.labels import said_of_like_labels, said_of_on
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
 from vomstudio.registration.doubts.mixed import said_of_mixed
 from vomstudio.registration.doubts.orders import said_of_order
+from vomstudio.registration.listed_names import listed
 from vomstudio.registration.observations import Points
 from vomstudio.registration.overlap import said_of_stretch
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
@@ -46,7 +47,6 @@ _FITS = 0.01
 _FEWEST = 5
 # A point so many times as far from the middle as is usual is in another place altogether.
 _FAR = 30.0
-_NAMED = 8
 # Labels of more points are not exchanged in trial.
 _MOST = 60
 _MUCH_BETTER = 0.1
@@ -150,7 +150,7 @@ def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_])
     said = [
         tr(
             "{labels}: in {unit}, it seems, beside metres of the others. Convert them.",
-            labels=_some(labels, rows),
+            labels=listed([labels[row] for row in rows]),
             unit=tr(unit),
         )
         for unit, rows in scaled.items()
@@ -160,7 +160,7 @@ def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_])
             tr(
                 "x and y of {labels} look exchanged: read the other way round they are where the "
                 "others are. Exchange them.",
-                labels=_some(labels, exchanged),
+                labels=listed([labels[row] for row in exchanged]),
             )
         )
     if lost:
@@ -169,7 +169,7 @@ def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_])
             tr(
                 "{labels}: {off:,.0f} m or more from the others, which are within {reach:,.0f} m. "
                 "Look the coordinates up: a digit may be wrong, or they are of another zone.",
-                labels=_some(labels, lost),
+                labels=listed([labels[row] for row in lost]),
                 off=off,
                 reach=reach,
             )
@@ -462,10 +462,6 @@ def said_of_noise(world: Array, placed: Array) -> list[str]:
 
 
 # --- in common --------------------------------------------------------------------------------
-def _some(labels: Sequence[str], rows: Sequence[int]) -> str:
-    return ", ".join(labels[row] for row in rows[:_NAMED])
-
-
 def _reach(points: Array) -> float:
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar
 from vomstudio.registration.compass_evidence import Segment
+from vomstudio.registration.listed_names import listed
 from vomstudio.registration.marks.mark_checks import nearest
 from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
 from vomstudio.registration.similarity import fit_similarity
@@ -151,7 +152,7 @@ def said_of_lengths(
     said = [
         tr(
             "The lengths {labels} are not metres: by the points they are in {unit}. Convert them.",
-            labels=", ".join(labels[:_NAMED]),
+            labels=listed(labels),
             unit=tr(unit),
         )
         if len(labels) > 1

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.cameras import View
+from vomstudio.registration.listed_names import listed
 from vomstudio.registration.observations import LevelLines
 from vomstudio.words import tr
 
@@ -21,7 +22,6 @@ Array = npt.NDArray[np.float64]
 # Of the photo's long side: a point of the model this near to the end of a line is at that end.
 _NEAR = 0.02
 _AWAY_DEG = 2.0
-_NAMED = 8
 # Of the photo's size: a line may reach so far beyond its edge.
 _BEYOND = 0.1
 # Lines that are level are at right angles to one direction, and turn with the photos.
@@ -114,7 +114,7 @@ def said_of_level_lines(
             "if these are lines on the outcrop, perspective tilts them and the model with them, by "
             "more than is stated. Mark a horizon or the axes of photos that were held level "
             "instead.",
-            photos=", ".join(named[:_NAMED]),
+            photos=listed(named),
             away=most,
         ),
     ]
@@ -158,7 +158,7 @@ def _said_of_upright(photos: Sequence[str], views: Sequence[View], ends: Array) 
     if apart > _TURNED_DEG and off.max() <= _LEVEL_TOGETHER_DEG:
         return []
     names = [photo for photo, up in zip(photos, upright, strict=True) if up]
-    told = ", ".join(names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
+    told = listed(names)
     ahead = np.array([view.direction for view in views])
     turned = _range_deg(np.arctan2(ahead @ axes[2], ahead @ axes[1]), 360.0)
     if upright.all() and turned > _TURNED_DEG and apart < turned / 2.0:

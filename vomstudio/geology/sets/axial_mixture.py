@@ -14,13 +14,11 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-
-from vomstudio.geology.statistics import orientation_tensor
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -279,8 +277,3 @@ def _is_sound(mixture: Mixture) -> bool:
     mean = mixture.axes[:, 0]
     near = np.abs(mean @ mean.T) > math.cos(math.radians(3.0))
     return not (near & ~np.eye(mixture.k, dtype=bool)).any()
-
-
-def mean_axes(poles: Floats, rows: Sequence[Ints]) -> Floats:
-    """(k, 3) first axis of the orientation tensor of each group of rows."""
-    return np.array([orientation_tensor(poles[row])[1][0] for row in rows]).reshape(-1, 3)

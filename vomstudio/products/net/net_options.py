@@ -183,16 +183,6 @@ class Turning:
         return replace(line, line=Line.from_vector(vector), axis=axis)
 
 
-def net_untilted(net: NetContents, plane: Plane) -> NetContents:
-    """All of the net after the plane has been turned to the horizontal about its strike."""
-    return net_after(net, Turning(plane))
-
-
-def net_turned(net: NetContents, axis: Line, angle_deg: float) -> NetContents:
-    """All of the net turned about an axis, by the right-hand rule about its downward end."""
-    return net_after(net, Turning(None, axis, angle_deg))
-
-
 def net_after(net: NetContents, turning: Turning) -> NetContents:
     """All of the net turned, its means found anew."""
     sets = [turning.of_set(s) for s in net.sets]

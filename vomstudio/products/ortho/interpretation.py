@@ -17,7 +17,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
 from vomstudio.errors import UsageError
 from vomstudio.geology.map_symbols import strike_and_dip
-from vomstudio.geology.orientation import lines_to_vectors, planes_to_normals
+from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.io.project.export import refuse_empty, thresholds_of
 from vomstudio.io.project.journal import read_replay
 from vomstudio.tables.grid_layer import LAYER as GRIDS
@@ -213,7 +213,3 @@ def is_map(toward: Array) -> bool:
     """Whether a picture with this normal (3,) is seen from so near above (or below) that it shows
     strikes and dips."""
     return abs(float(toward[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12
-
-
-def projection_vector(trend_deg: float, plunge_deg: float) -> Array:
-    return np.asarray(lines_to_vectors(trend_deg, plunge_deg), np.float64).reshape(3)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.similarity import fit_similarity
 from vomstudio.words import tr
 
@@ -21,7 +22,6 @@ _FITS = 0.05
 _MOST = 2000
 # Numbers of degrees beside numbers of metres.
 _NO_DEGREES = 1000.0
-_NAMED = 8
 
 
 def two_places(model: Array, world: Array) -> Which | None:
@@ -89,7 +89,7 @@ def _near_own(model: Array, world: Array) -> Which:
 def said_of_two_places(labels: Sequence[str], world: Array, which: Which) -> list[str]:
     """Of points of which as many are in one place as in another."""
     middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
-    names = [_some(labels, rows) for rows in (which, ~which)]
+    names = [listed_of(labels, rows) for rows in (which, ~which)]
     off = float(np.linalg.norm(middles[0] - middles[1]))
     if float(np.linalg.norm(middles[0] - middles[1][[1, 0, 2]])) < off / _FAR:
         return [
@@ -117,13 +117,6 @@ def said_of_degrees_among(labels: Sequence[str], which: Which) -> list[str]:
         tr(
             "x and y of {labels} look like degrees, beside metres of the others. Convert them to "
             "the projected coordinate reference system of the others.",
-            labels=_some(labels, which),
+            labels=listed_of(labels, which),
         )
     ]
-
-
-def _some(labels: Sequence[str], which: Which) -> str:
-    rows = np.flatnonzero(which)
-    return ", ".join(labels[int(row)] for row in rows[:_NAMED]) + (
-        ", …" if len(rows) > _NAMED else ""
-    )

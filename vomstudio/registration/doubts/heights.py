@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration.doubts.comparing import far_better, left_over
+from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.similarity import fit_similarity
 from vomstudio.words import tr
 
@@ -23,7 +24,6 @@ _FEWEST_SEEN = 5
 # What tables write where nothing was measured.
 _NONE = (0.0, -9999.0, 9999.0, -99999.0, -32767.0, -32768.0)
 _HARDLY = 1e-4
-_NAMED = 8
 # Coordinates from above are an affine image of the model.
 _UNKNOWNS_SEEN = 8
 
@@ -49,13 +49,12 @@ def said_of_no_heights(labels: Sequence[str], model: Array, world: Array) -> lis
     given, rest = left_over(model, world), left_over(model[~none], world[~none])
     if not far_better(rest, given, _HARDLY):
         return []
-    rows = np.flatnonzero(none)[:_NAMED]
     return [
         tr(
             "The heights of {labels} stand for none ({height:g}), and the other points fit without "
             "them. Give these heights, or leave the points out.",
-            labels=", ".join(labels[int(row)] for row in rows),
-            height=float(world[rows[0], 2]),
+            labels=listed_of(labels, none),
+            height=float(world[none, 2][0]),
         )
     ]
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.registration.listed_names import listed
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -46,7 +47,7 @@ def said_of_one_place(labels: Sequence[str], world: Array) -> list[str]:
         tr(
             "{labels} have the same coordinates: a row may have been copied. Correct one, or take "
             "it out.",
-            labels=", ".join(group[:_NAMED]),
+            labels=listed(group),
         )
         for group in places.values()
         if len(group) > 1

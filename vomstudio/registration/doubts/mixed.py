@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration.doubts.comparing import Left, far_better, left_over
+from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.words import tr
 
@@ -28,7 +29,6 @@ _BY_CHANCE = 0.001
 # Of the variance: what explains a misfit leaves little of it.
 _EXPLAINS = 0.05
 _TRIPLES = 150
-_NAMED = 8
 
 
 class Mixed(NamedTuple):
@@ -141,7 +141,7 @@ def said_of_mixed(labels: Sequence[str], model: Array, world: Array) -> list[str
     which, offset = found.which, found.offset_m
     if offset is not None and 2 * which.sum() > len(labels):
         which, offset = ~which, -offset
-    names = ", ".join(labels[int(row)] for row in np.flatnonzero(which)[:_NAMED])
+    names = listed_of(labels, which)
     if offset is not None:
         return [
             tr(

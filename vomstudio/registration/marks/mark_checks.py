@@ -15,13 +15,13 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.registration.listed_names import listed
 from vomstudio.registration.similarity import fit_similarity
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
 
-_NAMED = 12
 _ALIKE = 0.6
 # Photos that are looked at, those with most marks.
 _MOST_PHOTOS = 40
@@ -62,10 +62,10 @@ def _plain(name: str) -> str:
 def _with_nearest(names: Sequence[str], known: Sequence[str]) -> str:
     """The names, each with the known one that it is most like."""
     told = []
-    for name in names[:_NAMED]:
+    for name in names:
         near = nearest(name, known)
         told.append(name if near is None else tr("{name} ({near}?)", name=name, near=near))
-    return ", ".join(told) + (", …" if len(names) > _NAMED else "")
+    return listed(told)
 
 
 def said_of_names(
@@ -103,7 +103,7 @@ def said_of_names(
         said.append(
             tr(
                 "These points are not marked in any photo of the model and were not used: {names}.",
-                names=_listed(unseen),
+                names=listed(unseen),
             )
         )
     if once:
@@ -111,7 +111,7 @@ def said_of_names(
             tr(
                 "These points are marked in one photo of the model only and were not used: "
                 "{names}. Mark them in a second one.",
-                names=_listed(once),
+                names=listed(once),
             )
         )
     return said
@@ -128,10 +128,6 @@ def photos_of(
         if name is not None and label in seen:
             seen[label].add(name)
     return seen
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
 
 
 def finder(names: Sequence[str]) -> Callable[[str], str | None]:
