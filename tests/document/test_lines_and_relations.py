@@ -19,7 +19,7 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements, measure_all
-from vomstudio.document.records import Frame, Group
+from vomstudio.document.records import SURROUNDINGS_RULE, Frame, Group
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import (
     Plane,
@@ -238,6 +238,53 @@ def test_a_thickness_without_its_plane_says_why():
     assert "was deleted" in gone.problem
     none = measured(world(thickness([[0, 0, 0], [0, 0, 1]], "")), "d1")
     assert "Choose one" in none.problem
+
+
+# --- what rests on a trace that tells no plane ----------------------------------------------------
+RESOLUTION = 0.05
+
+
+def straight(id_: str, seed: int = 3, rule: int = SURROUNDINGS_RULE) -> Trace:
+    """Along a level line to the east, which strays along the flat wall by half a resolution."""
+    chance = np.random.default_rng(seed)
+    points = np.zeros((30, 3))
+    points[:, 0] = np.linspace(-4.0, 4.0, 30)
+    points[:, 1] = chance.normal(0.0, 0.05 * RESOLUTION, 30)
+    points[:, 2] = chance.normal(0.0, 0.5 * RESOLUTION, 30)
+    vertices = tuple(map(tuple, points.tolist()))
+    return Trace(id_, id_, "bedding", "m1", HASH, vertices, RESOLUTION, rule=rule)
+
+
+def test_what_follows_from_a_plane_that_could_have_any_turn_says_so():
+    records = world(straight("b"), trace("f1", FAULT, rough=0.01))
+    bed = measured(records, "b")
+    assert bed.verdict.quality == "poor"
+    meeting = Intersection("x", "X01", "intersection", Group("b"), Group("f1"))
+    found = measured({**records, "x": meeting}, "x")
+    assert found.max_confidence95_deg > 60.0
+    assert found.verdict.quality == "poor"
+    striae = lineation(np.array([[0, 0, 0], [1, 0.2, 0.4], [2, 0.4, 0.8]]), "b")
+    found = measured({**records, "l1": striae}, "l1")
+    assert found.max_confidence95_deg > 60.0
+    assert found.verdict.quality == "poor"
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_error_of_a_thickness_across_such_a_plane_holds_every_turn_of_it(seed):
+    end = np.array([0.5, 1.0, 2.0])
+    records = world(straight("b", seed), thickness([[0, 0, 0], end], "b"))
+    found = measured(records, "d1").dimension
+    for turn in np.radians(range(0, 180, 5)):
+        possible = abs(end @ [0.0, math.cos(turn), math.sin(turn)])
+        assert abs(found["thickness_m"] - possible) <= found["thickness_error95_m"] + 0.05
+
+
+def test_a_resolution_by_an_earlier_rule_changes_no_figure_of_the_project():
+    meeting = Intersection("x", "X01", "intersection", Group("b"), Group("f1"))
+    fault = trace("f1", FAULT, rough=0.01)
+    earlier = measured(world(straight("b", rule=0), fault, meeting), "x")
+    unknown = measured(world(replace(straight("b"), resolution=None), fault, meeting), "x")
+    assert earlier.max_confidence95_deg == unknown.max_confidence95_deg
 
 
 # --- intersections -------------------------------------------------------------------------------

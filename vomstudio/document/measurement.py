@@ -38,6 +38,8 @@ class Measurement:
     points : (n, 3) float64 its vertices; the centre of a patch, the place of a reading (n = 1); of
         an intersection the ends of a line as long as its planes
     resolution_m, outcrop_normal : the feature's own
+    by_this_rule : False where these two were measured by an earlier rule. What follows from the
+        plane then has the error that the project has stated so far, until its user updates them
     fit : of a trace or patch; line_fit : of a lineation. Where there is none `problem` says why
     plane, line : the orientation, whatever it comes from
     max/min_confidence95_deg : semi-axes of its joint 95 % region, confidence_axis (3,) the
@@ -78,6 +80,7 @@ class Measurement:
     area_m2: float | None = None
     dimension: Mapping[str, float] | None = None
     said: str = ""
+    by_this_rule: bool = True
     metric: bool = True
     kind: str = ""
     judged_as: JudgedAs = "trace"
@@ -155,7 +158,8 @@ def as_uncertain(measured: Measurement) -> UncertainPlane | None:
     if fit is None or fit.error_rake_deg is None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    largest, smallest = wider_of(fit, measured.judged_as)
+    resolution = measured.resolution_m if measured.by_this_rule else None
+    largest, smallest = wider_of(fit, measured.judged_as, resolution)
     free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
     rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
     return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)

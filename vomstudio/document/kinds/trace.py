@@ -31,7 +31,14 @@ from vomstudio.document.measurement import (
     told_of_rule,
     world_lines,
 )
-from vomstudio.document.records import Logged, Point, Repeatable, Surrounded, Typed
+from vomstudio.document.records import (
+    SURROUNDINGS_RULE,
+    Logged,
+    Point,
+    Repeatable,
+    Surrounded,
+    Typed,
+)
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.lines import path_lengths
@@ -126,6 +133,7 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                 **of_fit(fit, None if fit is None else next(planes)),
                 metric=frame.metric,
                 kind="trace",
+                by_this_rule=trace.rule >= SURROUNDINGS_RULE,
                 registration_error_deg=tilt,
             )
         )
