@@ -6,7 +6,13 @@ import argparse
 import math
 from typing import Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    add_output,
+    progress_of,
+)
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
@@ -43,6 +49,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--within", type=float, metavar="M", help=tr("leave out features farther away than this")
     )
+    add_azimuth(parser)
     add_frame(parser)
     add_project(parser)
 
@@ -52,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.opening import point_spacing
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.reading import read_features
+    from vomstudio.products.section.reading import ReadFeatures, read_features
     from vomstudio.workspace.world_models import read_in_world
 
     curtain, warnings = _curtain(args)
@@ -67,13 +74,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     along = _direction(args.along)
     grazing = writing.check_projection(curtain, along)
     writing.check_targets(args.output, args.features is not None, force=args.force)
-    items = () if args.features is None else read_features(args.features)
+    read = ReadFeatures() if args.features is None else read_features(args.features, args.azimuth)
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     if args.slab is not None and isinstance(model.data, Mesh):
         raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
     cut = cut_model(model.data, curtain, args.slab, spacing if math.isfinite(spacing) else 0.0)
-    flats, left_out = writing.project_items(items, curtain, along, args.within)
+    flats, left_out = writing.project_items(read.items, curtain, along, args.within)
     try:
         figures = writing.figures_of(cut, curtain, flats, left_out, along)
     except InputError as error:
@@ -88,10 +95,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         model=str(model.loaded.path),
         metric=model.in_metres,
         north_known=model.placed,
-        warnings=(*model.warnings, *warnings, *grazing),
+        warnings=(*model.warnings, *read.warnings, *warnings, *grazing),
         force=args.force,
     )
-    out.result(named_by_unit(made.as_dict(), metric=model.in_metres))
+    told = {**made.as_dict(), "convention": read.convention or None}
+    out.result(named_by_unit(told, metric=model.in_metres))
+    if read.convention:
+        out.note(tr("read as {convention}", convention=read.convention))
     out.warn(made.warnings)
     words = writing.projection_words(figures)
     out.text(_in_words(made.as_dict(), unit_of(model.in_metres), words))
