@@ -26,7 +26,9 @@ HEAD = (
     'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" {size}>'
 )
 NOWHERE = shapely.from_wkb(
-    bytes.fromhex("0102000000020000000000000000000000000000000000f07f000000000000f03f000000000000f03f")
+    bytes.fromhex(
+        "0102000000020000000000000000000000000000000000f07f000000000000f03f000000000000f03f"
+    )
 )
 """A line to infinity."""
 A4 = 'width="297mm" height="210mm" viewBox="0 0 297 210"'
@@ -101,14 +103,14 @@ SVGS: dict[str, Callable[[Page], tuple[str, str]]] = {
 
 
 @pytest.mark.parametrize("name", SVGS)
-def test_lines_of_a_drawing_program_come_back(run, scene: Path, tmp_path: Path, name: str) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_lines_of_a_drawing_program_come_back(run, scene: Path, tmp_path: Path, name: str) -> None:  # type: ignore[no-untyped-def]
     size, body = SVGS[name](Page(scene))
     drawing = tmp_path / "d.svg"
     drawing.write_text(HEAD.format(size=size) + body + "</svg>")
     check(run, scene, drawing)
 
 
-def test_packed_drawings_and_those_of_illustrator(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_packed_drawings_and_those_of_illustrator(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     page = Page(scene)
     text = HEAD.format(size=page.size) + page.lines() + "</svg>"
     packed = tmp_path / "d.svgz"
@@ -130,7 +132,7 @@ def test_packed_drawings_and_those_of_illustrator(run, scene, tmp_path) -> None:
         assert "cannot be read" in ran.err
 
 
-def test_two_pictures_that_cannot_be_told_apart_are_refused(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_two_pictures_that_cannot_be_told_apart_are_refused(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     page = Page(scene)
     drawing = tmp_path / "d.svg"
     body = page.image("data:image/png;base64,AAAA", 0, 0) + page.image("b.png", 30, 10)
@@ -171,7 +173,7 @@ def saved(document: Any, tmp_path: Path, **how: Any) -> Path:
     ("unit", "factor"),
     [(4, 1.0), (1, 1.0), (0, 1.0), (4, 1000.0), (5, 100.0), (2, 1 / 0.3048), (6, 1.0)],
 )
-def test_a_drawing_in_its_own_unit_or_in_metres(run, scene, tmp_path, unit, factor) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_a_drawing_in_its_own_unit_or_in_metres(run, scene, tmp_path, unit, factor) -> None:  # type: ignore[no-untyped-def]
     """Templates say millimetres or inches of drawings that are in metres."""
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = unit
@@ -181,7 +183,7 @@ def test_a_drawing_in_its_own_unit_or_in_metres(run, scene, tmp_path, unit, fact
 
 
 @pytest.mark.parametrize("how", [{}, {"fmt": "bin"}], ids=["text", "binary"])
-def test_what_of_a_drawing_for_cad_is_no_line_is_left_out(run, scene, tmp_path, how) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_what_of_a_drawing_for_cad_is_no_line_is_left_out(run, scene, tmp_path, how) -> None:  # type: ignore[no-untyped-def]
     document = ezdxf.new("R2010", setup=True)
     space = document.modelspace()
     for line in Page(scene).plane:
@@ -197,7 +199,7 @@ def test_what_of_a_drawing_for_cad_is_no_line_is_left_out(run, scene, tmp_path, 
     check(run, scene, saved(document, tmp_path, **how))
 
 
-def test_a_block_that_is_scaled_and_turned_and_a_mirrored_line(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_a_block_that_is_scaled_and_turned_and_a_mirrored_line(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     plane = Page(scene).plane
     document = ezdxf.new("R2010")
     turn = np.radians(30)
@@ -212,7 +214,7 @@ def test_a_block_that_is_scaled_and_turned_and_a_mirrored_line(run, scene, tmp_p
     check(run, scene, saved(document, tmp_path))
 
 
-def test_a_spline_without_control_points_is_named(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_a_spline_without_control_points_is_named(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     document = ezdxf.new("R2010")
     document.modelspace().add_spline(fit_points=[(0, 0, 0), (1, 1, 0), (2, 0, 0)])
     ran = run("trace", scene / "wall.obj", "--from-ortho", saved(document, tmp_path), "--sidecar",
@@ -231,7 +233,7 @@ def layers(path: Path, *given: tuple[str, list[Any], str | None]) -> Path:
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, order) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, order) -> None:  # type: ignore[no-untyped-def]
     from pyproj import Transformer
 
     lines = [shapely.LineString(line[:, :2]) for line in truth()]
@@ -248,7 +250,7 @@ def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, o
     assert rows == pytest.approx(expected, abs=1e-3)
 
 
-def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]  # noqa: F811
+def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     plane = [shapely.LineString(line) for line in Page(scene).plane]
     _, elsewhere = drawn(scene, "other")
     systems = {}
