@@ -78,7 +78,7 @@ SVGS: dict[str, Callable[[Page], tuple[str, str]]] = {
         f'viewBox="0 0 {p.w / 2} {p.h / 2}"',
         f'<g style="display:none">{p.image("o.png", 30, 10)}</g>{p.lines(0.25, (30, 10))}'),
     "a picture among others of its shape": lambda p: (
-        A4, p.image("other.png", 0, 0) + p.image("file:///C:/work/o.jpg", 30, 10)
+        A4, p.image("other.png", 0, 0) + p.image("file:///C:/outcrop/o.jpg", 30, 10)
         + p.lines(0.25, (30, 10))),
     "a picture that keeps its shape in a wider place": lambda p: (
         'viewBox="0 0 2000 1000"',
@@ -275,3 +275,52 @@ def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) 
     assert "beds of the other picture, roads" in said
     assert "2 lines without length" in said
     assert "1 shape is neither" in said
+
+
+@pytest.mark.parametrize("plunge", [90, -90])
+@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+def test_the_interpretation_of_a_roof_lies_on_the_map(run, tmp_path, plunge) -> None:  # type: ignore[no-untyped-def]
+    """Seen from above and from below, which turns the picture over: both are on the map."""
+    import vomstudio as vs
+
+    side = np.linspace(0, 6, 31)
+    x, y = np.meshgrid(side, side)
+    origin = np.array([500_000.0, 4_100_000.0, 100.0])
+    points = np.stack([x, y, 0.1 * x], -1).reshape(-1, 3) + origin
+    i = np.arange(31 * 31).reshape(31, 31)
+    a, b, c, d = (k.ravel() for k in (i[:-1, :-1], i[:-1, 1:], i[1:, :-1], i[1:, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)]) + 1
+    rows = [f"v {p[0]!r} {p[1]!r} {p[2]!r}" for p in points.tolist()]
+    rows += [f"f {f[0]} {f[1]} {f[2]}" for f in faces]
+    (tmp_path / "roof.obj").write_text("\n".join(rows) + "\n")
+    (tmp_path / "roof.prj").write_text("EPSG:32633\n")
+    trace = np.array([[1, 1, 0.1], [2, 4.5, 0.2], [5, 3, 0.5], [4, 1, 0.4]]) + origin
+    table = pd.DataFrame(trace, columns=["x", "y", "z"]).assign(trace="bed")
+    table.to_csv(tmp_path / "t.csv", index=False)
+    with vs.Project.create(tmp_path / "p.vom"):
+        pass
+    run("project", tmp_path / "p.vom", "add-model", tmp_path / "roof.obj")
+    run("project", tmp_path / "p.vom", "add-picks", tmp_path / "t.csv", "--by", "trace", "--type",
+        "bedding")  # fmt: skip
+    made = run("ortho", tmp_path / "roof.obj", "--trend", 0, f"--plunge={plunge}", "--gsd", 0.05,
+               "-o", tmp_path / "o.tif", "--draw", tmp_path / "p.vom", "--json")  # fmt: skip
+    assert made.code == 0, made.err
+    for ending, name in (("gpkg", "bed"), ("dxf", "1"), ("svg", "bed")):
+        ran = run("trace", tmp_path / "roof.obj", "--from-ortho", made.json["drawing"][ending],
+                  "--sidecar", made.json["sidecar"], "-o", tmp_path / "back.csv",
+                  "--force")  # fmt: skip
+        assert ran.code == 0, (ending, ran.err)
+        back = pd.read_csv(tmp_path / "back.csv", comment="#", dtype={"line": str})
+        assert set(back["line"]) == {name}
+        assert back[["x", "y", "z"]].to_numpy() == pytest.approx(trace, abs=1e-4)
+    _, _, shapes, _ = pyogrio.raw.read(made.json["drawing"]["gpkg"], layer="traces")
+    assert shapely.get_coordinates(shapely.from_wkb(shapes)) == pytest.approx(trace[:, :2])
+    # The bar of the symbol runs along the strike of the plane on the map, here to the north.
+    told, _, _, fields = pyogrio.raw.read(made.json["drawing"]["gpkg"], layer="planes")
+    plane = dict(zip(told["fields"], fields, strict=True))
+    _, _, symbols, _ = pyogrio.raw.read(made.json["drawing"]["gpkg"], layer="planes_symbols")
+    bar = shapely.get_coordinates(shapely.get_parts(shapely.from_wkb(symbols))[0])
+    way = bar[1] - bar[0]
+    azimuth = np.degrees(np.arctan2(way[0], way[1]))
+    turned = (azimuth - plane["dip_direction_deg"][0]) % 180
+    assert turned == pytest.approx(90, abs=1e-6)

@@ -91,7 +91,7 @@ def read_svg(path: str | Path) -> SvgDrawing:
             if tag == "image":
                 images.append(_image(element, at))
             elif tag != "desc" and at.seen:
-                name = str(element.get(_LABEL) or element.get("id") or at.name)
+                name = str(element.get(_LABEL) or _title(element) or element.get("id") or at.name)
                 lines += [
                     ReadLine(at.layer, name, moved(points, at.matrix), closed)
                     for points, closed in shape_of(element, tag, at.view)
@@ -321,6 +321,11 @@ def _image(element: Any, at: _Place) -> SvgImage:
     fit, align = _aspect(element)
     name = re.split(r"[/\\]", link.partition("?")[0])[-1]
     return SvgImage(moved(corners, at.matrix), name, fit, align)
+
+
+def _title(element: Any) -> str:
+    """What a program shows when the cursor rests on a shape."""
+    return next((str(e.text or "").strip() for e in element if _tag(e) == "title"), "")
 
 
 def _page(root: Any) -> Array | None:
