@@ -184,3 +184,11 @@ def test_what_was_read_goes_into_the_statistics(write: Write, text: str) -> None
     assert (mean.trend_deg, mean.plunge_deg) == pytest.approx((300.0, 45.0))
     again = vs.stats(str(path)).sets["all"].tensor.axes[0]
     assert mean.trend_deg == pytest.approx(again.trend_deg)
+
+
+@pytest.mark.parametrize("word", ["1", "x", "Yes", "overturned", "ja", "T"])
+def test_overturned_in_the_words_of_other_tables(word: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = tmp_path / "beds.csv"
+    path.write_text(f"dip direction,dip,Inverted\n90,45,{word}\n90,30,no\n90,20,\n")
+    read = vs.read_orientations(path)
+    assert read["overturned"].tolist() == [True, False, None]

@@ -182,3 +182,39 @@ def test_rows_without_a_place_are_told(run, write, empty: str) -> None:
         assert ran.json["dropped_lines"] == [3]
         assert any("line 3" in said for said in ran.json["warnings"])
         assert "line 3" in run(words[0], table, *words[1:]).err
+
+
+def test_a_line_along_a_rough_face_does_not_make_the_boundaries_uncertain(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """Beds whose traces stray by 1 cm, and a line that follows the steps of the face between them:
+    the thickness is known by the traces. An overturned bed is told."""
+    from vomstudio.document import edits
+    from vomstudio.document.kinds.trace import Trace
+    from vomstudio.document.records import Frame, Model
+    from vomstudio.io.project.folder import Project
+
+    generator = np.random.default_rng(5)
+    made = Project.create(tmp_path / "p.vom")
+    session = made.session
+    model = Model("m", "face", "face.obj", "mesh", "0" * 64, Frame("local"))
+    session.apply(edits.add_model(session.records, model))
+    features = []
+    for k in range(3):
+        east = np.linspace(-4, 4, 40)
+        points = np.stack([east, 0.6 * np.sin(2 * east), np.full(40, 2.0 * k)], 1)
+        points += generator.normal(0, 0.01, points.shape)
+        rows = tuple(tuple(map(float, p)) for p in points)
+        features.append(Trace(f"t{k}", f"B{k}", "bedding", "m", "0" * 64, rows, overturned=k > 0))
+    path = ((0.0, 0.0, -0.5), (0.3, 0.5, 0.5), (-0.4, -0.6, 1.5), (0.2, 0.4, 2.5), (0.0, 0.0, 4.5))
+    line = Trace("s", "log", "joint", "m", "0" * 64, path)
+    session.apply(edits.add_features(session.records, [*features, line]))
+    session.save()
+    made.close()
+    ran = run("log", tmp_path / "p.vom", "--line", "log", "--reach", 1, "--json")
+    assert ran.code == 0, ran.err
+    assert 0.008 < ran.json["sigma_m"] < 0.012
+    for interval in ran.json["intervals"]:
+        assert abs(interval["thickness_m"]["value"] - 2.0) < interval["thickness_m"]["error95"]
+        assert interval["thickness_m"]["error95"] < 0.06
+    assert "2 of the boundaries are on beds that are marked" in ran.json["warnings"][0]
+    turned = run("log", tmp_path / "p.vom", "--line", "log", "--reach", 1, "--overturned", "--json")
+    assert not turned.json["warnings"]

@@ -99,3 +99,69 @@ def test_what_cannot_be_done_is_said(run, model, tmp_path, words, said) -> None:
     assert said in ran.err
     assert not (tmp_path / "s.csv").exists()
     assert run("section", model, "--plane", "1/90", "--through", "0,4,0", "-o", "s.txt").code == 2
+
+
+def hooked(path: Path) -> set[tuple[float, float]]:
+    """Places of the planes of a drawing whose symbol has a half circle beside its bar and tick."""
+    drawn = list(ezdxf.readfile(path).modelspace())
+    places = np.array([e.dxf.location for e in drawn if e.dxftype() == "POINT"])
+    pieces = np.array(
+        [
+            np.mean([e.dxf.start, e.dxf.end], axis=0)
+            for e in drawn
+            if e.dxftype() == "LINE" and e.dxf.layer == "planes_symbols"
+        ]
+    )
+    nearest = np.linalg.norm(pieces[:, None] - places[None], axis=2).argmin(axis=1)
+    return {tuple(places[k][:2]) for k in range(len(places)) if (nearest == k).sum() > 4}
+
+
+@pytest.mark.parametrize(
+    ("column", "yes", "no"),
+    [("overturned", "true", "false"), ("Overturned", "1", "0"), ("inverted", "Yes", ""),
+     ("overturned_bed", "x", "no"), ("overturned", "ja", "nein")],
+)  # fmt: skip
+def test_overturned_beds_of_a_table(run, model, tmp_path, column, yes, no) -> None:  # type: ignore[no-untyped-def]
+    planes = tmp_path / "planes.csv"
+    planes.write_text(
+        f"id;name;dip_direction;dip;x;y;z;{column}\n"
+        f"1;Upright;90;45;4;2;4;{no}\n2;Turned;90;60;14;8;1.5;{yes}\n",
+        "utf-8",
+    )
+    level = ("--plane", "0/0", "--through", "0,0,2", "--features", planes, "--json")
+    assert run("section", model, *level, "-o", tmp_path / "map.dxf").code == 0
+    assert hooked(tmp_path / "map.dxf") == {(14.0, 8.0)}
+    ran = run("section", model, *level, "-o", tmp_path / "map.csv")
+    table = pd.read_csv(ran.json["features_file"], comment="#")
+    assert list(table["name"]) == ["Upright", "Turned"]
+    assert list(table["overturned"]) == [False, True]
+    assert ran.json["convention"].startswith("planes as dip direction/dip")
+
+
+def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    planes = tmp_path / "planes.csv"
+    planes.write_text(
+        "dip_direction,dip,trend,plunge,x,y,z,overturned\n"
+        "90,45,,,4,2,4,maybe\n90,60,,,,,,\n,,120,30,5,5,3,\n,,,,5,5,3,\n"
+    )
+    ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o",
+              tmp_path / "s.csv", "--features", planes, "--json")  # fmt: skip
+    assert ran.code == 0, ran.err
+    said = " ".join(ran.json["warnings"])
+    assert "line 3" in said.lower()
+    assert "'maybe'" in said
+    assert "1 row of the table is a line" in said
+    assert "1 row without angles" in said
+
+
+def test_an_azimuth_of_a_table_can_be_told(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    planes = tmp_path / "planes.csv"
+    planes.write_text("azimuth,dip,x,y,z\n0,45,4,4,4\n")
+    cut = ("section", model, "--plane", "180/90", "--through", "0,4,0", "--features", planes)
+    refused = run(*cut, "-o", tmp_path / "s.csv")
+    assert refused.code == 2
+    assert "--azimuth" in refused.err
+    ran = run(*cut, "-o", tmp_path / "s.csv", "--azimuth", "strike", "--json")
+    table = pd.read_csv(ran.json["features_file"], comment="#")
+    # Strike 000, dip 45 dips to the east: down to the right where the viewer looks north.
+    assert table["apparent_dip_deg"][0] == pytest.approx(45)

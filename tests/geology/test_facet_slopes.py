@@ -54,6 +54,35 @@ def test_a_facet_is_the_single_slope_of_its_attitude(planes, lateral: float, lim
             assert (one.critical, one.of, one.share) == (other.critical, other.of, other.share)
 
 
+def test_nothing_slides_out_of_a_face_on_the_face_itself(tmp_path) -> None:
+    """Of planes that are the facets themselves, each is held against all others: as the single
+    slope of its attitude over the table without its row."""
+    generator = np.random.default_rng(11)
+    azimuth = np.round(generator.uniform(80, 160, 12), 3)
+    dip = np.round(generator.uniform(35, 89, 12), 3)
+    head, rows = (
+        "id,dipdir,dip",
+        [f"f{i},{a:.3f},{d:.3f}" for i, (a, d) in enumerate(zip(azimuth, dip, strict=True))],
+    )
+
+    def read(name: str, some: list[str]):  # type: ignore[no-untyped-def]
+        path = tmp_path / name
+        path.write_text("\n".join([head, *some]) + "\n")
+        return read_orientations(path)
+
+    facets = [
+        FacetFace(f"f{i}", Plane(float(a), float(d)), overhangs=False)
+        for i, (a, d) in enumerate(zip(azimuth, dip, strict=True))
+    ]
+    found = facet_slopes(read("all.csv", rows), facets, 30.0, 20.0, "curved")
+    for i, (facet, each) in enumerate(zip(facets, found.facets, strict=True)):
+        others = read(f"without{i}.csv", rows[:i] + rows[i + 1 :])
+        single = table_slope(others, SlopeFace(facet.plane, 30.0, 20.0, "curved"))
+        for mode in MODES:
+            one, other = getattr(each, mode), getattr(single, mode)
+            assert (one.critical, one.of, one.share) == (other.critical, other.of, other.share)
+
+
 def test_a_facet_is_counted_as_mplstereonet_does(planes, mplstereonet: Any) -> None:
     from mplstereonet import kinematic_analysis
 

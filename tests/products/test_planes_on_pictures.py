@@ -16,7 +16,6 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.io.gis.drawn_layers import read_lines
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
-from vomstudio.products.ortho.drawing_back import OWN_GROUPS
 from vomstudio.products.ortho.interpretation import Flat, Item, flattened
 from vomstudio.products.ortho.sheet import write_sheet
 from vomstudio.products.ortho.sheet_legend import entries_of
@@ -139,7 +138,7 @@ def test_other_formats_return_without_their_symbols_too(tmp_path: Path) -> None:
     assert [line.layer for line in read_gis_lines(tmp_path / "d.gpkg").lines] == ["traces"]
     assert len(read_lines(tmp_path / "d.gpkg").shapes) == 1
     (tmp_path / "d.svg").write_text(svg_text(drawing), "utf-8")
-    assert len(read_svg(tmp_path / "d.svg", OWN_GROUPS).lines) == 1
+    assert len(read_svg(tmp_path / "d.svg").lines) == 1
 
 
 def test_a_layer_of_somebody_that_is_called_symbols_is_read(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.text import orientation_reading
 from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.flag_words import answer
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.table_turns import registrations_in
@@ -28,7 +29,6 @@ _ANGLES = (
     "dip direction", "strike", "dip", "quadrant", "azimuth", "trend", "plunge", "pole trend",
     "pole plunge", "attitude",
 )  # fmt: skip
-_TRUE = ("true", "yes", "1")
 
 Azimuth = Literal["strike", "dipdir"]
 
@@ -243,6 +243,8 @@ def _row(table: OrientationTable, i: int, own: Mapping[str, list[str]]) -> Row:
         metadata["kind"] = table.kinds[i] or None
     if table.sets is not None:
         metadata["set"] = table.sets[i] or None
+    if table.overturned is not None:
+        metadata["overturned"] = table.overturned[i]
     if table.is_plane[i]:
         plane = Plane(float(table.dip_direction_deg[i]), float(table.dip_deg[i]))
         row = orientation_row(plane, **metadata)
@@ -277,7 +279,7 @@ def _value(cell: str, form: str) -> Any:
     if form == "text":
         return cell
     if form == "flag":
-        return cell.casefold() in _TRUE
+        return answer(cell) is True
     try:
         number = float(cell)
     except ValueError:

@@ -8,7 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    add_output,
+    progress_of,
+)
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
@@ -46,6 +52,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar=("TABLE", "OTHER"),
         help=tr("planes measured on the model and on the benchmark: the angles between them"),
     )
+    add_azimuth(parser)
     parser.add_argument(
         "--project",
         metavar="PROJECT",
@@ -67,7 +74,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         choose_writer(Path(args.output))
         check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
-    agreed = None if args.orientations is None else _agreement(*args.orientations)
+    agreed = None if args.orientations is None else _agreement(args)
     progress = progress_of(args)
     model = read_in_world(args.model, progress, project=args.project)
     benchmark = read_beside(args.benchmark, progress, args.project)
@@ -105,11 +112,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(_agreement_in_words(agreed))
 
 
-def _agreement(table: str, other: str) -> Agreement:
+def _agreement(args: argparse.Namespace) -> Agreement:
     from vomstudio.geology.agreement import agreement
     from vomstudio.io.text.oriented_planes import read_planes
 
-    return agreement(read_planes(table), read_planes(other))
+    table, other = (read_planes(path, args.azimuth) for path in args.orientations)
+    return agreement(table, other)
 
 
 def _agreement_in_words(found: Agreement) -> str:

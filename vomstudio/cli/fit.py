@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.same and not args.parallel:
         raise UsageError(tr("--same needs --parallel."), field="--same")
     drawn = None if args.plot is None else _plot_of(args)
-    priors = straight_traces.read_sets(args.sets)
+    priors = straight_traces.read_sets(args)
     limits = PROFILES[args.profile]
     groups = read_points(args.points, args.by)
     fitted = fitted_planes(

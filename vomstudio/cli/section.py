@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    add_output,
+    progress_of,
+)
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.products.section.curtain import Curtain
+    from vomstudio.products.section.reading import ProfileLine
+    from vomstudio.workspace.world_models import WorldModel
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -43,6 +54,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--within", type=float, metavar="M", help=tr("leave out features farther away than this")
     )
+    add_azimuth(parser)
     add_frame(parser)
     add_project(parser)
 
@@ -52,10 +64,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.opening import point_spacing
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.reading import read_features
+    from vomstudio.products.section.reading import ReadFeatures, read_features
     from vomstudio.workspace.world_models import read_in_world
 
-    curtain, warnings = _curtain(args)
+    asked = _asked(args)
     for value, field in ((args.slab, "--slab"), (args.within, "--within")):
         if value is not None and not 0 < value < math.inf:
             raise UsageError(tr("A thickness or distance is a length in metres."), field=field)
@@ -65,15 +77,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
             field="--along" if args.along is not None else "--within",
         )
     along = _direction(args.along)
-    grazing = writing.check_projection(curtain, along)
     writing.check_targets(args.output, args.features is not None, force=args.force)
-    items = () if args.features is None else read_features(args.features)
+    read = ReadFeatures() if args.features is None else read_features(args.features, args.azimuth)
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     if args.slab is not None and isinstance(model.data, Mesh):
         raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
+    curtain, warnings = _curtain(asked, model)
+    grazing = writing.check_projection(curtain, along)
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
     cut = cut_model(model.data, curtain, args.slab, spacing if math.isfinite(spacing) else 0.0)
-    flats, left_out = writing.project_items(items, curtain, along, args.within)
+    flats, left_out = writing.project_items(read.items, curtain, along, args.within)
     try:
         figures = writing.figures_of(cut, curtain, flats, left_out, along)
     except InputError as error:
@@ -88,18 +101,22 @@ def run(args: argparse.Namespace, out: Output) -> None:
         model=str(model.loaded.path),
         metric=model.in_metres,
         north_known=model.placed,
-        warnings=(*model.warnings, *warnings, *grazing),
+        warnings=(*model.warnings, *read.warnings, *warnings, *grazing),
         force=args.force,
     )
-    out.result(named_by_unit(made.as_dict(), metric=model.in_metres))
+    told = {**made.as_dict(), "convention": read.convention or None}
+    out.result(named_by_unit(told, metric=model.in_metres))
+    if read.convention:
+        out.note(tr("read as {convention}", convention=read.convention))
     out.warn(made.warnings)
     words = writing.projection_words(figures)
     out.text(_in_words(made.as_dict(), unit_of(model.in_metres), words))
 
 
-def _curtain(args: argparse.Namespace) -> tuple[Any, tuple[str, ...]]:
+def _asked(args: argparse.Namespace) -> Curtain | ProfileLine:
+    """The section by a plane, or the line along which it is to run. Raises UsageError,
+    InputError."""
     from vomstudio.products.section.curtain import (
-        curtain_of_line,
         curtain_of_plane,
         parse_section_plane,
         parse_through,
@@ -116,12 +133,25 @@ def _curtain(args: argparse.Namespace) -> tuple[Any, tuple[str, ...]]:
                 field="--through" if args.through is None else "--plane",
             )
         plane = parse_section_plane(args.plane)
-        return curtain_of_plane(plane, parse_through(args.through)), ()
-    line, warnings = read_profile_line(args.profile)
+        return curtain_of_plane(plane, parse_through(args.through))
+    return read_profile_line(args.profile)
+
+
+def _curtain(asked: Curtain | ProfileLine, model: WorldModel) -> tuple[Curtain, tuple[str, ...]]:
+    """In World, and what must be said of a line. Raises InputError."""
+    import numpy as np
+
+    from vomstudio.products.section.curtain import Curtain, curtain_of_line
+    from vomstudio.products.section.reading import profile_in_world
+
+    if isinstance(asked, Curtain):
+        return asked, ()
+    bounds = np.array(model.data.bounds, np.float64)
+    points, warnings = profile_in_world(asked, model.crs, bounds)
     try:
-        return curtain_of_line(line), warnings
+        return curtain_of_line(points), warnings
     except InputError as error:
-        raise InputError(error.message, file=args.profile, field=error.field) from error
+        raise InputError(error.message, file=asked.path, field=error.field) from error
 
 
 def _direction(text: str | None) -> Any:

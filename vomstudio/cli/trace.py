@@ -195,7 +195,7 @@ def _found(
         "resolution": spacing,
         "model": Path(args.model).name,
         "frame": model.crs or "local",
-        "priors": straight_traces.read_sets(args.sets),
+        "priors": straight_traces.read_sets(args),
     }
     if args.photo is None:
         return followed_trace(surface, way_points, **asked)

@@ -479,3 +479,36 @@ def test_a_header_that_is_cut_off_names_no_system(tmp_path: Path, size: int) -> 
     path = write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(2263).to_wkt())
     path.write_bytes(path.read_bytes()[:size])
     assert las_reference(path).text is None
+
+
+@pytest.mark.parametrize(
+    ("system", "origin", "step", "said"),
+    [
+        ("EPSG:4326", (12.5, 41.9, 100.0), (1e-5, 1e-5, 1.0), "in degrees"),
+        ("EPSG:4979", (-71.3, -16.4, 2300.0), (1e-5, 1e-5, 1.0), "in degrees"),
+        ("EPSG:4978", (4.64e6, 1.03e6, 4.23e6), (1.0, 1.0, 1.0), "geocentric"),
+        # Metres of a model of its own, beside which such a file lies by mistake.
+        ("EPSG:4326", (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), None),
+        ("EPSG:4978", (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), None),
+        ("EPSG:4326", (500_000.0, 4_649_776.0, 100.0), (1.0, 1.0, 1.0), None),
+    ],
+)
+def test_a_prj_in_degrees_is_believed_where_the_numbers_are(
+    tmp_path: Path,
+    system: str,
+    origin: tuple[float, ...],
+    step: tuple[float, ...],
+    said: str | None,
+) -> None:
+    from pyproj import CRS
+
+    points = np.random.default_rng(2).uniform(0, 9, (50, 3)) * step + origin
+    np.savetxt(tmp_path / "a.xyz", points, fmt="%.9f")
+    (tmp_path / "a.prj").write_text(CRS.from_user_input(system).to_wkt())
+    if said is None:
+        loaded = read_model(tmp_path / "a.xyz")
+        assert loaded.crs is None
+        assert "names no projected" in " ".join(loaded.warnings)
+        return
+    with pytest.raises(InputError, match=said):
+        read_model(tmp_path / "a.xyz")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Parser
+from vomstudio.cli.common.arguments import Parser, add_azimuth
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr
 
@@ -22,14 +23,15 @@ def add_sets(parser: Parser) -> None:
         metavar="TABLE",
         help=tr("orientation table with sets, against which a straight trace is held"),
     )
+    add_azimuth(parser)
 
 
-def read_sets(path: str | None) -> list[SetPrior]:
-    """Raises InputError, GeometryError."""
+def read_sets(args: argparse.Namespace) -> list[SetPrior]:
+    """Raises InputError, GeometryError, UsageError."""
     from vomstudio.geology.band_figures import table_priors
     from vomstudio.io.text.orientation_reading import read_orientations
 
-    return [] if path is None else table_priors(read_orientations(path))
+    return [] if args.sets is None else table_priors(read_orientations(args.sets, args.azimuth))
 
 
 def bands_told(

@@ -4,6 +4,7 @@ analysis, ROKA, Applied Sciences 11, 1698) take them place by place."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geology.orientation import Plane, planes_to_normals
+from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import (
     SlopeFace,
@@ -28,6 +29,8 @@ from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
 
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
+_SAME = 1e-6
+"""Sine of the angle between a face and a plane that is the same."""
 VERTICAL_DEG = 85.0
 """A plane as steep as this may as well be that of a face which overhangs."""
 
@@ -102,7 +105,8 @@ def facet_slopes(
     progress: Progress | None = None,
 ) -> FacetSlopes:
     """Shares of planes, and of intersections of all pairs of them, that are critical at each facet,
-    as `table_slope` has them for its attitude. A facet without a dip direction is skipped. Raises
+    as `table_slope` has them for its attitude; but of planes that are the facets themselves, each
+    facet's own is none. A facet without a dip direction is skipped. Raises
     GeometryError for a table without planes and where no facet is a slope, UsageError for angles
     that cannot be."""
     report = progress or Silent()
@@ -128,9 +132,15 @@ def facet_slopes(
         raise GeometryError(tr("There is no facet with a dip direction among these planes."))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     of_planes, of_pairs = _counts([slope for _, slope in slopes], normals, report)
+    place = {table.ids[row]: i for i, row in enumerate(rows)}
     facets = []
     for k, (facet, slope) in enumerate(slopes):
-        planar, flexural = (_share(int(count), len(rows)) for count in of_planes[k])
+        own = place.get(facet.id)
+        among = own is not None and _is_face(slope, normals[own])
+        if among:
+            _take_out(own, slope, normals, of_planes[k], of_pairs[k])
+        of = len(rows) - among
+        planar, flexural = (_share(int(count), of) for count in of_planes[k])
         pairs = int(of_pairs[k, 0])
         wedge, topple = (_share(int(count), pairs) for count in of_pairs[k, 1:])
         plane = slope.plane
@@ -187,6 +197,36 @@ def _counts(
         done += pairs.shape[1]
         progress.step(done)
     return of_planes, of_pairs
+
+
+def _is_face(slope: SlopeFace, normal: npt.NDArray[np.float64]) -> bool:
+    """Whether an upward normal (3,) is that of the face itself."""
+    return bool(np.linalg.norm(np.cross(normal, slope.plane.normal())) < _SAME)
+
+
+def _take_out(
+    own: int,
+    slope: SlopeFace,
+    normals: npt.NDArray[np.float64],
+    of_planes: npt.NDArray[np.int64],
+    of_pairs: npt.NDArray[np.int64],
+) -> None:
+    """Where the planes are the facets themselves, nothing comes out of a face on its own plane, nor
+    along a line that lies in it: neither is counted. own : row of the facet in normals (n, 3)"""
+    turned = in_face_frame(slope, normals[own][None])
+    of_planes -= np.array(
+        [
+            planar_sliding(slope, turned).critical.sum(),
+            flexural_toppling(slope, turned).critical.sum(),
+        ]
+    )
+    lines = np.cross(normals[own], np.delete(normals, own, axis=0))
+    length = np.linalg.norm(lines, axis=1)
+    sound = length > math.radians(ANGLE_TOLERANCE_DEG)
+    lines = lines[sound] / length[sound, None]
+    lines[lines[:, 2] > 0] *= -1.0
+    of_pairs[0] -= len(lines)
+    of_pairs[1:] -= critical_lines([slope], lines)[0]
 
 
 def _share(critical: int, of: int) -> Share:

@@ -197,10 +197,13 @@ def _to_wgs84(code: str) -> Any:
     return Transformer.from_crs(code, "EPSG:4326", always_xy=True)
 
 
-def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
+def sidecar_crs(
+    model: Path, bounds: npt.NDArray[np.float64] | None = None
+) -> tuple[str | None, str | None]:
     """The CRS that `NAME.prj` beside a model names (WKT, or a code such as EPSG:32633), and a
     warning where there is such a file and it cannot be used. Heights may have another unit there:
-    see `vomstudio.io.gis.axis_units`."""
+    see `vomstudio.io.gis.axis_units`. One in degrees or of the whole Earth is named where the
+    bounds (2, 3) of the model are such: the model has no true scale; else it is a stray file."""
     path = sidecar_path(model)
     try:
         # Names in a code page of Windows are not what the numbers depend on.
@@ -215,6 +218,8 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
         )
     except InputError:
         axes = None
+    if axes is not None and bounds is not None and _are_of(axes.kind, bounds):
+        return text, None
     if axes is None or axes.kind != "projected":
         return None, tr(
             "'{file}' names no projected coordinate reference system. Declare it yourself.",
@@ -223,6 +228,20 @@ def sidecar_crs(model: Path) -> tuple[str | None, str | None]:
     if axes.height_factor != 1.0 or axes.grows:
         return text, None
     return axes.crs, None
+
+
+def _are_of(kind: str, bounds: npt.NDArray[np.float64]) -> bool:
+    """Whether a model may have coordinates of this kind: an outcrop is less than a degree wide, and
+    on the surface of the Earth."""
+    import numpy as np
+
+    if not np.isfinite(bounds).all():
+        return False
+    if kind == "geographic":
+        far, wide = np.abs(bounds[:, :2]).max(axis=0), np.ptp(bounds[:, :2], axis=0)
+        return bool((far <= [360.0, 360.0]).all() and (wide < 1.0).all())
+    radius = float(np.linalg.norm(bounds.mean(axis=0)))
+    return kind == "geocentric" and 6.2e6 < radius < 6.6e6
 
 
 def sidecar_path(model: Path) -> Path:

@@ -18,13 +18,12 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
-from vomstudio.io.gis.layer_reading import are_features, layers_of, names_no_crs, symbol_layers
+from vomstudio.io.gis.dxf_facts import dxf_facts, features_of, why_unreadable
+from vomstudio.io.gis.layer_reading import layers_of, names_no_crs, symbol_layers
 from vomstudio.words import tr, tr_n
 
 Shapes = npt.NDArray[np.object_]
 
-_DXF_UNITS = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 14: 0.1}
-"""Metres in a unit by the number of $INSUNITS."""
 _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
 
 
@@ -111,8 +110,9 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
         # A table without geometry has none at all.
         shapes = shapely.from_wkb([] if raw is None else raw, on_invalid="ignore")
     columns = dict(zip(map(str, told["fields"]), fields, strict=True))
+    left_out: list[str] = []
     if path.suffix.lower() == ".dxf" and len(shapes):
-        keep = are_features(columns, len(shapes))
+        keep, left_out = features_of(path, columns, len(shapes))
         shapes = shapes[keep]
         columns = {name: values[keep] for name, values in columns.items()}
     axes = _axes(path, told["crs"], shapes)
@@ -125,13 +125,16 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
         parts = shapely.transform(parts, lambda xy: xy * factor)
     return DrawnLayer(
         path, parts, feature + 1, {name: values[feature] for name, values in columns.items()},
-        axes.crs, tuple(said),
+        axes.crs, (*said, *left_out),
     )  # fmt: skip
 
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        tr("This cannot be read as a drawing. Save it as GeoPackage, GeoJSON, shapefile or DXF."),
+        why_unreadable(path)
+        or tr(
+            "This cannot be read as a drawing. Save it as GeoPackage, GeoJSON, shapefile or DXF."
+        ),
         file=path,
     )
 
@@ -196,7 +199,7 @@ def _factor(path: Path, axes: StatedAxes) -> tuple[float, list[str]]:
             tr("The coordinates are in {unit} and were converted to metres.",
                unit=in_words(axes.units[0]))
         ]  # fmt: skip
-    if path.suffix.lower() == ".dxf" and (factor := _dxf_unit(path)) is not None:
+    if path.suffix.lower() == ".dxf" and (factor := dxf_facts(path).unit_m) is not None:
         if factor == 1.0:
             return 1.0, []
         return factor, [
@@ -206,16 +209,6 @@ def _factor(path: Path, axes: StatedAxes) -> tuple[float, list[str]]:
         tr("{file} names no coordinate reference system; its coordinates are taken as metres.",
            file=path.name)
     ]  # fmt: skip
-
-
-def _dxf_unit(path: Path) -> float | None:
-    """Metres in a unit of a DXF drawing by its head, None where it says nothing."""
-    with open(path, "rb") as file:
-        lines = [line.strip() for line in file.read(200_000).splitlines()]
-    if b"$INSUNITS" not in lines:
-        return None
-    after = lines[lines.index(b"$INSUNITS") + 1 :][:2]
-    return _DXF_UNITS.get(int(after[1])) if len(after) == 2 and after[1].isdigit() else None
 
 
 def _parts(

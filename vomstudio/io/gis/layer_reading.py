@@ -11,12 +11,8 @@ import contextlib
 import re
 import sqlite3
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
@@ -113,15 +109,6 @@ def symbol_layers(names: Iterable[str]) -> set[str]:
         if base and base != name and beside:
             found.add(name)
     return found
-
-
-def are_features(fields: Mapping[str, npt.NDArray[Any]], count: int) -> npt.NDArray[np.bool_]:
-    """(n,) which of the entities of a drawing for CAD are none of its symbols, by their layers."""
-    layers = [str(name) for name in fields.get("Layer", ())]
-    symbols = symbol_layers(layers)
-    if not symbols:
-        return np.ones(count, bool)
-    return np.array([name.casefold() not in symbols for name in layers], bool)
 
 
 def names_no_crs(path: Path) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.gis.layer_reading import are_features, layers_of, symbol_layers
-from vomstudio.words import tr
+from vomstudio.io.gis.dxf_facts import features_of, why_unreadable
+from vomstudio.io.gis.layer_reading import layers_of, symbol_layers
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -21,35 +23,38 @@ _NAMES = ("name", "label", "id", "title")
 @dataclass(frozen=True, eq=False)
 class ReadLine:
     """points : (n, 2) or, where the file has heights and they are wanted, (n, 3); of an outline the
-    first is repeated at the end"""
+    first is repeated at the end; crs : of its layer, None where that states none"""
 
     layer: str
     name: str
     points: Array
     closed: bool
+    crs: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class ReadLines:
-    """crs : what the file states, None where it states none; described : of its layers; skipped :
-    how many of its shapes were neither line nor outline"""
+    """systems : the CRS that its layers state; described : by the names of its layers; warnings :
+    what was left out, sentences"""
 
     lines: tuple[ReadLine, ...]
-    crs: str | None
-    described: tuple[str, ...]
-    skipped: int
+    systems: tuple[str, ...]
+    described: Mapping[str, str]
+    warnings: tuple[str, ...]
 
 
 def read_gis_lines(path: str | Path) -> ReadLines:
     """All lines and polygons of all layers of a GeoPackage, GeoJSON, shapefile or DXF; rings of a
-    polygon and parts of a collection are lines of their own, and symbols are none. Raises
+    polygon and parts of a collection are lines of their own. Symbols, hidden layers of a drawing
+    for CAD, and lines without length or with coordinates that are no numbers are none. Raises
     InputError where the file cannot be read."""
     import pyogrio
 
     path = Path(path)
     found: list[ReadLine] = []
-    described: list[str] = []
-    crs: str | None = None
+    described: dict[str, str] = {}
+    systems: list[str] = []
+    warnings: list[str] = []
     skipped = 0
     with layers_of(path, lambda: _unreadable(path)) as named:
         layers = pyogrio.list_layers(named)
@@ -58,22 +63,50 @@ def read_gis_lines(path: str | Path) -> ReadLines:
             if kind is None or str(layer).casefold() in symbols:
                 continue
             told, _, shapes, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
-            crs = crs or told["crs"]
+            crs = None if told["crs"] is None else str(told["crs"])
+            systems += [] if crs is None else [crs]
             info = pyogrio.read_info(named, layer=layer)
-            described.append(str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")))
+            told_of = (info.get("layer_metadata") or {}).get("DESCRIPTION", "")
+            described[str(layer)] = str(told_of)
             if path.suffix.lower() == ".dxf":
-                keep = are_features(dict(zip(told["fields"], fields, strict=True)), len(shapes))
+                columns = dict(zip(map(str, told["fields"]), fields, strict=True))
+                keep, said = features_of(path, columns, len(shapes))
+                warnings += said
                 shapes, fields = shapes[keep], [values[keep] for values in fields]
             names = _names(told["fields"], fields, len(shapes))
-            lines, others = _lines(str(layer), names, shapes)
+            lines, others = _lines(str(layer), names, shapes, crs)
             found += lines
             skipped += others
-    return ReadLines(tuple(found), crs, tuple(described), skipped)
+    if skipped:
+        warnings.append(
+            tr_n(
+                "{count} shape is neither a line nor a polygon.",
+                "{count} shapes are neither lines nor polygons.",
+                skipped,
+            )
+        )
+    kept = tuple(line for line in found if _is_sound(line.points))
+    if len(kept) < len(found):
+        warnings.append(
+            tr_n(
+                "{count} line without length, or with coordinates that are no numbers, is left "
+                "out.",
+                "{count} lines without length, or with coordinates that are no numbers, are left "
+                "out.",
+                len(found) - len(kept),
+            )
+        )
+    return ReadLines(kept, tuple(systems), described, tuple(warnings))
+
+
+def _is_sound(points: Array) -> bool:
+    return bool(len(points) > 1 and np.isfinite(points).all() and (points != points[0]).any())
 
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        tr(
+        why_unreadable(path)
+        or tr(
             "The file cannot be read as lines. Save them as GeoPackage, GeoJSON, shapefile, DXF or "
             "SVG."
         ),
@@ -89,7 +122,9 @@ def _names(keys: Any, fields: Any, count: int) -> list[str]:
     return [""] * count
 
 
-def _lines(layer: str, names: list[str], shapes: Any) -> tuple[list[ReadLine], int]:
+def _lines(
+    layer: str, names: list[str], shapes: Any, crs: str | None
+) -> tuple[list[ReadLine], int]:
     import shapely
 
     found: list[ReadLine] = []
@@ -98,7 +133,7 @@ def _lines(layer: str, names: list[str], shapes: Any) -> tuple[list[ReadLine], i
         parts = _parts(shape)
         skipped += not parts
         for points, closed in parts:
-            found.append(ReadLine(layer, name, points, closed))
+            found.append(ReadLine(layer, name, points, closed, crs))
     return found, skipped
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
-import math
+import gzip
+import io
 import re
+import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,69 +15,86 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_small
 from vomstudio.io.gis.line_reading import ReadLine
+from vomstudio.io.gis.svg_paths import NUMBER, length, lengths, moved, shape_of, transform_of
 from vomstudio.io.text.xml_tree import parse_xml
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-CURVE_STEPS = 16
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+OWN_CLASS = "vomstudio"
+"""Of elements of our own drawings that are no line of anybody: frames, symbols, labels."""
 _LARGEST = 256 << 20
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
-_NEVER_SEEN = ("defs", "clipPath", "mask", "pattern", "marker", "symbol", "metadata", "namedview")
-_MM = {"": 1.0, "px": 1.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "in": 96.0, "pt": 96 / 72, "pc": 16.0}
+_ABSOLUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"
+_LINK = "{http://www.w3.org/1999/xlink}href"
+_NEVER_SEEN = ("defs", "clipPath", "mask", "pattern", "marker", "metadata", "namedview", "style")
+_DEEPEST_USE = 8
+_MOST_SHAPES = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class SvgImage:
+    """corners : (4, 2) of its place in the drawing's units, upper left, upper right, lower right,
+    lower left; name : of the file that is shown, "" where the picture is in the drawing; fit :
+    "none" stretches it to its place, "meet" puts it inside, "slice" covers all of it; align : 0 to
+    1 across and down
+    """
+
+    corners: Array
+    name: str
+    fit: str
+    align: tuple[float, float]
+
+    def shown(self, ratio: float) -> Array:
+        """(4, 2) corners of a picture of this width by height in its place."""
+        across, down = self.corners[1] - self.corners[0], self.corners[3] - self.corners[0]
+        wide, high = float(np.hypot(*across)), float(np.hypot(*down))
+        if self.fit == "none" or not (wide > 0 and high > 0):
+            return self.corners
+        limit = max if self.fit == "slice" else min
+        x, y = limit(high * ratio / wide, 1.0), limit(wide / ratio / high, 1.0)
+        at = self.corners[0] + self.align[0] * (1 - x) * across + self.align[1] * (1 - y) * down
+        return np.array([at, at + x * across, at + x * across + y * down, at + y * down])
 
 
 @dataclass(frozen=True, eq=False)
 class SvgDrawing:
     """Coordinates are the file's user units, x right, y down.
 
-    lines : with their transforms applied; images : (4, 2) corners of each picture in it, upper
-    left, upper right, lower right, lower left; page : (4,) x, y, width, height; marks : what its
+    lines : with their transforms applied, without what is hidden; images : also those that are
+    hidden, since lines lie on them all the same; page : (4,) x, y, width, height; marks : what its
     descriptions say
     """
 
     lines: tuple[ReadLine, ...]
-    images: tuple[Array, ...]
+    images: tuple[SvgImage, ...]
     page: Array | None
     marks: tuple[str, ...]
 
 
-def read_svg(path: str | Path, passed_over: tuple[str, ...] = ()) -> SvgDrawing:
-    """Paths (curves as pieces), polylines, polygons, lines and rectangles. passed_over : groups by
-    id or label. Raises InputError where the file is no SVG."""
+def read_svg(path: str | Path) -> SvgDrawing:
+    """Paths (curves as pieces), polylines, polygons, lines, rectangles, circles and ellipses, also
+    where they are used again (clones). Raises InputError where the file is no SVG."""
     path = Path(path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
-    if len(data) > _LARGEST:
-        raise InputError(tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path)
-    # Pictures inside are longer than the parser lets an attribute be.
-    root = parse_xml(re.sub(rb"""(["'])data:[^"']*""", rb"\1data:", data), path)
+    root = parse_xml(_plain_svg(_content(path), path), path)
     if _tag(root) != "svg":
         raise InputError(tr("This is not an SVG drawing."), file=path)
     lines: list[ReadLine] = []
-    images: list[Array] = []
-    marks: list[str] = []
+    images: list[SvgImage] = []
+    marks = [str(element.text or "") for element in root.iter() if _tag(element) == "desc"]
     try:
-        for element, matrix, layer in _walk(root, np.eye(3), "", passed_over):
+        for element, at in _Walk(root).all():
             tag = _tag(element)
             if tag == "image":
-                x, y, w, h = (_length(element.get(k)) for k in ("x", "y", "width", "height"))
-                corners = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
-                images.append(_moved(corners, matrix))
-            elif tag == "desc":
-                marks.append(str(element.text or ""))
-            else:
-                name = str(element.get(_LABEL) or element.get("id") or "")
+                images.append(_image(element, at))
+            elif tag != "desc" and at.seen:
+                name = str(element.get(_LABEL) or _title(element) or element.get("id") or at.name)
                 lines += [
-                    ReadLine(layer, name, _moved(points, matrix), closed)
-                    for points, closed in _shape(element, tag)
+                    ReadLine(at.layer, name, moved(points, at.matrix), closed)
+                    for points, closed in shape_of(element, tag, at.view)
                     if len(points) > 1
                 ]
     except (ValueError, IndexError) as error:
@@ -87,216 +105,235 @@ def read_svg(path: str | Path, passed_over: tuple[str, ...] = ()) -> SvgDrawing:
     return SvgDrawing(tuple(lines), tuple(images), _page(root), tuple(marks))
 
 
-def _walk(
-    element: Any, matrix: Array, layer: str, passed_over: tuple[str, ...]
-) -> Iterator[tuple[Any, Array, str]]:
-    tag = _tag(element)
-    style = str(element.get("style") or "").replace(" ", "")
-    if tag in _NEVER_SEEN or element.get("display") == "none" or "display:none" in style:
-        return
-    if tag == "g" and {element.get("id"), element.get(_LABEL)} & set(passed_over):
-        return
-    matrix = matrix @ transform_of(str(element.get("transform") or ""))
-    if tag == "g" and (element.get(_MODE) == "layer" or not layer):
-        layer = str(element.get(_LABEL) or element.get("id") or layer)
-    yield element, matrix, layer
-    for child in element:
-        yield from _walk(child, matrix, layer, passed_over)
+def _content(path: Path) -> bytes:
+    """Of a file that may be packed (.svgz)."""
+    too_large = InputError(
+        tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path
+    )
+    try:
+        data = read_small(path, _LARGEST)
+        if not data.startswith(b"\x1f\x8b"):
+            return data
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as packed:
+            data = packed.read(_LARGEST + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        said = getattr(error, "strerror", None) or str(error)
+        raise InputError(tr("The file cannot be read ({reason}).", reason=said), file=path) from (
+            error
+        )
+    if len(data) > _LARGEST:
+        raise too_large
+    return data
 
 
-def transform_of(text: str) -> Array:
-    """(3, 3) of an attribute `transform`. Raises ValueError."""
-    matrix = np.eye(3)
-    for word, inner in re.findall(r"\b(\w+)\s*\(([^()]*)\)", text):
-        v = [float(number) for number in re.findall(_NUMBER, inner)]
+_DOCTYPE = re.compile(rb"<!DOCTYPE\s+svg\b[^\[>]*(?:\[([^\]]*)\]\s*)?>")
+_ENTITY = re.compile(
+    rb"<!ENTITY\s+([\w.-]{1,64})\s+(?:\"([^\"&%<]{0,200})\"|'([^'&%<]{0,200})')\s*>"
+)
+_MOST_ENTITIES = 64
+
+
+def _plain_svg(data: bytes, path: Path) -> bytes:
+    """Without the pictures inside, which are longer than the parser lets an attribute be, and
+    without the short words that Illustrator declares for its namespaces, written out."""
+    data = re.sub(rb"""(["'])data:[^"']*""", rb"\1data:", data)
+    head = _DOCTYPE.search(data[:65_536])
+    if head is None or not head.group(1):
+        return data
+    said = _ENTITY.findall(head.group(1))
+    if len(said) > _MOST_ENTITIES or _ENTITY.sub(b"", head.group(1)).strip():
+        return data
+    body = data[head.end() :]
+    for name, double, single in said:
+        body = body.replace(b"&" + name + b";", double or single)
+        if len(body) > _LARGEST:
+            raise InputError(
+                tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path
+            )
+    return data[: head.start()] + body
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """Where an element stands. matrix : (3, 3) to the drawing's units; view : width and height of
+    the innermost viewport; seen : not hidden; visible : of what inherits it; name : of the clone;
+    uses : how many clones it is inside of"""
+
+    matrix: Array
+    view: tuple[float, float]
+    layer: str = ""
+    name: str = ""
+    seen: bool = True
+    shown: bool = True
+    visible: bool = True
+    uses: int = 0
+
+
+class _Walk:
+    """All elements of a drawing with their places."""
+
+    def __init__(self, root: Any) -> None:
+        self._root = root
+        self._by_id = {str(e.get("id")): e for e in root.iter() if e.get("id")}
+        self._rules = _style_rules(root)
+        self._count = 0
+
+    def all(self) -> Iterator[tuple[Any, _Place]]:
+        page = _page(self._root)
+        view = (100.0, 100.0) if page is None else (float(page[2]), float(page[3]))
+        return self._of(self._root, _Place(np.eye(3), view))
+
+    def _of(self, element: Any, at: _Place) -> Iterator[tuple[Any, _Place]]:
+        tag = _tag(element)
+        if tag in _NEVER_SEEN or OWN_CLASS in str(element.get("class") or "").split():
+            return
+        if tag == "symbol" and not at.uses:
+            return
+        self._count += 1
+        if self._count > _MOST_SHAPES:
+            raise ValueError("more shapes than can be meant")
+        at = self._inside(element, tag, at)
+        yield element, at
+        if tag == "use":
+            yield from self._used(element, at)
+        for child in element:
+            yield from self._of(child, at)
+
+    def _inside(self, element: Any, tag: str, at: _Place) -> _Place:
+        """The place of an element, for itself and what is in it."""
+        style = self._style(element, tag)
+        shown = at.shown and style.get("display") != "none"
+        visible = at.visible
+        if "visibility" in style:
+            visible = style["visibility"] not in ("hidden", "collapse")
+        matrix = at.matrix @ _placed(style)
+        layer, view = at.layer, at.view
+        if tag == "g" and (element.get(_MODE) == "layer" or not layer):
+            layer = str(element.get(_LABEL) or element.get("id") or layer)
+        if tag in ("svg", "symbol") and element is not self._root:
+            matrix, view = _viewport(element, matrix, at.view)
+        return replace(
+            at, matrix=matrix, view=view, layer=layer, shown=shown, visible=visible,
+            seen=shown and visible,
+        )  # fmt: skip
+
+    def _used(self, element: Any, at: _Place) -> Iterator[tuple[Any, _Place]]:
+        link = str(element.get(_LINK) or element.get("href") or "")
+        target = self._by_id.get(link[1:]) if link.startswith("#") else None
+        if target is None or at.uses >= _DEEPEST_USE:
+            return
         step = np.eye(3)
-        if word == "matrix":
-            step[:2] = np.array(v).reshape(3, 2).T
-        elif word == "translate":
-            step[:2, 2] = (v[0], v[1] if len(v) > 1 else 0.0)
-        elif word == "scale":
-            step[0, 0], step[1, 1] = v[0], v[1] if len(v) > 1 else v[0]
-        elif word == "rotate":
-            c, s = math.cos(math.radians(v[0])), math.sin(math.radians(v[0]))
-            step[:2, :2] = ((c, -s), (s, c))
-            if len(v) > 2:
-                centre = np.array(v[1:3])
-                step[:2, 2] = centre - step[:2, :2] @ centre
-        elif word == "skewX":
-            step[0, 1] = math.tan(math.radians(v[0]))
-        elif word == "skewY":
-            step[1, 0] = math.tan(math.radians(v[0]))
-        matrix = matrix @ step
-    return matrix
+        step[:2, 2] = lengths(element, ("x", "y"), at.view)
+        name = str(element.get(_LABEL) or element.get("id") or at.name)
+        inner = replace(at, matrix=at.matrix @ step, name=name, uses=at.uses + 1)
+        yield from self._of(target, inner)
+
+    def _style(self, element: Any, tag: str) -> dict[str, str]:
+        """What counts here of its attributes, of the rules of the drawing, and of its own style:
+        each goes before the one before it."""
+        found = {name: str(element.get(name)) for name in _STYLED if element.get(name)}
+        words = str(element.get("class") or "").split()
+        for selector, said in self._rules:
+            if selector in (tag, f"#{element.get('id')}") or selector.removeprefix(".") in words:
+                found |= said
+        return found | _declarations(str(element.get("style") or ""))
 
 
-def _shape(element: Any, tag: str) -> list[tuple[Array, bool]]:
-    if tag == "path":
-        return _path(str(element.get("d") or ""))
-    if tag in ("polyline", "polygon"):
-        numbers = [float(n) for n in re.findall(_NUMBER, str(element.get("points") or ""))]
-        points = np.array(numbers).reshape(-1, 2)
-        return [(_closed(points) if tag == "polygon" else points, tag == "polygon")]
-    if tag == "line":
-        v = [_length(element.get(k)) for k in ("x1", "y1", "x2", "y2")]
-        return [(np.array(v).reshape(2, 2), False)]
-    if tag == "rect":
-        x, y, w, h = (_length(element.get(k)) for k in ("x", "y", "width", "height"))
-        return [(np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]]), True)]
-    return []
+_STYLED = ("display", "visibility", "transform", "transform-origin")
 
 
-def _path(text: str) -> list[tuple[Array, bool]]:
-    """The pieces of a path's attribute `d`."""
-    words = re.findall(rf"[MmLlHhVvCcSsQqTtAaZz]|{_NUMBER}", _flags_apart(text))
-    found: list[tuple[Array, bool]] = []
-    points: list[complex] = []
-    at = start = control = 0j
-    command, k = "", 0
-
-    def take(count: int) -> list[float]:
-        nonlocal k
-        values = [float(word) for word in words[k : k + count]]
-        if len(values) < count:
-            raise ValueError(text)
-        k += count
-        return values
-
-    while k < len(words):
-        if words[k].isalpha():
-            command = words[k]
-            k += 1
-        elif command in "Mm":
-            command = "L" if command == "M" else "l"
-        kind, base = command.upper(), at if command.islower() else 0j
-        if kind == "Z":
-            if points:
-                found.append((_closed(_pairs(points)), True))
-            points, at = [], start
-            continue
-        if kind == "M":
-            if len(points) > 1:
-                found.append((_pairs(points), False))
-            x, y = take(2)
-            at = start = control = base + complex(x, y)
-            points = [at]
-            continue
-        if not points:
-            points = [at]
-        ends, control = _segment(kind, take, base, at, control)
-        points += ends
-        at = ends[-1]
-    if len(points) > 1:
-        found.append((_pairs(points), False))
+def _declarations(text: str) -> dict[str, str]:
+    """Of `_STYLED` in a style, in small letters."""
+    found = {}
+    for each in text.split(";"):
+        name, _, value = each.partition(":")
+        if name.strip().lower() in _STYLED and value.strip():
+            found[name.strip().lower()] = value.replace("!important", "").strip()
     return found
 
 
-def _segment(
-    kind: str, take: Any, base: complex, at: complex, control: complex
-) -> tuple[list[complex], complex]:
-    """The points after `at`, and the control point that a smooth continuation mirrors."""
-    if kind == "H":
-        (x,) = take(1)
-        end = complex(x + base.real, at.imag)
-        return [end], end
-    if kind == "V":
-        (y,) = take(1)
-        end = complex(at.real, y + base.imag)
-        return [end], end
-    if kind == "L":
-        x, y = take(2)
-        end = base + complex(x, y)
-        return [end], end
-    if kind == "A":
-        rx, ry, turn, large, sweep, x, y = take(7)
-        end = base + complex(x, y)
-        return _arc(at, end, rx, ry, turn, bool(large), bool(sweep)), end
-    count = {"C": 3, "S": 2, "Q": 2, "T": 1}[kind]
-    v = take(2 * count)
-    given = [base + complex(v[2 * i], v[2 * i + 1]) for i in range(count)]
-    if kind in "ST":
-        given = [2 * at - control, *given]
-    t = np.linspace(0, 1, CURVE_STEPS + 1)[1:]
-    corners = [at, *given]
-    # De Casteljau: between all neighbours until one is left.
-    levels = [np.full(len(t), corner) for corner in corners]
-    while len(levels) > 1:
-        levels = [a + t * (b - a) for a, b in itertools.pairwise(levels)]
-    return [complex(value) for value in levels[0]], given[-2]
+def _style_rules(root: Any) -> list[tuple[str, dict[str, str]]]:
+    """Of the style sheets inside: simple selectors (.class, #id, tag) with what counts here."""
+    found = []
+    for sheet in root.iter():
+        if _tag(sheet) != "style":
+            continue
+        text = re.sub(r"/\*.*?\*/", "", str(sheet.text or ""), flags=re.DOTALL)
+        for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", text):
+            said = _declarations(body)
+            if said:
+                found += [(selector.strip(), said) for selector in selectors.split(",")]
+    return found
 
 
-def _arc(
-    at: complex, end: complex, rx: float, ry: float, turn: float, large: bool, sweep: bool
-) -> list[complex]:
-    """An elliptical arc from its ends: SVG 1.1, F.6.5."""
-    rx, ry = abs(rx), abs(ry)
-    if rx == 0 or ry == 0 or at == end:
-        return [end]
-    axis = complex(math.cos(math.radians(turn)), math.sin(math.radians(turn)))
-    half = (at - end) / 2 / axis
-    x, y = half.real, half.imag
-    grow = (x / rx) ** 2 + (y / ry) ** 2
-    if grow > 1:
-        rx, ry = rx * math.sqrt(grow), ry * math.sqrt(grow)
-    square = (rx * ry) ** 2 / ((rx * y) ** 2 + (ry * x) ** 2) - 1
-    root = math.sqrt(max(square, 0.0)) * (-1 if large == sweep else 1)
-    middle = complex(root * rx * y / ry, -root * ry * x / rx)
-    centre = middle * axis + (at + end) / 2
-    first, last = (
-        math.atan2((v - middle).imag / ry, (v - middle).real / rx) for v in (half, -half)
-    )
-    sweep_rad = (last - first) % (2 * math.pi)
-    if not sweep:
-        sweep_rad -= 2 * math.pi
-    angles = first + sweep_rad * np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:]
-    return [
-        *(complex(rx * math.cos(a), ry * math.sin(a)) * axis + centre for a in angles[:-1]),
-        end,
-    ]
+def _placed(style: dict[str, str]) -> Array:
+    """(3, 3) of a transform, about its origin where it has one."""
+    if "transform" not in style:
+        return np.eye(3)
+    matrix = transform_of(style["transform"])
+    said = re.findall(rf"{NUMBER}[A-Za-z]*", style.get("transform-origin", ""))
+    if len(said) < 2:
+        return matrix
+    there = np.eye(3)
+    there[:2, 2] = [length(word) for word in said[:2]]
+    back = there.copy()
+    back[:2, 2] *= -1
+    return np.asarray(there @ matrix @ back)
 
 
-def _flags_apart(text: str) -> str:
-    """The two flags of an arc may stand together with what follows: `a1 1 0 01.5 2`."""
-
-    def apart(match: re.Match[str]) -> str:
-        number, gap = rf"({_NUMBER})", r"[\s,]*"
-        form = (
-            rf"{number}{gap}{number}{gap}{number}{gap}([01]){gap}([01]){gap}{number}{gap}{number}"
-        )
-        return match.group(1) + re.sub(form, r" \1 \2 \3 \4 \5 \6 \7 ", match.group(2))
-
-    return re.sub(r"([Aa])([^A-DF-Za-df-z]*)", apart, text)
-
-
-def _pairs(points: list[complex]) -> Array:
-    values = np.array(points)
-    return np.stack([values.real, values.imag], axis=1)
-
-
-def _closed(points: Array) -> Array:
-    if len(points) and (points[0] != points[-1]).any():
-        return np.concatenate([points, points[:1]])
-    return points
+def _viewport(
+    element: Any, matrix: Array, outer: tuple[float, float]
+) -> tuple[Array, tuple[float, float]]:
+    """Of a drawing inside the drawing: to its own units, and how wide and high it is in them."""
+    x, y, w, h = lengths(element, ("x", "y", "width", "height"), outer)
+    w, h = w or outer[0], h or outer[1]
+    step = np.eye(3)
+    step[:2, 2] = (x, y) if _tag(element) == "svg" else (0.0, 0.0)
+    box = [float(n) for n in re.findall(NUMBER, str(element.get("viewBox") or ""))]
+    if len(box) != 4 or not (box[2] > 0 and box[3] > 0):
+        return np.asarray(matrix @ step), (w, h)
+    fit, align = _aspect(element)
+    scale = np.array([w / box[2], h / box[3]])
+    if fit != "none":
+        scale[:] = scale.max() if fit == "slice" else scale.min()
+    step[:2, 2] += np.array(align) * (np.array([w, h]) - scale * box[2:])
+    step[0, 0], step[1, 1] = scale
+    origin = np.eye(3)
+    origin[:2, 2] = (-box[0], -box[1])
+    return np.asarray(matrix @ step @ origin), (box[2], box[3])
 
 
-def _moved(points: Array, matrix: Array) -> Array:
-    return np.asarray(points @ matrix[:2, :2].T + matrix[:2, 2])
+def _aspect(element: Any) -> tuple[str, tuple[float, float]]:
+    """none, meet or slice, and where it stands in its place."""
+    said = str(element.get("preserveAspectRatio") or "xMidYMid")
+    share = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
+    found = re.search(r"x(Min|Mid|Max)Y(Min|Mid|Max)", said)
+    fit = next((word for word in ("none", "slice") if word in said), "meet")
+    return fit, (0.5, 0.5) if found is None else (share[found.group(1)], share[found.group(2)])
+
+
+def _image(element: Any, at: _Place) -> SvgImage:
+    x, y, w, h = lengths(element, ("x", "y", "width", "height"), at.view)
+    corners = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
+    link = str(element.get(_LINK) or element.get("href") or "")
+    if link.startswith("data:") or not link:
+        link = str(element.get(_ABSOLUTE) or "")
+    fit, align = _aspect(element)
+    name = re.split(r"[/\\]", link.partition("?")[0])[-1]
+    return SvgImage(moved(corners, at.matrix), name, fit, align)
+
+
+def _title(element: Any) -> str:
+    """What a program shows when the cursor rests on a shape."""
+    return next((str(e.text or "").strip() for e in element if _tag(e) == "title"), "")
 
 
 def _page(root: Any) -> Array | None:
-    box = [float(n) for n in re.findall(_NUMBER, str(root.get("viewBox") or ""))]
+    box = [float(n) for n in re.findall(NUMBER, str(root.get("viewBox") or ""))]
     if len(box) == 4 and box[2] > 0 and box[3] > 0:
         return np.array(box)
-    size = [_length(root.get(k)) for k in ("width", "height")]
+    size = [length(text, 0.0) for text in (root.get("width"), root.get("height"))]
     return np.array([0.0, 0.0, *size]) if min(size) > 0 else None
-
-
-def _length(text: str | None) -> float:
-    """In user units; 0 where nothing is said."""
-    found = re.match(rf"\s*({_NUMBER})\s*([a-z]*)", text or "")
-    if found is None:
-        return 0.0
-    return float(found.group(1)) * _MM.get(found.group(2), 1.0)
 
 
 def _tag(element: Any) -> str:

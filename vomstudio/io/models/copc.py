@@ -158,7 +158,7 @@ class CopcFile:
         stated = las_reference(self.path)
         said, text = list(stated.warnings), stated.text
         if text is None:
-            text, problem = sidecar_crs(self.path)
+            text, problem = sidecar_crs(self.path, self.top.bounds)
             said += [problem] if problem else []
         self._axes = stated_axes(text, stated.height_unit)
         self.refused = why_refused(self._axes, self.top.bounds)

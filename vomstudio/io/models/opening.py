@@ -276,7 +276,7 @@ def with_axes(loaded: LoadedModel) -> tuple[LoadedModel, str | None]:
     as a model: None where it can."""
     text, said = loaded.crs, list(loaded.warnings)
     if text is None:
-        text, problem = sidecar_crs(loaded.path)
+        text, problem = sidecar_crs(loaded.path, np.asarray(loaded.data.bounds, np.float64))
         said += [problem] if problem else []
     try:
         axes = stated_axes(text, loaded.height_unit)

@@ -18,7 +18,6 @@ from vomstudio.words import tr
 _NAMES = {"name", "label", "reading", "measurement", "station", "locality", "site", "dataid"}
 _DEGREES = {"longitude": {"longitude", "long", "lon", "lng"}, "latitude": {"latitude", "lat"}}
 _NOTES = {"notes", "note", "comment", "comments", "remark", "remarks", "description"}
-_OVERTURNED = {"overturned", "inverted", "overturnedbed"}
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ def guess(table: FieldTable) -> Guess:
         "set": of("set"),
         "geometry": of("geometry"),
         "notes": first(_NOTES),
-        "overturned": first(_OVERTURNED),
+        "overturned": of("overturned"),
         "text": of("attitude"),
     }
     if found["name"] is None:

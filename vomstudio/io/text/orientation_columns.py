@@ -14,6 +14,7 @@ from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_angle, parse_azimuth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.flag_words import is_overturned
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable, lines_in_words
 from vomstudio.words import tr, tr_n
@@ -49,6 +50,8 @@ ALIASES: dict[str, set[str]] = {
     "kind": {"kind", "type", "featuretype", "planetype"},
     "set": {"set", "sets", "setname", "family", "domain"},
     "id": {"id", "fid", "uid", "number", "no", "nr"},
+    "overturned": {"overturned", "isoverturned", "inverted", "overturnedbed", "overturnedbedding"}
+    | {"bedoverturned", "invertedbed", "beddingoverturned", "upsidedown"},
 }
 _WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
 _BEARING = re.compile(
@@ -117,6 +120,28 @@ class Columns:
         cells = self.table.labels(column)
         words = tuple(cells[i] for i in kept)
         return words if any(words) else None
+
+    def overturned(self, kept: NDArray[np.int64]) -> tuple[bool | None, ...] | None:
+        """(n,) which beds are overturned, None in an empty cell and where no column says so. A word
+        that is neither yes nor no counts as no, and is told."""
+        cells = self.words("overturned", kept)
+        if cells is None:
+            return None
+        said = [is_overturned(cell) for cell in cells]
+        unclear = [i for i, answer in enumerate(said) if answer is None]
+        if unclear:
+            self.warnings.append(
+                tr(
+                    "{column}: '{word}' is neither yes nor no; these beds are taken as upright: "
+                    "{lines}",
+                    column=self.named(self._by_meaning["overturned"]),
+                    word=cells[unclear[0]],
+                    lines=lines_in_words([int(self.table.line_numbers[kept[i]]) for i in unclear]),
+                )
+            )
+        return tuple(
+            answer is True if cell else None for cell, answer in zip(cells, said, strict=True)
+        )
 
     def named(self, *columns: int) -> str:
         names = [self.table.label(c) for c in columns]

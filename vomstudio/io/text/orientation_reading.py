@@ -52,6 +52,8 @@ class OrientationTable:
     kinds: tuple[str, ...] | None
     """The kind column, None where there is none, or nothing in it."""
     sets: tuple[str, ...] | None
+    overturned: tuple[bool | None, ...] | None
+    """(n,) whether a bed's younger side is below; None where that is not said."""
     convention: str
     """How the columns were understood, for people."""
     dropped: tuple[int, ...]
@@ -161,6 +163,7 @@ class _Reading:
                 line=int(table.line_numbers[0]),
             )
         plane = geometry[kept] == _PLANE
+        overturned = self.columns.overturned(kept)
 
         def only(values: NDArray[np.float64], where: NDArray[np.bool_]) -> NDArray[np.float64]:
             return np.where(where, values[kept], np.nan)
@@ -176,6 +179,7 @@ class _Reading:
             ids=self.columns.words("id", kept) or tuple(str(i + 1) for i in kept),
             kinds=self.columns.words("kind", kept),
             sets=self.columns.words("set", kept),
+            overturned=overturned,
             convention="; ".join(self.said),
             dropped=dropped,
             warnings=tuple(self.warnings),

@@ -9,13 +9,15 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.geology.agreement import OrientedPlane
+from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
 from vomstudio.words import tr
 
 
-def read_planes(path: str | Path) -> list[OrientedPlane]:
-    """Those of a file; see `planes_of`. Raises InputError, UsageError."""
-    return planes_of(read_orientations(path))
+def read_planes(path: str | Path, azimuth: Azimuth | None = None) -> list[OrientedPlane]:
+    """Those of a file; see `planes_of`. azimuth : as of `read_orientations`. Raises InputError,
+    UsageError."""
+    return planes_of(read_orientations(path, azimuth))
 
 
 def planes_of(table: OrientationTable) -> list[OrientedPlane]:

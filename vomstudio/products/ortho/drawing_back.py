@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +16,21 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raytree import RayTree
-from vomstudio.io.gis.line_reading import ReadLine, read_gis_lines
+from vomstudio.io.gis.dxf_facts import dxf_facts
+from vomstudio.io.gis.line_reading import ReadLine, ReadLines, read_gis_lines
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
-OWN_GROUPS = ("page", "frame", "planes", "labels")
-"""Of our own drawings: what is no line of anybody."""
 LIKE_PICTURE = 0.01
 """A page or picture in a drawing is of the orthophoto where its sides have the same ratio within
 this."""
+LEAST_INSIDE = 0.5
+"""Of the vertices of a drawing, those within its picture."""
+SAME_PLACE = 1e-3
+"""Of the size of a picture: two that lie no farther apart are the same."""
 REACH_SPACINGS = 2.0
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
 
@@ -51,6 +54,7 @@ class Sidecar:
     oblique: bool
     id: str
     content_hash: str | None
+    image: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +67,8 @@ class BackLine:
 
 @dataclass(frozen=True, eq=False)
 class Brought:
-    """lines : those with a point on the surface; off_surface : how many points met none; skipped :
-    lines that met nothing at all, by name; warnings : sentences"""
+    """lines : those with two points on the surface or more; off_surface : how many points met none;
+    skipped : the other lines, by name; warnings : sentences"""
 
     lines: tuple[BackLine, ...]
     off_surface: int
@@ -106,6 +110,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
     return Sidecar(
         path, width, height, matrix, transform, crs, oblique,
         str(facts.get("picture_id") or picture_id(facts)), known,
+        str(facts.get("image") or path.name),
     )  # fmt: skip
 
 
@@ -117,27 +122,16 @@ def read_drawing(
     path = Path(path)
     warnings: list[str] = []
     if path.suffix.lower() in (".svg", ".svgz"):
-        drawing = read_svg(path, OWN_GROUPS)
+        drawing = read_svg(path)
         _check_marks(drawing.marks, sidecar, path)
         to_pixels = _page_to_pixels(drawing, sidecar, path)
         lines = [_through(line, to_pixels) for line in drawing.lines]
     else:
-        read = read_gis_lines(path)
-        _check_marks((*read.described, read.crs or "", _head_of(path)), sidecar, path)
-        if read.skipped:
-            warnings.append(
-                tr("{count} shapes are neither lines nor polygons.", count=read.skipped)
-            )
-        inverse = np.asarray(np.linalg.inv(sidecar.transform), np.float64)
-        lines = [
-            _through(line, inverse) for line in _in_picture(read.lines, read.crs, sidecar, path)
-        ]
+        lines, said = _gis_lines(path, sidecar)
+        warnings += said
     if not lines:
         raise InputError(tr("The drawing holds no line and no polygon."), file=path)
-    pixels = np.concatenate([line.points for line in lines])
-    size = np.array([sidecar.width, sidecar.height])
-    inside = ((pixels >= -1) & (pixels <= size + 1)).all(axis=1)
-    if inside.mean() < 0.5:
+    if _inside_share(lines, sidecar) < LEAST_INSIDE:
         raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
     return tuple(lines), tuple(warnings)
 
@@ -148,7 +142,8 @@ def bring_back(
     """Vertices of lines (pixels) on the surface that the picture shows, the nearest along the view.
 
     data : of World. step : so many metres apart at most further points are put between the
-    vertices. A line whose points meet no surface is skipped; of others those points are left out.
+    vertices. A line of which fewer than two points meet the surface is skipped; of others the
+    points that meet none are left out.
     """
     from vomstudio.io.models.opening import point_spacing
 
@@ -173,7 +168,7 @@ def bring_back(
         hits = tree.cast(starts, np.broadcast_to(way, starts.shape))
         met = hits.index >= 0
         off += int((~met).sum())
-        if not met.any():
+        if met.sum() < 2:
             skipped.append(name)
             continue
         found.append(BackLine(name, starts[met] + hits.distance[met][:, None] * way))
@@ -186,40 +181,133 @@ def bring_back(
         )
     warnings: tuple[str, ...] = ()
     if off:
-        warnings = (tr("{count} points lie beside the surface and were left out.", count=off),)
+        warnings = (
+            tr_n(
+                "{count} point lies beside the surface and was left out.",
+                "{count} points lie beside the surface and were left out.",
+                off,
+            ),
+        )
+    if skipped:
+        warnings += (
+            tr_n(
+                "{count} line has fewer than two points on the surface and was left out.",
+                "{count} lines have fewer than two points on the surface and were left out.",
+                len(skipped),
+            ),
+        )
     return Brought(tuple(found), off, tuple(skipped), warnings)
 
 
 def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> Array:
-    """(3, 3) from the drawing's units to pixels: by the picture in it, else by its page."""
+    """(3, 3) from the drawing's units to pixels: by the picture in it that has the orthophoto's
+    name, else by that of its shape, else, where there is no picture at all, by the page."""
     ratio = sidecar.width / sidecar.height
-    corners = list(drawing.images)
-    if not corners and drawing.page is not None:
+    stem = Path(sidecar.image).stem.casefold()
+    shown = [(image.name, image.shown(ratio), image.corners) for image in drawing.images]
+    named = [box for name, box, _ in shown if name and Path(name).stem.casefold() == stem]
+    places = named or [box for _, box, place in shown if _is_like(place, sidecar)]
+    if not drawing.images and drawing.page is not None:
         x, y, w, h = drawing.page
-        corners = [np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])]
-    for box in corners:
-        across, down = box[1] - box[0], box[3] - box[0]
-        width, height = float(np.hypot(*across)), float(np.hypot(*down))
-        if height > 0 and abs(width / height / ratio - 1) <= LIKE_PICTURE + 1 / min(
-            sidecar.width, sidecar.height
-        ):
-            matrix = np.eye(3)
-            matrix[:2, 0], matrix[:2, 1], matrix[:2, 2] = (
-                across / sidecar.width,
-                down / sidecar.height,
-                box[0],
+        page = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
+        places = [page] if _is_like(page, sidecar) else []
+    if not places:
+        raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
+    first = places[0]
+    size = float(np.ptp(first, axis=0).max())
+    if any(np.abs(box - first).max() > SAME_PLACE * size for box in places[1:]):
+        raise InputError(
+            tr(
+                "The drawing shows {count} pictures that may be the orthophoto, at different "
+                "places. Keep the one on which the lines were drawn, linked under its name "
+                "({name}).",
+                count=len(places),
+                name=sidecar.image,
+            ),
+            file=path,
+        )
+    matrix = np.eye(3)
+    matrix[:2, 0] = (first[1] - first[0]) / sidecar.width
+    matrix[:2, 1] = (first[3] - first[0]) / sidecar.height
+    matrix[:2, 2] = first[0]
+    if not abs(np.linalg.det(matrix)) > 0:
+        raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
+    return np.asarray(np.linalg.inv(matrix))
+
+
+def _is_like(box: Array, sidecar: Sidecar) -> bool:
+    """Whether a picture or page (4, 2) has the shape of the orthophoto."""
+    across, down = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
+    limit = LIKE_PICTURE + 1 / min(sidecar.width, sidecar.height)
+    ratio = sidecar.width / sidecar.height
+    return down > 0 and abs(across / down / ratio - 1) <= limit
+
+
+def _gis_lines(path: Path, sidecar: Sidecar) -> tuple[list[ReadLine], list[str]]:
+    """The lines of a GIS layer or a drawing for CAD in pixels, and what must be said."""
+    read = read_gis_lines(path)
+    warnings = list(read.warnings)
+    _check_marks((_head_of(path),), sidecar, path)
+    lines, said = _in_picture(read, sidecar, path)
+    warnings += said
+    inverse = np.asarray(np.linalg.inv(sidecar.transform), np.float64)
+    pixels = [_through(line, inverse) for line in lines]
+    if not pixels or _inside_share(pixels, sidecar) >= LEAST_INSIDE:
+        return pixels, warnings
+    unit = dxf_facts(path).unit_m if path.suffix.lower() == ".dxf" else None
+    if unit not in (None, 1.0):
+        scaled = [_through(replace(line, points=line.points * unit), inverse) for line in lines]
+        if _inside_share(scaled, sidecar) >= LEAST_INSIDE:
+            warnings.append(
+                tr("The drawing is in units of {unit:g} m and was converted to metres.", unit=unit)
             )
-            return np.asarray(np.linalg.inv(matrix))
-    raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
+            return scaled, warnings
+    return pixels, warnings
 
 
-def _in_picture(
-    lines: Sequence[ReadLine], crs: str | None, sidecar: Sidecar, path: Path
-) -> list[ReadLine]:
-    """Lines in the coordinates of the GeoTIFF."""
+def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
+    """Of the vertices, those within the picture."""
+    pixels = np.concatenate([line.points for line in lines])
+    size = np.array([sidecar.width, sidecar.height])
+    return float(((pixels >= -1) & (pixels <= size + 1)).all(axis=1).mean())
+
+
+def _in_picture(read: ReadLines, sidecar: Sidecar, path: Path) -> tuple[list[ReadLine], list[str]]:
+    """Lines in the coordinates of the GeoTIFF, each layer from its own, and what was left out.
+    Raises InputError where nothing is left of a drawing that has lines."""
     geojson = path.suffix.lower() in (".geojson", ".json")
-    if crs is None or not lines:
-        return list(lines)
+    systems = dict.fromkeys((line.layer, line.crs) for line in read.lines)
+    kept: list[ReadLine] = []
+    others: list[str] = []
+    reasons: list[InputError] = []
+    for layer, crs in systems:
+        lines = [line for line in read.lines if (line.layer, line.crs) == (layer, crs)]
+        try:
+            _check_marks((read.described.get(layer, ""), crs or ""), sidecar, path)
+            kept += _of_system(lines, crs, geojson, sidecar, path)
+        except InputError as error:
+            others.append(layer)
+            reasons.append(error)
+    if reasons and not kept:
+        raise reasons[0]
+    if not others:
+        return kept, []
+    return kept, [
+        tr_n(
+            "The layer {names} was not drawn on this picture and is left out.",
+            "The layers {names} were not drawn on this picture and are left out.",
+            len(others),
+            names=", ".join(others[:5]),
+        )
+    ]
+
+
+def _of_system(
+    lines: list[ReadLine], crs: str | None, geojson: bool, sidecar: Sidecar, path: Path
+) -> list[ReadLine]:
+    """Lines of one layer in the coordinates of the GeoTIFF. Raises InputError."""
+    if crs is None:
+        return lines
     from pyproj import CRS, Transformer
     from pyproj.exceptions import CRSError
 
@@ -227,14 +315,14 @@ def _in_picture(
         theirs = CRS.from_user_input(crs)
         ours = None if sidecar.crs is None else CRS.from_user_input(sidecar.crs)
     except CRSError:
-        return list(lines)
+        return lines
     if not (theirs.is_projected or theirs.is_geographic):
-        return list(lines)
+        return lines
     # A GeoJSON that names no CRS counts as degrees; in a plane of its own it is metres.
     unnamed = geojson and theirs.is_geographic
     if sidecar.oblique or ours is None:
         if unnamed:
-            return list(lines)
+            return lines
         if sidecar.oblique:
             raise InputError(
                 tr(
@@ -244,17 +332,14 @@ def _in_picture(
                 ),
                 file=path,
             )
-        return list(lines)
+        return lines
     if theirs == ours:
-        return list(lines)
+        return lines
     every = np.concatenate([line.points for line in lines])
     if unnamed and (np.abs(every) > [360.0, 90.0]).any():
-        return list(lines)
+        return lines
     turn = Transformer.from_crs(theirs, ours, always_xy=True)
-    return [
-        ReadLine(line.layer, line.name, np.stack(turn.transform(*line.points.T), 1), line.closed)
-        for line in lines
-    ]
+    return [replace(line, points=np.stack(turn.transform(*line.points.T), 1)) for line in lines]
 
 
 def _check_marks(said: Sequence[str], sidecar: Sidecar, path: Path) -> None:
@@ -274,7 +359,7 @@ def _head_of(path: Path) -> str:
 
 def _through(line: ReadLine, matrix: Array) -> ReadLine:
     points = line.points @ matrix[:2, :2].T + matrix[:2, 2]
-    return ReadLine(line.layer, line.name, points, line.closed)
+    return replace(line, points=points)
 
 
 def _denser(points: Array, step: float) -> Array:

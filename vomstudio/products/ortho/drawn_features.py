@@ -93,11 +93,45 @@ def is_straight_down(plan: Plan) -> bool:
 
 
 def write_drawings(
-    parts: Mapping[str, Path], drawing: Drawing, crs: str | None, picture: str
+    parts: Mapping[str, Path],
+    drawing: Drawing,
+    crs: str | None,
+    picture: str,
+    turn: Array | None = None,
 ) -> None:
-    """parts : where each format is written; crs : of the GeoTIFF. Raises TargetError."""
+    """parts : where each format is written; crs : of the GeoTIFF; turn : as of `raster_turn`, for
+    files that lie over it. Raises TargetError."""
     mark = mark_of(picture)
-    write_gpkg(parts["gpkg"], drawing, crs, mark)
+    placed = drawing if turn is None else _in_raster(drawing, turn)
+    write_gpkg(parts["gpkg"], placed, crs, mark)
     text = svg_text(drawing).replace("<g", f"<desc>{mark}</desc>\n<g", 1)
     parts["svg"].write_text(text, "utf-8")
-    write_dxf(parts["dxf"], drawing, mark)
+    write_dxf(parts["dxf"], placed, mark)
+
+
+def raster_turn(plan: Plan) -> Array | None:
+    """(3, 3) from the coordinates of `draw_features` to those of the GeoTIFF, None where they are
+    the same: a picture straight up lies on the map turned over."""
+    frame = plan.frame
+    if not frame.is_vertical or is_straight_down(plan):
+        return None
+    turn = np.eye(3)
+    turn[:2] = np.column_stack([frame.right[:2], -frame.down[:2], plan.reference[:2]])
+    return turn
+
+
+def _in_raster(drawing: Drawing, turn: Array) -> Drawing:
+    def moved(points: Array) -> Array:
+        return np.asarray(points @ turn[:2, :2].T + turn[:2, 2])
+
+    corners = moved(drawing.bounds)
+    shapes = tuple(
+        replace(
+            shape,
+            points=moved(shape.points),
+            symbol=tuple(line @ turn[:2, :2].T for line in shape.symbol),
+        )
+        for shape in drawing.shapes
+    )
+    bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
+    return replace(drawing, shapes=shapes, bounds=bounds)

@@ -156,14 +156,15 @@ def count_features(items: Iterable[Item]) -> int:
 
 
 def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
-    """Planes of an orientation table. places : (n, 3) World."""
+    """Planes of an orientation table. places : (n, 3) World; rows : `id`, `dip_direction_deg`,
+    `dip_deg`, and where known `name`, `kind`, `set`, `overturned`."""
     return tuple(
         Item(
             "planes", "point", np.asarray([place]), str(row["id"]),
             str(row.get("name") or row["id"]),
             str(row.get("kind") or ""), str(row.get("set") or ""), NO_COLOR,
             planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
-            row["dip_direction_deg"], row["dip_deg"],
+            row["dip_direction_deg"], row["dip_deg"], overturned=bool(row.get("overturned")),
         )
         for place, row in zip(places, rows, strict=True)
     )  # fmt: skip

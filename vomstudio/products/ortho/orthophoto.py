@@ -37,6 +37,7 @@ from vomstudio.products.ortho.drawn_features import (
     draw_features,
     drawing_targets,
     picture_id,
+    raster_turn,
     write_drawings,
 )
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
@@ -164,7 +165,7 @@ def write_orthophoto(
             drawing = replace(drawing, picture=small.within())
         if drawings:
             parts = {form: paths[target] for form, target in drawings.items()}
-            write_drawings(parts, drawing, shown_crs, facts["picture_id"])
+            write_drawings(parts, drawing, shown_crs, facts["picture_id"], raster_turn(plan))
             facts["drawn"] = len(drawing.shapes)
         facts["warnings"] = warnings
         paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")

@@ -19,6 +19,7 @@ from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
+from vomstudio.io.gis.svg_lines import OWN_CLASS
 from vomstudio.products.ortho.interpretation import Flat
 
 Array = npt.NDArray[np.float64]
@@ -160,7 +161,8 @@ def svg_text(drawing: Drawing) -> str:
         f'width="{page[0]:.3f}mm" height="{page[1]:.3f}mm" '
         f'viewBox="0 0 {page[0]:.3f} {page[1]:.3f}" font-family="sans-serif" '
         f'font-size="{_TEXT_MM}">',
-        f'<g id="page"><rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/></g>',
+        f'<g id="page" class="{OWN_CLASS}">'
+        f'<rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/></g>',
     ]
     place = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
     if drawing.picture is not None:
@@ -185,9 +187,10 @@ def _svg_shape(shape: Shape, mm: float) -> str:
     title = _escaped(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
-        parts = [f'<circle cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
+        own = f'class="{OWN_CLASS}"'
+        parts = [f'<circle {own} cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
         parts += [
-            f'<polyline points="{_svg_points(line)}" stroke="{shape.color}"/>'
+            f'<polyline {own} points="{_svg_points(line)}" stroke="{shape.color}"/>'
             for line in shape.marks(DIP_TICK_MM / mm)
         ]
         return "".join(parts)
@@ -273,7 +276,7 @@ def _meet(a: Box, b: Box) -> bool:
 
 def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: float) -> list[str]:
     sx, sy, tx, ty = matrix
-    found = ['<g id="labels">']
+    found = [f'<g id="labels" class="{OWN_CLASS}">']
     for label in placed_labels(drawing, scale, _LABEL_MM):
         x, y = label.x * sx + tx, -label.y * sy + ty
         if label.apart:
@@ -311,7 +314,7 @@ def _frame(
     low, high = drawing.bounds
     box = f'x="{left:.3f}" y="{top:.3f}" width="{width:.3f}" height="{height:.3f}"'
     out = [
-        f'<g id="frame" stroke="{INK}" stroke-width="0.25" fill="{INK}">',
+        f'<g id="frame" class="{OWN_CLASS}" stroke="{INK}" stroke-width="0.25" fill="{INK}">',
         f'<rect {box} fill="none"/>',
     ]
 

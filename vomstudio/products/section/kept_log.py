@@ -45,6 +45,7 @@ def kept_question(
         {t.id: measured[t.id] for t in traces}, {t.id: t.name or t.id for t in traces},
         bed, bed95_deg, sigma_m, reach_m, overturned, words_along(along),
         model is None or model.frame.has_metres,
+        frozenset(t.id for t in traces if t.overturned),
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ from vomstudio.document.measurement import Measurement, scatter_of
 from vomstudio.document.records import Feature, Logged
 from vomstudio.errors import InputError, VomError
 from vomstudio.geology.orientation import Plane
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.bed_log import BedLog
@@ -38,7 +38,8 @@ class RockWords:
 class LogQuestion:
     """line : (n, 3) World, and line_id of its feature; of : POINTS, TRACES or BOTH; traces :
     measured, by id, and names by id; bed : None for the one that is fitted to the traces; bed95_deg
-    of it; sigma_m, reach_m : None for the likely ones; words : by the key of a boundary"""
+    of it; sigma_m, reach_m : None for the likely ones; words : by the key of a boundary; marked :
+    traces that say that their bed is overturned"""
 
     line_id: str
     line: Measurement
@@ -52,6 +53,7 @@ class LogQuestion:
     overturned: bool
     words: Mapping[str, RockWords]
     metric: bool
+    marked: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,8 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
         sigma = q.sigma_m
         if sigma is None:
             met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
-            sigma = scatter_of([q.line, *met])
+            # The line itself follows the face: how it strays from a plane is no error.
+            sigma = scatter_of([replace(q.line, fit=None), *met])
         # Names tell the boundaries of an interval apart, so each is another one.
         told = told_apart([b.name for b in boundaries])
         said = [q.words.get(b.key, RockWords()) for b in boundaries]
@@ -106,6 +109,16 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
         )  # fmt: skip
     except VomError as error:
         return error
+    turned = sum(b.key in q.marked for b in boundaries)
+    if turned and not q.overturned:
+        warning = tr_n(
+            "{count} of the boundaries is on a bed that is marked as overturned, and the log "
+            "counts upwards. Say that the beds are overturned where younger ones lie below.",
+            "{count} of the boundaries are on beds that are marked as overturned, and the log "
+            "counts upwards. Say that the beds are overturned where younger ones lie below.",
+            turned,
+        )
+        found = replace(found, warnings=(*found.warnings, warning))
     keys = dict(zip(told, (b.key for b in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in found.intervals)
     return LogAnswer(q, tuple(boundaries), bed, bed95, sigma, reach, found, bases)

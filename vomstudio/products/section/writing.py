@@ -43,7 +43,7 @@ moves what is projected by 15 % of its distance and more; and refused: by 14 tim
 MOST_BENDS = 20
 FEATURE_COLUMNS = (
     "layer", "id", "name", "kind", "set", "point", "distance_m", "height_m", "away_m",
-    "dip_direction_deg", "dip_deg", "apparent_dip_deg",
+    "dip_direction_deg", "dip_deg", "apparent_dip_deg", "overturned",
 )  # fmt: skip
 
 
@@ -435,8 +435,9 @@ def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
                 (flat.apparent_dip_deg, "{:.4f}".format),
             )
         ]  # fmt: skip
+        turned = "" if item.normal is None else str(item.overturned).lower()
         for k, ((s, t), away) in enumerate(
             zip(flat.points.tolist(), flat.away.tolist(), strict=True)
         ):
-            out.writerow([*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}", *angles])
+            out.writerow([*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}", *angles, turned])
     return file.getvalue()

@@ -260,6 +260,7 @@ class BedLogPanel(SeenPanel):
             0.0 if bed is None else bed.max_confidence95_deg or 0.0,
             sigma, reach, self.overturned.isChecked(), words_along(line),
             model is None or model.frame.has_metres,
+            frozenset(f.id for f in traces if f.overturned),
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------

@@ -1,0 +1,86 @@
+"""Profiles of `vomstudio section` in the systems and units of GIS and CAD files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pandas as pd
+import pyogrio
+import pytest
+import shapely
+from pyproj import Transformer
+
+UTM = np.array([500_000.0, 4_100_000.0, 100.0])
+LINE = np.array([[2.0, 5.0], [18.0, 5.0]])
+
+
+@pytest.fixture
+def slope(tmp_path: Path) -> Path:
+    """From 105 m down to 100 m over 20 m toward East, on the map."""
+    corners = np.array([[0, 0, 5], [20, 0, 0], [20, 10, 0], [0, 10, 5]]) + UTM
+    text = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist())
+    path = tmp_path / "slope.obj"
+    path.write_text(text + "f 1 2 3\nf 1 3 4\n")
+    return path
+
+
+def layer(path: Path, xy: np.ndarray, crs: str | None) -> Path:
+    if path.suffix == ".dxf":
+        document = ezdxf.new("R2010")
+        document.header["$INSUNITS"] = 4
+        document.modelspace().add_lwpolyline(xy)
+        document.saveas(path)
+    else:
+        pyogrio.raw.write(path, shapely.to_wkb(shapely.linestrings(xy[None])), [], [],
+                          geometry_type="LineString", crs=crs)  # fmt: skip
+    return path
+
+
+def moved(target: str | int) -> np.ndarray:
+    turn = Transformer.from_crs(32633, target, always_xy=True)
+    return np.stack(turn.transform(*(LINE + UTM[:2]).T), 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "xy", "crs", "said"),
+    [
+        ("utm.gpkg", LINE + UTM[:2], "EPSG:32633", ""),
+        ("degrees.gpkg", moved(4326), "EPSG:4326", "converted to the coordinate"),
+        ("degrees.geojson", moved(4326), None, "converted to the coordinate"),
+        ("zone32.shp", moved(32632), "EPSG:32632", "converted to the coordinate"),
+        ("metres.dxf", LINE + UTM[:2], None, ""),
+        ("millimetres.dxf", 1000 * (LINE + UTM[:2]), None, "units of 0.001 m"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+def test_a_profile_in_its_own_system(run, slope, tmp_path, name, xy, crs, said) -> None:  # type: ignore[no-untyped-def]
+    path = layer(tmp_path / name, xy, crs)
+    out = tmp_path / "s.csv"
+    ran = run("section", slope, "--crs", "32633", "--profile", path, "-o", out, "--json")
+    assert ran.code == 0, ran.err
+    assert said in " ".join(ran.json["warnings"])
+    assert ran.json["length_m"] == pytest.approx(16 * np.hypot(20, 5) / 20, abs=1e-3)
+    table = pd.read_csv(out, comment="#")
+    assert table["distance_m"].to_numpy()[[0, -1]] == pytest.approx([0, 16], abs=1e-3)
+    assert table[["x", "y"]].to_numpy()[[0, -1]] == pytest.approx(LINE + UTM[:2], abs=1e-3)
+    assert table["height_m"].to_numpy()[[0, -1]] == pytest.approx([104.5, 100.5], abs=1e-3)
+
+
+def test_degrees_over_a_model_that_is_on_no_map_are_refused(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = layer(tmp_path / "d.gpkg", moved(4326), "EPSG:4326")
+    ran = run("section", slope, "--profile", path, "-o", tmp_path / "s.csv")
+    assert ran.code == 2
+    assert "in degrees" in ran.err
+    assert "--crs" in ran.err
+
+
+def test_two_lines_of_a_table_are_no_profile(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """As `trace -o` writes several lines."""
+    path = tmp_path / "lines.csv"
+    rows = [f"{k},{x + UTM[0]},{y + UTM[1]},100" for k in (1, 2) for x, y in LINE.tolist()]
+    path.write_text("line,x,y,z\n" + "\n".join(rows) + "\n")
+    ran = run("section", slope, "--profile", path, "-o", tmp_path / "s.csv")
+    assert ran.code == 2
+    assert "holds 2 lines" in ran.err
