@@ -418,8 +418,10 @@ class PlannerDialog(QDialog):
         painter.end()
 
     def done(self, result: int) -> None:
-        self._background.close()
-        super().done(result)
+        try:
+            self._background.close()
+        finally:
+            super().done(result)
 
 
 def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:

@@ -351,9 +351,11 @@ class ReconstructDialog(QDialog):
                 self.close()
 
     def done(self, result: int) -> None:
-        if self._soon.isActive():
-            self._choose()
-        super().done(result)
+        try:
+            if self._soon.isActive():
+                self._choose()
+        finally:
+            super().done(result)
 
 
 def _memory_words(memory: MemoryFacts) -> str:
