@@ -448,9 +448,8 @@ class FitDialog(QDialog):
                 steps.callback(self._studio.jobs.cancel, self._job)
             for part in (self.stable, self.other):
                 steps.callback(part.close_reading)
-            steps.callback(self._solving.close)
-            steps.callback(self._background.close)
-            steps.callback(self._forget_jobs)
+            for close in (self._solving.close, self._background.close, self._forget_jobs):
+                steps.callback(close)
 
 
 def _set(button: QPushButton, why_not: str | None) -> None:
