@@ -128,6 +128,23 @@ def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
     assert panel.accept.isEnabled()
 
 
+def test_other_facets_keep_their_colours_when_one_is_decided_upon(window, panel) -> None:
+    find(window, panel)
+    before = {c.code: c.rgb for c in scale(window).categories}
+    table = panel.table
+    at = table.visualRect(table.model().index(0, 0)).center()
+    QTest.mouseClick(table.viewport(), driver.LEFT, driver.NONE, at)
+    QTest.keyClick(table, Qt.Key.Key_Return)
+    driver.wait(lambda: len(patches(window)) == 1, "the accepted facet")
+    driver.wait(
+        lambda: (now := scale(window)) is not None and len(now.categories) < len(before),
+        "the outcrop without it",
+    )
+    after = {c.code: c.rgb for c in scale(window).categories}
+    assert len(after) == len(before) - 1
+    assert after.items() <= before.items()
+
+
 def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     # On its box: a click beside the words means nothing.
     driver.click(panel.live, QPoint(8, panel.live.rect().center().y()))

@@ -19,11 +19,9 @@ from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import (
-    SURROUNDINGS_RULE,
     Feature,
     FeatureType,
     Model,
-    Point,
     Record,
     Registration,
     get,
@@ -45,8 +43,9 @@ from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import some_points
-from vomstudio.tools.local_surface import around, measured_anew, of_earlier_rules
+from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
 from vomstudio.words import tr
+from vomstudio.workspace.drawn_traces import trace_through
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
@@ -210,7 +209,9 @@ class HeadlessProject:
             if (far := self._why_not_on(model, pick)) is not None:
                 skipped.append((pick.name, far))
                 continue
-            trace = _trace(pick, model, kind, set_name, surface)
+            to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
+            points = transform.apply(to_file, pick.points)
+            trace = trace_through(pick.name, points, model, kind.id, set_name, surface)
             if not trace.name:
                 trace = replace(trace, name=edits.next_name(records, kind, added))
             try:
@@ -446,25 +447,3 @@ class HeadlessProject:
 def _matching(records: Sequence[Named], wanted: str) -> list[Named]:
     exact = [record for record in records if record.id == wanted]
     return exact or [r for r in records if r.name.casefold() == wanted.casefold()]
-
-
-def _trace(
-    pick: Picks, model: Model, kind: FeatureType, set_name: str, surface: PaintSurface | None
-) -> Trace:
-    to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
-    points = transform.apply(to_file, pick.points)
-    vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
-    trace = Trace(
-        id=edits.new_id("trace"),
-        name=pick.name,
-        type_id=kind.id,
-        model_id=model.id,
-        model_hash=model.content_hash,
-        vertices=vertices,
-        set_name=set_name,
-        axis="auto",
-    )
-    if surface is None:
-        return trace
-    resolution, normal = around(surface, vertices)
-    return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)

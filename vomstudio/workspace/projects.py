@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -159,10 +160,11 @@ class Projects:
         self.opened.emit()
 
     def leave(self) -> None:
-        """Close the project."""
-        self._mark_open(False)
-        self.leaving.emit()
-        self.project.close()
+        """Close the project, which another window can open then, whatever fails of it."""
+        with ExitStack() as steps:
+            steps.callback(self.project.close)
+            steps.callback(self.leaving.emit)
+            steps.callback(self._mark_open, False)
 
     def _mark_open(self, is_open: bool) -> None:
         project = self.project

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal
@@ -139,9 +140,10 @@ class Jobs:
     def close(self) -> None:
         """Stop all workers; nothing is called any more."""
         self._closed = True
-        for worker in self.workers.values():
-            worker.close()
-        self.closed.emit()
+        with ExitStack() as steps:
+            steps.callback(self.closed.emit)
+            for worker in self.workers.values():
+                steps.callback(worker.close)
 
 
 def _report(title: str, fault: Fault) -> None:

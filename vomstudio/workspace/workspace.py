@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 from vomstudio.document import edits
@@ -214,11 +215,12 @@ class Workspace:
         self.projects.discard()
 
     def close(self) -> None:
-        """The program ends: close the project and stop all workers."""
-        self.projects.leave()
-        self.layers.finish()
-        self.jobs.close()
+        """The program ends: close the project and stop all workers, whatever fails of it."""
         self._closed = True
+        with ExitStack() as steps:
+            steps.callback(self.jobs.close)
+            steps.callback(self.layers.finish)
+            steps.callback(self.projects.leave)
 
     # --- edits -------------------------------------------------------------------------------
     def _edited(self, edit: Edit) -> None:

@@ -10,6 +10,7 @@ black, and moving the cursor repaints the overlays without drawing the outcrop a
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -156,11 +157,12 @@ class Viewport(QWidget):
         does nothing. The window calls it before it closes."""
         if self._life.closed:
             return
-        self._picture.stop()
-        self.gestures.stop()
-        self._life.stop()
-        self.models.close()
-        self._life.close()
+        with ExitStack() as steps:
+            steps.callback(self._life.close)
+            steps.callback(self.models.close)
+            steps.callback(self._life.stop)
+            steps.callback(self.gestures.stop)
+            steps.callback(self._picture.stop)
 
     # -- picking and projecting
 

@@ -356,6 +356,8 @@ def _codes(
 def _categories(name: str, codes: npt.NDArray[np.int64]) -> Iterator[Category]:
     las = "class" in _plain(name)
     own = _NAMED.get(_plain(name).partition(",")[0], ())
+    # The others keep their colours where one of so many pieces is gone.
+    labels = "label" in _plain(name)
     for place, code in enumerate(int(c) for c in codes):
         if code < len(own):
             title, color = own[code]
@@ -366,7 +368,8 @@ def _categories(name: str, codes: npt.NDArray[np.int64]) -> Iterator[Category]:
             yield Category(code, f"{code}  {tr(title)}", _rgb(color))
         else:
             text = f"{code}  {tr('user-defined')}" if las and code >= 64 else str(code)
-            yield Category(code, text, _rgb(OTHER_COLORS[place % len(OTHER_COLORS)]))
+            turn = (code if labels else place) % len(OTHER_COLORS)
+            yield Category(code, text, _rgb(OTHER_COLORS[turn]))
 
 
 def _rgb(color: str) -> tuple[int, int, int]:

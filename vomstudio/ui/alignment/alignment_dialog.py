@@ -77,5 +77,7 @@ class AlignmentDialog(QDialog):
 
     def done(self, result: int) -> None:
         """However it is closed."""
-        self._data.close()
-        super().done(result)
+        try:
+            self._data.close()
+        finally:
+            super().done(result)

@@ -26,7 +26,7 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, Label
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label
 from vomstudio.words import to_translate, tr
 
 _PREVIEWED = 5_000
@@ -96,7 +96,7 @@ class ProfileDialog(QDialog):
         self.form.addRow(tr("Profile"), self.profile)
         self.form.addRow(tr("Name"), self.name)
         for name, _, title, unit in _LIMITS:
-            box = QDoubleSpinBox()
+            box = DoubleSpinBox()
             box.setObjectName(name)
             box.setDecimals(1)
             box.setRange(0.1, 100_000.0)

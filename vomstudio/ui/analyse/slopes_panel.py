@@ -49,7 +49,7 @@ from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, allow
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
@@ -433,7 +433,7 @@ def _button(icon: str, text: str, clicked: Callable[[], None]) -> QToolButton:
 
 def _angle(name: str, value: float, tip: str) -> QDoubleSpinBox:
     """Degrees; what cannot be is said in words."""
-    box = QDoubleSpinBox()
+    box = DoubleSpinBox()
     box.setObjectName(name)
     box.setDecimals(1)
     box.setRange(0.0, 90.0)

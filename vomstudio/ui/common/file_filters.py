@@ -49,6 +49,17 @@ def listed() -> str:
     return _and_all(tr("Layers and tables ({patterns})", patterns=_patterns(endings)))
 
 
+def drawings() -> str:
+    """What holds lines that were drawn on an orthophoto."""
+    endings = (".gpkg", ".geojson", ".json", ".shp", ".dxf", ".svg", ".svgz")
+    return _and_all(tr("Drawings ({patterns})", patterns=_patterns(endings)))
+
+
+def sidecars() -> str:
+    """What was written beside an orthophoto."""
+    return _and_all(tr("Sidecars of orthophotos ({patterns})", patterns=_patterns([".json"])))
+
+
 def control() -> str:
     """Ground control points, and marks of them in photos."""
     from vomstudio.io.control.registry import extensions

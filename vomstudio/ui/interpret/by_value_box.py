@@ -6,7 +6,6 @@ import math
 
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import (
-    QComboBox,
     QDoubleSpinBox,
     QHBoxLayout,
     QPushButton,
@@ -18,7 +17,7 @@ from vomstudio.document.records import Model, get
 from vomstudio.geometry import transform
 from vomstudio.tools.select import SelectTool
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label
 from vomstudio.words import tr
 
 _COLOUR = ""
@@ -35,11 +34,11 @@ class ByValue(QWidget):
         self._studio = studio
         self._tool = studio.tool_of(SelectTool)
         self._of: object = None
-        self.what = QComboBox()
+        self.what = ComboBox()
         self.what.setObjectName("by_value_of")
         self.what.setMinimumWidth(_NARROW)
         self.what.currentIndexChanged.connect(self._show_range)
-        self.low, self.high = QDoubleSpinBox(), QDoubleSpinBox()
+        self.low, self.high = DoubleSpinBox(), DoubleSpinBox()
         self.low.setObjectName("by_value_low")
         self.high.setObjectName("by_value_high")
         for box in (self.low, self.high):

@@ -9,6 +9,7 @@ from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret import plane_relations
+from vomstudio.ui.interpret.drawing_import import DrawingImport
 from vomstudio.ui.interpret.listed_import import choose_listed
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import tr
@@ -27,6 +28,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         fit_to_screen(dialog)
         dialog.open()
 
+    drawings = DrawingImport(parent, studio)
     return [
         Command("keep_intersection", tr("&Keep intersection"), lambda: plane_relations.keep(studio),
                 "vector-intersection", (),
@@ -42,6 +44,10 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
                 lambda: choose_listed(parent, studio), "map-marker-plus", (),
                 tr("Import stations, samples, contact lines and rock areas from layers or a table "
                    "as they are exported."), lambda: why_no_model(studio)),
+        Command("import_drawing", tr("Import lines &drawn on an orthophoto…"), drawings.choose,
+                "vector-polyline-plus", (),
+                tr("Lines and polygons that were drawn on an orthophoto in a GIS, CAD or Inkscape "
+                   "become traces on the model."), drawings.why_not),
         Command("along_line", tr("Look along the &line"), directions.along_line, None, "I",
                 tr("Orthographic view along the selected lineation or intersection."),
                 directions.why_no_line, in_viewport=True),

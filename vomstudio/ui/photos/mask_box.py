@@ -12,13 +12,12 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QGroupBox,
     QHBoxLayout,
-    QSlider,
     QToolButton,
     QVBoxLayout,
 )
 
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.common.widgets import Label, Slider
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
 from vomstudio.words import tr
 
@@ -55,7 +54,7 @@ class MaskBox(QGroupBox):
         row.addStretch(1)
         self.hide_button.setChecked(True)
         self.hide_button.toggled.connect(self._hides_toggled)
-        self.brush_size = QSlider(Qt.Orientation.Horizontal)
+        self.brush_size = Slider()
         self.brush_size.setObjectName("brush_size")
         self.brush_size.setRange(0, _STEPS)
         self.brush_size.setToolTip(

@@ -126,4 +126,11 @@ class PhotoOpening(QObject):
 
     def may_close(self) -> bool:
         """Whether the program may end over what was drawn in photos."""
-        return self._page is None or self._page.close()
+        page = self._page
+        if page is None:
+            return True
+        if not page.may_close():
+            return False
+        # First: what fails in an event of Qt's does not come back to whoever caused it.
+        page.end()
+        return page.close()

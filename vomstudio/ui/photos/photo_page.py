@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, Signal
@@ -400,20 +401,33 @@ class PhotoPage(QWidget):
         if not self.may_close():
             event.ignore()
             return
+        event.accept()
+        self.end()
+
+    def end(self) -> None:
+        """Let everything go, whatever fails of it: a page that is half closed would hold its tab.
+        Calling it again does nothing."""
+        if not self.is_open:
+            return
         self.is_open = False
-        self.masks.close()
-        self.marks.close()
-        self.survey.exports.finish()
-        self.shown.close()
-        self._background.close()
-        self.survey.changed.disconnect(self._survey_changed)
-        self.survey.rows_changed.disconnect(self._survey_changed)
-        self.survey.edited.disconnect(self._edited)
-        self.survey.history_changed.disconnect(self._refresh)
+        with ExitStack() as steps:
+            steps.callback(self.closed.emit)
+            steps.callback(self._check_again)
+            for signal, slot in (
+                (self.survey.history_changed, self._refresh),
+                (self.survey.edited, self._edited),
+                (self.survey.rows_changed, self._survey_changed),
+                (self.survey.changed, self._survey_changed),
+            ):
+                steps.callback(signal.disconnect, slot)
+            for close in (self._background.close, self.shown.close, self.survey.exports.finish):
+                steps.callback(close)
+            for part in (self.marks, self.masks):
+                steps.callback(part.close)
+
+    def _check_again(self) -> None:
         if self._changed_masks and self.survey.folder == self.folder:
             self.survey.check_again()
-        event.accept()
-        self.closed.emit()
 
 
 def _stamp(out: Path | None) -> object:

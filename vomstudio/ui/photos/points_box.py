@@ -10,7 +10,6 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QAction, QColor
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QDoubleSpinBox,
     QFormLayout,
     QGridLayout,
     QGroupBox,
@@ -32,7 +31,7 @@ from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTRO
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, Label, allow, as_words
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow, as_words
 from vomstudio.ui.photos.mark_canvas import COLORS
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.words import tr
@@ -134,7 +133,7 @@ class PointsBox(QGroupBox):
             field.editingFinished.connect(self._numbers_typed)
             grid.addWidget(field, number // 2, number % 2)
         form.addRow(tr("Position"), grid)
-        self.mark_x, self.mark_y = QDoubleSpinBox(), QDoubleSpinBox()
+        self.mark_x, self.mark_y = DoubleSpinBox(), DoubleSpinBox()
         pixel = QHBoxLayout()
         for spin, name in ((self.mark_x, "mark_x"), (self.mark_y, "mark_y")):
             spin.setObjectName(name)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QLineEdit,
@@ -40,7 +39,7 @@ from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, Label, allow
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
@@ -84,7 +83,7 @@ class ComparePanel(QWidget):
         self.method.addItem(tr("Nearest distances"))
         self.method.addItem(tr("M3C2, along the normals"))
         self.method.currentIndexChanged.connect(self._method_chosen)
-        self.radius = QDoubleSpinBox()
+        self.radius = DoubleSpinBox()
         self.radius.setDecimals(3)
         self.radius.setRange(0.001, 1000.0)
         self.radius.setSuffix(" m")

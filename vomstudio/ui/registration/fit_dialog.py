@@ -3,6 +3,8 @@ surfaces."""
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import Qt
@@ -436,17 +438,18 @@ class FitDialog(QDialog):
 
     def done(self, result: int) -> None:
         """However it is closed: what both views hold in the graphics memory is freed at once."""
-        if not self._background.closed:
-            self._forget_jobs()
-            self._background.close()
-            self._solving.close()
-            self.other.close_reading()
-            self.stable.close_reading()
+        with ExitStack() as steps:
+            steps.callback(super().done, result)
+            if self._background.closed:
+                return
+            for view in (self.there, self.here):
+                steps.callback(view.shutdown)
             if self._job is not None:
-                self._studio.jobs.cancel(self._job)
-            for view in (self.here, self.there):
-                view.shutdown()
-        super().done(result)
+                steps.callback(self._studio.jobs.cancel, self._job)
+            for part in (self.stable, self.other):
+                steps.callback(part.close_reading)
+            for close in (self._solving.close, self._background.close, self._forget_jobs):
+                steps.callback(close)
 
 
 def _set(button: QPushButton, why_not: str | None) -> None:

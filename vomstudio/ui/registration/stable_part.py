@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QDoubleSpinBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from vomstudio.jobs.registration_tasks import HomologousPoint, StablePart
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox
 from vomstudio.ui.registration.other_model import OtherModelBox
 from vomstudio.words import tr
 
@@ -41,7 +41,7 @@ class StablePartBox(QWidget):
             self.which.addItem(text)
             self.which.setItemData(self.which.count() - 1, tip, 3)
         self.which.activated.connect(self._chosen)
-        self.metres = QDoubleSpinBox()
+        self.metres = DoubleSpinBox()
         self.metres.setRange(0.01, 100_000.0)
         self.metres.setValue(5.0)
         self.metres.setSuffix(" m")

@@ -40,7 +40,15 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, as_words, narrow_form
+from vomstudio.ui.common.widgets import (
+    ComboBox,
+    DoubleSpinBox,
+    Label,
+    Scrolling,
+    allow,
+    as_words,
+    narrow_form,
+)
 from vomstudio.ui.forms.model_axes import axes_of
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace import display
@@ -105,7 +113,7 @@ class DisplayPanel(QWidget):
         for value, text in display.MODES.items():
             self.mode.addItem(tr(text), value)
         self.mode.activated.connect(self._mode_chosen)
-        self.points = QDoubleSpinBox()
+        self.points = DoubleSpinBox()
         self.points.setMinimumWidth(_LEAST_WIDTH)
         self.points.setRange(0.0, 20.0)
         self.points.setDecimals(0)
@@ -139,7 +147,7 @@ class DisplayPanel(QWidget):
             edit.setObjectName(f"field_{name}")
             edit.setToolTip(tr("Leave empty to use the percentile."))
             edit.editingFinished.connect(lambda e=edit, n=name: self._typed(e, n))
-        self.first, self.last = QDoubleSpinBox(), QDoubleSpinBox()
+        self.first, self.last = DoubleSpinBox(), DoubleSpinBox()
         for spin in (self.first, self.last):
             spin.setMinimumWidth(_LEAST_WIDTH)
             spin.setRange(0.0, 100.0)
@@ -174,7 +182,7 @@ class DisplayPanel(QWidget):
         self._axes = [Label() for _ in range(3)]
         self.faces: list[QDoubleSpinBox] = []
         for k, (axis, side) in enumerate(FACES):
-            spin = QDoubleSpinBox()
+            spin = DoubleSpinBox()
             spin.setObjectName(f"clip_{'xyz'[axis]}{side}")
             spin.setRange(-1e9, 1e9)
             spin.setDecimals(2)

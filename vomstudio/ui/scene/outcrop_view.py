@@ -181,4 +181,8 @@ class OutcropView(QObject):
         self._camera_timer.stop()
         self.history.stop()
         if self.viewport is not None:
-            self.viewport.close()
+            # First: what fails in an event of Qt's does not come back to whoever caused it.
+            try:
+                self.viewport.shutdown()
+            finally:
+                self.viewport.close()

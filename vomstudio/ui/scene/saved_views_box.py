@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QPushButton, QW
 
 from vomstudio.errors import VomError
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.words import tr
 from vomstudio.workspace.saved_views import SavedView, SavedViews
@@ -21,7 +22,7 @@ class SavedViewsBox(QWidget):
             lambda key: studio.project.journal.view(key),
             lambda key, value: studio.project.journal.set_view(key, value),
         )
-        self.names = QComboBox()
+        self.names = ComboBox()
         self.names.setObjectName("saved_views")
         self.names.setEditable(True)
         self.names.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import logging
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from vomstudio.errors import VomError
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 _ROWS = 50
 _ACTION = "save_report"
+_SHOWN_MS = 60_000
+"""A window that is being closed, as by the end of the session, must not wait for nobody."""
 
 
 class Host(Protocol):
@@ -119,6 +122,84 @@ class FailureNotices(QObject):
             self._host.studio.notice.emit(Notice(sentence, "error", _ACTION))
         except Exception:  # noqa: BLE001 - reporting it would lead back here
             _log.exception("an error could not be shown: %s", sentence)
+
+
+def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
+    """Whether the user lets the window close, asked one after the other. Where a question itself
+    fails they are told, and decide."""
+    try:
+        return all(question() for question in questions)
+    except Exception as error:  # noqa: BLE001 - or Qt would close the window without a word
+        ERRORS.report(error, "before the window was closed")
+        box = _box(
+            host,
+            parent,
+            tr(
+                "What to do with unsaved changes could not be asked because of an internal error "
+                "({kind}: {error}).",
+                kind=type(error).__name__,
+                error=as_words(str(error)),
+            ),
+        )
+        leave = box.addButton(tr("Close all the same"), QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        _answer(box, host, parent)
+        return box.clickedButton() is leave
+
+
+def close_all(host: Host, parent: QWidget, steps: Sequence[Callable[[], object]]) -> None:
+    """Take every step of closing, whatever becomes of the others; what failed is told at the end.
+    Never raises."""
+    failed: list[Exception] = []
+    for step in steps:
+        try:
+            step()
+        except Exception as error:  # noqa: BLE001 - the rest must be closed all the same
+            ERRORS.report(error, "while the window was closed")
+            failed.append(error)
+    if not failed:
+        return
+    box = _box(
+        host,
+        parent,
+        tr(
+            "The window closes, but not all could be put in order because of an internal error "
+            "({kind}: {error}).",
+            kind=type(failed[0]).__name__,
+            error=as_words(str(failed[0])),
+        ),
+    )
+    box.addButton(QMessageBox.StandardButton.Close)
+    unanswered = QTimer(box)
+    unanswered.timeout.connect(box.reject)
+    unanswered.start(_SHOWN_MS)
+    _answer(box, host, parent)
+    unanswered.stop()
+
+
+def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
+    """Says beside the sentence where the work is."""
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Critical)
+    box.setText(sentence)
+    trouble = None
+    with contextlib.suppress(Exception):
+        trouble = host.studio.project.trouble
+    box.setInformativeText(
+        tr("All that was done is in the project's journal, and is there when it is opened again.")
+        if trouble is None
+        else as_words(trouble.sentence)
+    )
+    return box
+
+
+def _answer(box: QMessageBox, host: Host, parent: QWidget) -> None:
+    """Wait for an answer other than the report, which may be saved first."""
+    save = box.addButton(tr("Save report…"), QMessageBox.ButtonRole.ActionRole)
+    box.exec()
+    while box.clickedButton() is save:
+        save_report(host, parent)
+        box.exec()
 
 
 def save_report(host: Host, parent: QWidget) -> None:

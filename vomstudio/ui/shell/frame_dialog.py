@@ -8,7 +8,6 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import (
     QButtonGroup,
-    QComboBox,
     QDialog,
     QDialogButtonBox,
     QFormLayout,
@@ -24,7 +23,7 @@ from vomstudio.io.gis.crs import crs_name, parse_crs
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
-from vomstudio.ui.common.widgets import Label, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, allow
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.model_loading import OpenModel
 
@@ -105,10 +104,10 @@ class FrameDialog(QDialog):
         return (self._crs_button, self._crs, self._crs_says, *buttons[1:])
 
     def _make_form(self) -> QFormLayout:
-        self._up = QComboBox()
+        self._up = ComboBox()
         self._up.addItem(tr("Z (x east, y north)"), "z")
         self._up.addItem(tr("Y (x east, z south)"), "y")
-        self._unit = QComboBox()
+        self._unit = ComboBox()
         for name, metres in _UNITS:
             self._unit.addItem(tr(name), metres)
         form = QFormLayout()

@@ -26,6 +26,7 @@ from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.shell import thread_switching, warm_up
 from vomstudio.ui.shell.background_imports import BackgroundImports
 from vomstudio.ui.shell.drag_and_drop import dragged_files
+from vomstudio.ui.shell.failure_notices import close_all, may_close
 from vomstudio.ui.workspaces.arrangements import Workspaces, geometry_of
 from vomstudio.ui.workspaces.docks import WindowDocks
 from vomstudio.ui.workspaces.screens import restore_geometry
@@ -425,17 +426,17 @@ class MainWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
         if not self._filled:
             return
-        if not self.photo_opening.may_close() or not self.files.ask_to_keep():
+        if not may_close(self, self, [self.photo_opening.may_close, self.files.ask_to_keep]):
             event.ignore()
             return
+        net = [self.net.close_thread] if hasattr(self, "net") else []
+        close_all(self, self, [
+            self._keep_arrangement, self.view.keep_camera, self._imports.do_not_begin,
+            self.view.close, self._photo_shown.close, *net, self.studio.close,
+        ])  # fmt: skip
+        event.accept()
+
+    def _keep_arrangement(self) -> None:
         self.workspaces.stop()
         self.studio.settings.window = self.workspaces.to_keep()
         self.studio.keep_settings()
-        self.view.keep_camera()
-        self._imports.do_not_begin()
-        self.view.close()
-        self._photo_shown.close()
-        if hasattr(self, "net"):
-            self.net.close_thread()
-        self.studio.close()
-        event.accept()

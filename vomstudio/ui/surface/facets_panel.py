@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QPushButton,
     QSizePolicy,
-    QSpinBox,
     QWidget,
 )
 
@@ -35,7 +34,7 @@ from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, Label
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.model_axes import axes_of, follow_axes, unit_of
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
@@ -103,7 +102,7 @@ class FacetsPanel(SeenPanel):
                 "times the local noise."
             )
         )
-        self.points = QSpinBox()
+        self.points = SpinBox()
         self.points.setObjectName("facet_points")
         self.points.setRange(0, 10_000_000)
         self.points.setSingleStep(10)
@@ -465,7 +464,7 @@ def _verdict_icon(doubt: tuple[int, float]) -> QIcon:
 def _spin(
     name: str, low: float, high: float, value: float, suffix: str, decimals: int
 ) -> QDoubleSpinBox:
-    box = QDoubleSpinBox()
+    box = DoubleSpinBox()
     box.setObjectName(name)
     box.setDecimals(decimals)
     box.setRange(low, high)

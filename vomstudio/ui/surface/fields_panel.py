@@ -22,7 +22,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.direction_wheel import DirectionWheel
 from vomstudio.ui.surface.measurable_plane import MeasurablePlane
@@ -96,7 +96,7 @@ class FieldsPanel(SeenPanel):
             self.kind.addItem(tr(title), key)
         self.kind.keep_narrow()
         self.kind.activated.connect(self._kind_chosen)
-        self.radius = QDoubleSpinBox()
+        self.radius = DoubleSpinBox()
         self.radius.setObjectName("field_radius")
         self.radius.setDecimals(3)
         self.radius.setRange(0.001, 10_000.0)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QLineEdit, QWidget
 
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_plane
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, narrow_form
 from vomstudio.words import tr
 from vomstudio.workspace.surfaces.measurable_planes import OF_SET, TYPED
 
@@ -33,7 +33,7 @@ class MeasurablePlane(QWidget):
         self.attitude.setPlaceholderText(tr("dip direction/dip"))
         self.attitude.setToolTip(tr("Such as 315/38."))
         self.attitude.textChanged.connect(lambda _: self.changed.emit())
-        self.length = QDoubleSpinBox()
+        self.length = DoubleSpinBox()
         self.length.setObjectName("measurable_length")
         self.length.setDecimals(3)
         self.length.setRange(0.001, 100_000.0)

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QPushButton,
     QSizePolicy,
-    QSpinBox,
     QWidget,
 )
 
@@ -33,7 +32,7 @@ from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, Label, file_field
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox, file_field
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command, model_words
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
@@ -87,7 +86,7 @@ class TracesPanel(SeenPanel):
                "the probability of an edge at each pixel.")
         )  # fmt: skip
         self.network.textChanged.connect(lambda _: self._refresh_buttons())
-        self.length = QDoubleSpinBox()
+        self.length = DoubleSpinBox()
         self.length.setObjectName("proposed_length")
         self.length.setDecimals(3)
         self.length.setRange(0.0, 100_000.0)
@@ -98,7 +97,7 @@ class TracesPanel(SeenPanel):
         self.length.setToolTip(
             tr("Of a line, at least; twenty resolutions where it is left to the program.")
         )
-        self.most = QSpinBox()
+        self.most = SpinBox()
         self.most.setObjectName("proposed_most")
         self.most.setRange(1, 1000)
         self.most.setValue(TraceLimits().most)

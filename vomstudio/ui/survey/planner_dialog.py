@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
     QSizePolicy,
-    QSpinBox,
     QVBoxLayout,
     QWidget,
 )
@@ -38,7 +37,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, Label, allow
+from vomstudio.ui.common.widgets import ComboBox, Label, SpinBox, allow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
 from vomstudio.words import to_translate, tr
@@ -124,7 +123,7 @@ class PlannerDialog(QDialog):
 
     # --- parts -------------------------------------------------------------------------------
     def _make_form(self) -> QFormLayout:
-        self.camera = QComboBox()
+        self.camera = ComboBox()
         self.camera.setObjectName("plan_camera")
         self.camera.setEditable(True)
         self.camera.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
@@ -160,7 +159,7 @@ class PlannerDialog(QDialog):
         self.target.currentIndexChanged.connect(self._target_chosen)
         self.value = self._number("plan_value")
         self._unit = Label()
-        self.overlap = QSpinBox()
+        self.overlap = SpinBox()
         self.overlap.setObjectName("plan_overlap")
         self.overlap.setRange(round(100 * LEAST_OVERLAP), round(100 * MOST_OVERLAP))
         self.overlap.setSuffix(" %")
@@ -418,8 +417,10 @@ class PlannerDialog(QDialog):
         painter.end()
 
     def done(self, result: int) -> None:
-        self._background.close()
-        super().done(result)
+        try:
+            self._background.close()
+        finally:
+            super().done(result)
 
 
 def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:

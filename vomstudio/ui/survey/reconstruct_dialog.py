@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLineEdit,
     QRadioButton,
-    QSpinBox,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -36,7 +35,15 @@ from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import gigabytes
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.widgets import ComboBox, Label, allow, file_field, rich_label, rich_lines
+from vomstudio.ui.common.widgets import (
+    ComboBox,
+    Label,
+    SpinBox,
+    allow,
+    file_field,
+    rich_label,
+    rich_lines,
+)
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
 from vomstudio.words import tr, tr_n
@@ -165,7 +172,7 @@ class ReconstructDialog(QDialog):
     def _make_machine(self) -> QGroupBox:
         box = QGroupBox(tr("This computer"))
         processors = os.cpu_count() or 1
-        self.threads = QSpinBox()
+        self.threads = SpinBox()
         self.threads.setObjectName("make_threads")
         self.threads.setRange(0, processors)
         self.threads.setSpecialValueText(tr("All {count}", count=processors))
@@ -174,7 +181,7 @@ class ReconstructDialog(QDialog):
         self.memory = Label()
         self.memory.setObjectName("make_memory")
         self.memory.setWordWrap(True)
-        self.seed = QSpinBox()
+        self.seed = SpinBox()
         self.seed.setRange(0, 999_999)
         self.seed.setToolTip(
             tr("Seed of the random numbers; with one thread the same seed gives the same model.")
@@ -351,9 +358,11 @@ class ReconstructDialog(QDialog):
                 self.close()
 
     def done(self, result: int) -> None:
-        if self._soon.isActive():
-            self._choose()
-        super().done(result)
+        try:
+            if self._soon.isActive():
+                self._choose()
+        finally:
+            super().done(result)
 
 
 def _memory_words(memory: MemoryFacts) -> str:

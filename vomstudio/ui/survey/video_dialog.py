@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
-    QDoubleSpinBox,
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
@@ -28,7 +27,7 @@ from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.common.widgets import Label, as_words, file_field, rich_label
+from vomstudio.ui.common.widgets import DoubleSpinBox, Label, as_words, file_field, rich_label
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
 
@@ -58,7 +57,7 @@ class VideoDialog(QDialog):
         about.setWordWrap(True)
         self.video, video = file_field("video_file", tr("Choose…"), self._browse_video)
         self.folder, folder = file_field("video_folder", tr("Choose…"), self._browse_folder)
-        self.fps = QDoubleSpinBox()
+        self.fps = DoubleSpinBox()
         self.fps.setObjectName("video_fps")
         self.fps.setRange(0.1, 10.0)
         self.fps.setDecimals(1)

@@ -28,7 +28,7 @@ from vomstudio.products.net.style import PRINT
 from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, Label
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label
 from vomstudio.words import to_translate, tr
 
 _USUAL = {
@@ -62,7 +62,7 @@ class FigureStyleDialog(QDialog):
         self.numbers: dict[str, QDoubleSpinBox] = {}
         form = QFormLayout()
         for name, title, unit, step in _NUMBERS:
-            box = QDoubleSpinBox()
+            box = DoubleSpinBox()
             box.setObjectName(f"figure_{name}")
             box.setDecimals(1)
             box.setRange(*LIMITS[name][:2])

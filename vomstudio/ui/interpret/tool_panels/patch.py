@@ -19,7 +19,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import narrow_form, rich_label, rich_lines
+from vomstudio.ui.common.widgets import DoubleSpinBox, narrow_form, rich_label, rich_lines
 from vomstudio.ui.interpret.tool_panels import patch_commands
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
@@ -38,7 +38,7 @@ class PatchPanel(QWidget):
         self._studio = studio
         self._tool = studio.tool_of(PatchTool)
         self._shown: Measurement | None = None
-        self.radius = QDoubleSpinBox()
+        self.radius = DoubleSpinBox()
         self.radius.setObjectName("brush_radius")
         self.radius.setDecimals(3)
         self.radius.setRange(SMALLEST_RADIUS, LARGEST_RADIUS)

@@ -24,7 +24,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import Label, narrow_form
+from vomstudio.ui.common.widgets import DoubleSpinBox, Label, narrow_form
 from vomstudio.ui.interpret.by_value_box import ByValue
 from vomstudio.ui.interpret.tool_panels import select_commands
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column, set_field
@@ -87,7 +87,7 @@ class SelectPanel(QWidget):
     def _make_tolerances(self, studio: Studio) -> QWidget:
         """How far a piece grows from a click."""
         growth, tool = self._tool.growth, self._tool
-        self.angle, self.distance = QDoubleSpinBox(), QDoubleSpinBox()
+        self.angle, self.distance = DoubleSpinBox(), DoubleSpinBox()
         self.angle.setObjectName("grow_angle")
         self.angle.setRange(LEAST_ANGLE, LARGEST_ANGLE)
         self.angle.setDecimals(0)

@@ -1,0 +1,118 @@
+"""Lines drawn in another program on an orthophoto of the window come back as traces."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+import rasterio.transform
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog
+
+from tests import driver
+from vomstudio.geology.orientation import planes_to_normals
+from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
+
+GSD = 0.01
+
+
+@pytest.fixture
+def picture(window, outcrop, tmp_path) -> Path:
+    """The sidecar of an orthophoto that was made in the window, looking north."""
+    driver.open_outcrop(window, outcrop)
+    window.view.look(0.0, 10.0)
+    driver.wait(lambda: window.viewport.still, "the camera's rest")
+    window.actions_table.all["orthophoto"].trigger()
+    driver.wait(lambda: window.findChild(OrthoDialog) is not None, "the dialog")
+    dialog = window.findChild(OrthoDialog)
+    driver.wait(dialog._start.isEnabled, "a proposed pixel size")
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    for field, text in ((dialog.gsd, str(GSD)), (dialog.target, str(folder / "cliff.tif"))):
+        field.setFocus()
+        field.selectAll()
+        QTest.keyClicks(field, text)
+    QTest.mouseClick(dialog._start, Qt.MouseButton.LeftButton)
+    driver.wait((folder / "cliff.json").exists, "the orthophoto", 60.0)
+    driver.wait(lambda: not window.studio.jobs.visible(), "the end of the job")
+    return folder / "cliff.json"
+
+
+def draw(path: Path, sidecar: Path, lines: dict[str, np.ndarray]) -> Path:
+    """As a GIS writes what is digitised on the GeoTIFF. lines : (n, 3) World, by name"""
+    facts = json.loads(sidecar.read_text("utf-8"))
+    to_pixel = np.linalg.inv(np.array(facts["pixel_to_world"]))
+    with rasterio.open(sidecar.with_suffix(".tif")) as file:
+        to_plane = file.transform
+    features = []
+    for name, points in lines.items():
+        pixels = (np.column_stack([points, np.ones(len(points))]) @ to_pixel.T)[:, :2]
+        drawn = [rasterio.transform.xy(to_plane, r, c, offset="ul") for c, r in pixels]
+        features.append({
+            "type": "Feature", "properties": {"name": name},
+            "geometry": {"type": "LineString", "coordinates": drawn},
+        })  # fmt: skip
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
+    return path
+
+
+def take_in(window, monkeypatch, *files: Path) -> None:
+    """Files in the order in which they are asked for."""
+    asked = iter(files)
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(next(asked)), ""))
+    window.actions_table.run("import_drawing")
+
+
+def said(window) -> str:
+    return window.message_bar._text.text()
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_lines_of_a_gis_become_traces_in_one_step(
+    window, picture, picks, truth, tmp_path, monkeypatch, beside
+) -> None:
+    drawn = {name: picks[name] for name in ("B01", "B02")}
+    folder = picture.parent if beside else tmp_path
+    path = draw(folder / "lines.geojson", picture, drawn)
+    before = dict(window.studio.records)
+    take_in(window, monkeypatch, path, picture)
+    driver.wait(lambda: len(driver.traces(window)) == 2, "the traces")
+    for trace in driver.traces(window):
+        points = np.array(trace.vertices)
+        # A pixel, and what the surface does between where a pick lies and its pixel.
+        assert np.linalg.norm(points - picks[trace.name], axis=1).max() < 3 * GSD
+        plane = window.studio.measured([trace.id])[trace.id].plane
+        is_, wanted = planes_to_normals(
+            [plane.dip_direction_deg, truth[trace.name][0]], [plane.dip_deg, truth[trace.name][1]]
+        )
+        assert np.degrees(np.arccos(abs(float(is_ @ wanted)))) < 2.0
+        assert "cliff" in trace.notes
+    assert set(window.studio.selection.ids) == {t.id for t in driver.traces(window)}
+    driver.focus(window)
+    driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert dict(window.studio.records) == before
+    assert window.actions_table.all["import_drawing"].isEnabled()
+
+
+def test_what_is_no_trace_is_left_out_and_said(window, picture, picks, monkeypatch) -> None:
+    drawn = {"B01": picks["B01"], "short": picks["B02"][:2], "": picks["B03"]}
+    path = draw(picture.parent / "lines.geojson", picture, drawn)
+    take_in(window, monkeypatch, path)
+    driver.wait(lambda: len(driver.traces(window)) == 2, "the traces")
+    assert "short was left out" in said(window)
+    # A line without a name is named as one that was picked.
+    assert {t.name for t in driver.traces(window)} == {"B01", "B02"}
+
+
+def test_a_drawing_of_another_picture_is_refused(window, picture, picks, monkeypatch) -> None:
+    far = {"B01": picks["B01"] + [500.0, 0.0, 0.0]}
+    path = draw(picture.parent / "lines.geojson", picture, far)
+    take_in(window, monkeypatch, path, picture)
+    driver.wait(lambda: "another picture" in said(window), "the sentence")
+    assert "--sidecar" not in said(window)
+    assert driver.traces(window) == []
+    assert window.actions_table.all["import_drawing"].isEnabled()

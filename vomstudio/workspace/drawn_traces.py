@@ -1,0 +1,140 @@
+"""Traces on a model from lines that were drawn on an orthophoto of it in another program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.document import edits
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.document.records import SURROUNDINGS_RULE, Model, Point, Record
+from vomstudio.errors import GeometryError, InputError
+from vomstudio.geometry import transform
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.ortho.drawing_back import (
+    Sidecar,
+    bring_back,
+    read_drawing,
+    read_sidecar,
+)
+from vomstudio.tools.local_surface import around
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DrawnTraces:
+    """traces : not yet in the project; skipped : names of lines that give none, each with why;
+    warnings : sentences"""
+
+    traces: tuple[Trace, ...]
+    skipped: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+
+
+def trace_through(
+    name: str,
+    points: Array,
+    model: Model,
+    type_id: str,
+    set_name: str,
+    surface: PaintSurface | None,
+) -> Trace:
+    """points : (n, 3) in the frame of the model's file; surface : for resolution and face"""
+    vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
+    trace = Trace(
+        id=edits.new_id("trace"), name=name, type_id=type_id, model_id=model.id,
+        model_hash=model.content_hash, vertices=vertices, set_name=set_name, axis="auto",
+    )  # fmt: skip
+    if surface is None:
+        return trace
+    resolution, normal = around(surface, vertices)
+    return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)
+
+
+def fitting_sidecars(drawing: Path) -> list[Path]:
+    """Of the pictures in the folder of a drawing those on which it can have been drawn: the one
+    whose name the drawing's begins with, alone, where it is among them."""
+    found = []
+    for path in sorted(drawing.parent.glob("*.json")):
+        try:
+            read_drawing(drawing, read_sidecar(path))
+        except InputError:
+            continue
+        found.append(path)
+    named = [path for path in found if drawing.stem.startswith(path.stem)]
+    return [max(named, key=lambda path: len(path.stem))] if named else found
+
+
+def read_drawn_traces(
+    drawing: Path,
+    sidecar: Path,
+    model: Model,
+    data: Mesh | PointCloud,
+    surface: PaintSurface | None,
+    records: Mapping[str, Record],
+    type_id: str,
+    set_name: str = "",
+) -> DrawnTraces:
+    """Each line of the drawing that defines a plane as a trace, on the surface that the picture
+    shows.
+
+    data : in the frame of the model's file. Raises InputError, and GeometryError where no line
+    defines a plane.
+    """
+    picture = read_sidecar(sidecar)
+    lines, said = read_drawing(drawing, picture)
+    try:
+        brought = bring_back(lines, _in_frame_of(model, picture), data)
+    except InputError as error:
+        raise error.of_file(drawing) from error
+    warnings = [*said, *brought.warnings]
+    if picture.content_hash not in (None, model.content_hash):
+        warnings.append(
+            tr(
+                "The orthophoto was made of another file than {model}, or of it before it changed.",
+                model=model.name,
+            )
+        )
+    skipped = [(name, tr("it meets no surface")) for name in brought.skipped]
+    own = {line.name.strip() for line in lines}
+    note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
+              drawing=drawing.name)  # fmt: skip
+    traces: list[Trace] = []
+    for line in brought.lines:
+        # A line without a name was given its number; the project has names of its own.
+        name = "" if line.name.isdecimal() and line.name not in own else line.name
+        trace = trace_through(name, line.points, model, type_id, set_name, surface)
+        trace = replace(trace, notes=note)
+        try:
+            edits.add_trace(records, trace)
+        except GeometryError as error:
+            skipped.append((line.name, error.message))
+            continue
+        traces.append(trace)
+    if not traces:
+        name, reason = skipped[0]
+        raise GeometryError(
+            tr(
+                "None of the drawn lines defines a plane. The first is {name}: {reason}",
+                name=name,
+                reason=reason,
+            ),
+            file=drawing,
+        )
+    return DrawnTraces(tuple(traces), tuple(skipped), tuple(warnings))
+
+
+def _in_frame_of(model: Model, sidecar: Sidecar) -> Sidecar:
+    """The picture in the frame of the model's file: what is looked at need not be moved."""
+    to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
+    matrix = to_file @ sidecar.matrix
+    matrix[:3, 2] /= np.linalg.norm(matrix[:3, 2])
+    return replace(sidecar, matrix=matrix)
