@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.words import tr, tr_n
 
 Group = tuple[int, bytes | int | float]
+Piece = tuple[bytes, Sequence[Group]]
+"""What stands from one group of code 0 to the next: its value, and the groups behind it."""
 Left = tuple[npt.NDArray[np.bool_], list[str]]
 
 _LARGEST = 512 << 20
@@ -30,6 +33,10 @@ _UNITS |= {14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937}
 _BINARY = b"AutoCAD Binary DXF\r\n\x1a\0"
 _FROZEN = 1
 _NO_LINES = (b"DIMENSION", b"LEADER", b"MULTILEADER", b"ARC_DIMENSION", b"LARGE_RADIAL_DIMENSION")
+_TOLD = (b"SECTION", b"LAYER", b"SPLINE", *_NO_LINES)
+# A code is a number: a line of 0 before one of letters is a code. A line of 60 may be a value.
+_BEGINS = re.compile(rb"(?m)^[ \t]*0[ \t]*\r?\n[ \t]*([A-Z][A-Za-z0-9_]*)[ \t]*\r?\n")
+_UNSEEN = re.compile(rb"(?m)^[ \t]*60[ \t]*\r?\n[ \t]*1[ \t]*\r?$")
 
 
 @dataclass(frozen=True)
@@ -52,8 +59,7 @@ def dxf_facts(path: str | Path) -> DxfFacts:
     except OSError:
         return DxfFacts()
     try:
-        groups = _binary(data) if data.startswith(_BINARY) else _text(data)
-        return _found(groups)
+        return _found(_binary(data) if data.startswith(_BINARY) else _text(data))
     except (ValueError, struct.error, IndexError):
         return DxfFacts()
 
@@ -116,45 +122,41 @@ def why_unreadable(path: Path) -> str | None:
     )
 
 
-def _found(groups: Iterator[Group]) -> DxfFacts:
+def _found(pieces: Iterator[Piece]) -> DxfFacts:
     unit: float | None = None
     hidden, notes, unseen = set[str](), set[str](), set[str]()
     fit_only = 0
-    section, variable = b"", b""
-    entity: dict[int, Any] = {}
-
-    def ended() -> None:
-        """What is to be kept of the entity that was read last."""
-        nonlocal fit_only
-        kind = entity.get(0)
-        if kind == b"LAYER" and section == b"TABLES" and 2 in entity:
-            if int(entity.get(70, 0)) & _FROZEN or int(entity.get(62, 7)) < 0:
-                hidden.update(_names(entity[2]))
-        elif section == b"ENTITIES" and 5 in entity:
-            handle = _bytes(entity[5]).decode("latin-1").upper()
+    section: object = b""
+    for kind, groups in pieces:
+        first: dict[int, Any] = {}
+        for code, value in groups:
+            first.setdefault(code, value)
+        if kind == b"SECTION":
+            section = first.get(2)
+            if section == b"HEADER":
+                unit = _unit(groups)
+        elif kind == b"LAYER" and section == b"TABLES" and 2 in first:
+            if int(first.get(70, 0)) & _FROZEN or int(first.get(62, 7)) < 0:
+                hidden.update(_names(first[2]))
+        elif section == b"ENTITIES" and 5 in first:
+            handle = _bytes(first[5]).decode("latin-1").upper()
             if kind in _NO_LINES:
                 notes.add(handle)
-            if int(entity.get(60, 0)) == 1:
+            if int(first.get(60, 0)) == 1:
                 unseen.add(handle)
-        if kind == b"SPLINE" and 11 in entity and 10 not in entity:
+        if kind == b"SPLINE" and 11 in first and 10 not in first:
             fit_only += 1
-
-    for code, value in groups:
-        if code == 0:
-            ended()
-            entity = {0: value}
-            if value in (b"SECTION", b"ENDSEC"):
-                section = b""
-        elif code == 2 and not section and entity.get(0) == b"SECTION":
-            section = _bytes(value)
-        elif code == 9:
-            variable = _bytes(value)
-        elif code == 70 and section == b"HEADER" and variable == b"$INSUNITS":
-            unit = _UNITS.get(int(value))
-        elif code in (2, 5, 10, 11, 60, 62, 70):
-            entity.setdefault(code, value)
-    ended()
     return DxfFacts(unit, frozenset(hidden), frozenset(notes), frozenset(unseen), fit_only)
+
+
+def _unit(header: Sequence[Group]) -> float | None:
+    of_unit = False
+    for code, value in header:
+        if code == 9:
+            of_unit = value == b"$INSUNITS"
+        elif code == 70 and of_unit:
+            return _UNITS.get(int(value))
+    return None
 
 
 def _bytes(value: bytes | float) -> bytes:
@@ -172,10 +174,17 @@ def _names(value: bytes | float) -> set[str]:
     return {text.casefold() for text in found}
 
 
-def _text(data: bytes) -> Iterator[Group]:
-    lines = data.removeprefix(b"\xef\xbb\xbf").splitlines()
-    for code, value in zip(lines[0::2], lines[1::2], strict=False):
-        yield int(code), value.strip()
+def _text(data: bytes) -> Iterator[Piece]:
+    """Of a million entities only those that say something are taken apart."""
+    kind, begin = b"", 0
+    for found in chain(_BEGINS.finditer(data), (None,)):
+        end = len(data) if found is None else found.start()
+        if kind in _TOLD or _UNSEEN.search(data, begin, end):
+            lines = data[begin:end].splitlines()
+            pairs = zip(lines[0::2], lines[1::2], strict=False)
+            yield kind, [(int(code), value.strip()) for code, value in pairs]
+        if found is not None:
+            kind, begin = found.group(1), found.end()
 
 
 _SIZES = (
@@ -191,7 +200,18 @@ _SIZES = (
 """Bytes of a value by its code: 0 for text up to a zero, -1 for a length and so many bytes."""
 
 
-def _binary(data: bytes) -> Iterator[Group]:
+def _binary(data: bytes) -> Iterator[Piece]:
+    kind, groups = b"", list[Group]()
+    for code, value in _binary_groups(data):
+        if code == 0:
+            yield kind, groups
+            kind, groups = _bytes(value), []
+        else:
+            groups.append((code, value))
+    yield kind, groups
+
+
+def _binary_groups(data: bytes) -> Iterator[Group]:
     at = len(_BINARY)
     sizes = {code: size for codes, size in _SIZES for code in codes}
     while at + 2 <= len(data):
