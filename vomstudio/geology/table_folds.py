@@ -222,7 +222,19 @@ class _Choice:
             self.table.bowed_deg,
             waviness_deg,
             [str(id_) for id_ in np.asarray(self.table.ids)[self.use]],
+            self._overturned(),
         )
+
+    def _overturned(self) -> NDArray[np.bool_] | None:
+        """Of the planes used; None where the table says nothing of it."""
+        try:
+            cells = self.table.column("overturned")
+        except UsageError:
+            return None
+        told = np.array(
+            [_same(cell, "true") or _same(cell, "yes") or cell == "1" for cell in cells]
+        )
+        return told[self.use] if any(cell.strip() for cell in cells) else None
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:
         """Each set by its mean, once."""
