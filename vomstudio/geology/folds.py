@@ -391,16 +391,18 @@ def _decisive(
         return None, None
     far = int(np.argmax(np.abs(poles @ shape.axes[2])))
     for row in dict.fromkeys((*arc_ends(poles, shape.axes), turns_most, far)):
-        other = _verdict_without(poles, row, waviness_deg)
+        # Two axes of the others would be no doubt of any other verdict.
+        two = found.verdict == "two axes"
+        other = _verdict_without(poles, row, waviness_deg, two=two)
         # The best of several cones through all planes but one is often better by chance alone.
-        by_chance = found.verdict == "cylindrical" and other.name in ("conical", "two axes")
+        by_chance = found.verdict == "cylindrical" and other.name == "conical"
         alike = other.name == found.verdict or found.valid == other.valid == "no"
         if not alike and not by_chance:
             return row, other
     return None, None
 
 
-def _verdict_without(poles: Array, row: int, waviness_deg: float | None) -> Verdict:
+def _verdict_without(poles: Array, row: int, waviness_deg: float | None, *, two: bool) -> Verdict:
     """Of all planes but one, as if they were as many: errors that are larger and an arc that is
     shorter only since there is one plane fewer say nothing of that plane."""
     n, others = len(poles), np.delete(poles, row, axis=0)
@@ -410,7 +412,8 @@ def _verdict_without(poles: Array, row: int, waviness_deg: float | None) -> Verd
     error = None if semi_axes is None else semi_axes[0]
     cone = None if shape.cone is None else shape.cone.of_more(n - 1, n)
     as_many = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
-    return verdict_of(as_many, error, uniformity(others, False).p, waviness_deg, FEW_PLANES - 1)
+    uniform = uniformity(others, False).p
+    return verdict_of(as_many, error, uniform, waviness_deg, FEW_PLANES - 1, two=two)
 
 
 def axis_of(

@@ -208,5 +208,7 @@ def _doubt_of(groups: list[Array], apart: float, across: float) -> str:
 def _narrow(own: float, n: int, variance: float) -> bool:
     """Whether n angles stray less from their mean (by their variance) than the planes of a hinge
     would, which also stray by themselves; radians squared."""
+    if n < 3:
+        return False
     hinge = math.radians(HINGE_ARC_DEG) ** 2 / 12.0 + variance
     return 1.0 - chi2_tail(n - 1, (n - 1) * own / hinge) < NARROW_P

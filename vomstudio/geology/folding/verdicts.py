@@ -70,10 +70,13 @@ def verdict_of(
     uniform_p: float | None,
     waviness_deg: float | None,
     fewest: int = FEW_PLANES,
+    *,
+    two: bool = True,
 ) -> Verdict:
     """Of poles of one kind: what they look like, the 95 % error of beta, the chance of a uniform
     scatter that is as uneven, the natural waviness (standard deviation of a pole about the curve)
-    where it is known, and under how many planes nothing can be told."""
+    where it is known, under how many planes nothing can be told, and whether two axes, which take
+    the longest, are looked for."""
     near, far = _limits(waviness_deg)
     cone = shape.cone
     if cone is not None and _conical(cone, far) and _ring(shape, cone, far):
@@ -89,7 +92,7 @@ def verdict_of(
         return Verdict("scattered", "no", (said,))
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return _cylinder(shape, error95_deg, near, far, fewest)
-    if _two(shape):
+    if two and _two(shape):
         assert shape.two_circles is not None
         return Verdict("two axes", "no", (_said_two(shape.two_circles, shape.rms_deg),))
     if cone is not None and _conical(cone, far):
