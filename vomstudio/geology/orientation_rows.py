@@ -12,6 +12,9 @@ from vomstudio.geology.common_turns import Turns
 
 Floats = NDArray[np.float64]
 
+OVERTURNED_WORDS = frozenset({"1", "true", "yes", "y", "x", "overturned", "inverted"})
+"""Cells that say that a bed is overturned, in small letters."""
+
 
 class OrientationRows(Protocol):
     """n planes and lines, row by row; NaN where a row is not of that geometry.

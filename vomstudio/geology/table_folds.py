@@ -14,8 +14,9 @@ from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, domain_axes
-from vomstudio.geology.folds import AxisFigures, FoldAxis, fold_axis
-from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.folding.figures import AxisFigures
+from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.orientation_rows import OVERTURNED_WORDS, OrientationRows
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
@@ -231,9 +232,7 @@ class _Choice:
             cells = self.table.column("overturned")
         except UsageError:
             return None
-        told = np.array(
-            [_same(cell, "true") or _same(cell, "yes") or cell == "1" for cell in cells]
-        )
+        told = np.array([cell.strip().casefold() in OVERTURNED_WORDS for cell in cells])
         return told[self.use] if any(cell.strip() for cell in cells) else None
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:

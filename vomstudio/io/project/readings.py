@@ -16,6 +16,7 @@ from vomstudio.document.records import Point
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line
+from vomstudio.geology.orientation_rows import OVERTURNED_WORDS
 from vomstudio.geometry.places import why_no_coordinate, why_not_on_earth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.project.field_table import FieldTable, number_in
@@ -29,7 +30,6 @@ NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/pl
 ToGrid = Callable[[float, float], tuple[float, float] | None]
 """From longitude and latitude to x and y of the project."""
 
-_YES = {"1", "true", "yes", "y", "x", "overturned", "inverted"}
 _EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
 
 
@@ -194,7 +194,7 @@ def understand(
                 type_name=word.get("type", ""),
                 set_name=word.get("set", ""),
                 position=position,
-                overturned=word.get("overturned", "").casefold() in _YES,
+                overturned=word.get("overturned", "").casefold() in OVERTURNED_WORDS,
                 notes=word.get("notes", ""),
             )
         )
