@@ -5,8 +5,10 @@ small samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). C
 tensor's axes free of a model is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis &
 Embleton 1987, 6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 =
 1 / (2 n (Si - Sj) (ki - kj)), as Tanaka (1999) corrected the factor which is often quoted. All of
-them are joint, 95 %, with F(2, n - 2) in place of chi-square, and mean nothing where two
-eigenvalues are nearly the same: the axes are then any two of a plane.
+them are joint, 95 %, with F(2, n - 2) in place of chi-square (free of a model F(2, m - 2) for the
+first axis and F(2, m - 3) for the others, m being the effective number of weighted axes, and
+residuals of the jackknife: simulated coverage of clusters and girdles is 93 to 98 %), and mean
+nothing where two eigenvalues are nearly the same: the axes are then any two of a plane.
 """
 
 from __future__ import annotations
