@@ -185,3 +185,15 @@ def test_one_domain_is_refused(run, write) -> None:
     ran = run("fold", write(table("set", "dipdir", "dip", rows=SETS[:4])), "--domain", "set")
     assert ran.code == 2
     assert "two are needed" in ran.said
+
+
+def test_overturned_beds_of_a_table_close_the_fold(run, write) -> None:
+    """One limb dips by 30 to the east, the other by 60 and is overturned: 30 degrees of a tight
+    fold, where 150 would be told of beds that are all upright."""
+    rows = [(90, 29, ""), (90, 30, ""), (90, 31, ""), (90, 59, "true"), (90, 60, "true"),
+            (90, 61, "yes"), (92, 30, ""), (88, 60, "x")]  # fmt: skip
+    found = run("fold", write(table("dipdir", "dip", "overturned", rows=rows)), "--json").json
+    limbs = found["limbs"]
+    assert sorted(limbs["overturned"]) == [False, True]
+    assert abs(limbs["interlimb_angle_deg"] - 30.0) <= limbs["interlimb_error95_deg"] < 3.0
+    assert limbs["axial_plane"]["dip_deg"] == pytest.approx(45.0, abs=1.0)

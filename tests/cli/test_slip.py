@@ -62,6 +62,22 @@ def test_words_and_letters_mean_the_same(write) -> None:
         assert found.slip_rake_deg.tolist() == [120.0], row
 
 
+def test_r_beside_faultkins_letters_is_right_lateral(write) -> None:
+    """T, N, R, L: thrust, normal, right, left. Beside N, S and D it is reverse."""
+    head = "strike,dip,rake,sense\n20,50,90,T\n" + "20,50,10,{}\n" * 2
+    found = read_slips(write(head.format("L", "R")))
+    assert found.slip_rake_deg.tolist() == [90.0, -10.0, 170.0]
+    assert any("right-lateral" in said for said in found.warnings)
+    found = read_slips(write(head.replace(",T", ",N").format("S", "R")))
+    assert found.slip_rake_deg.tolist() == [-90.0, -10.0, 170.0]
+    found = read_slips(write("strike,dip,rake,sense\n20,50,60,T\n20,50,60,R\n"))
+    # Downward to the left at 60 degrees: dextral is up, as the thrust.
+    assert found.slip_rake_deg.tolist() == [120.0, 120.0]
+    found = read_slips(write("strike,dip,rake,sense\n20,50,120,T\n20,50,120,R\n"))
+    # Downward to the right: dextral is down, where a thrust is up.
+    assert found.slip_rake_deg.tolist() == [60.0, -120.0]
+
+
 def test_letters_that_contradict_the_striae_are_refused_with_their_line(run, write) -> None:
     ran = run("slip", write("strike,dip,rake,sense\n20,50,60,NR\n"))
     assert ran.code == 2

@@ -17,7 +17,7 @@ from tests.geology.samples import bingham_sample, fisher_sample
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Line, lines_to_vectors, planes_to_poles
 from vomstudio.geology.populations import distributions
-from vomstudio.geology.populations.distributions import uniformity
+from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures, uniformity
 from vomstudio.geology.populations.error_weights import Errors
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.geology.populations.sphere_models import (
@@ -360,3 +360,47 @@ def test_weights_without_errors_are_refused() -> None:
     )
     with pytest.raises(UsageError, match="total95_deg"):
         table_statistics(table, weights="error")
+
+
+@pytest.mark.parametrize("n", [5, 7])
+def test_the_axis_of_a_girdle_of_few_is_held_as_often_as_it_says(n: int) -> None:
+    rng = np.random.default_rng(n)
+    held = 0
+    for _ in range(300):
+        t = np.radians(rng.uniform(-50, 50, n))
+        v = np.stack([np.cos(t), np.sin(t), 0 * t], axis=1) + np.radians(5) * rng.normal(
+            size=(n, 3)
+        )
+        tensor = set_statistics(v).tensor
+        held += _holds(tensor.axes[2], tensor.confidence95[2], np.array([0.0, 0.0, 1.0]))
+    assert 0.91 * 300 <= held <= 0.98 * 300
+
+
+@pytest.mark.parametrize("n", [5, 10])
+def test_means_weighted_by_error_are_held_as_often_as_they_say(n: int) -> None:
+    """Errors of 0.5 to 10 degrees: neither all held, as if few counted, nor too seldom."""
+    rng = np.random.default_rng(n)
+    truth = np.array([0.6, 0.0, -0.8])
+    fisher = first = told = 0
+    for _ in range(300):
+        own = np.radians(rng.choice([0.5, 1, 2, 5, 10], n))
+        v = truth + own[:, None] * rng.normal(size=(n, 3))
+        found = set_statistics(v, errors=Errors(np.degrees(own) * 2.4477, "total95_deg"))
+        first += _holds(found.tensor.axes[0], found.tensor.confidence95[0], truth)
+        if found.fisher is not None and found.fisher.alpha95_deg is not None:
+            told += 1
+            mean = lines_to_vectors(found.fisher.trend_deg, found.fisher.plunge_deg)
+            off = np.degrees(np.arccos(min(abs(float(mean @ truth)), 1.0)))
+            fisher += off <= found.fisher.alpha95_deg
+    assert 0.9 * told <= fisher <= 0.985 * told
+    assert first >= 0.93 * 300
+
+
+def _holds(axis: LineFigures, region: AxisConfidence | None, truth: np.ndarray) -> bool:
+    assert region is not None
+    a = lines_to_vectors(axis.trend_deg, axis.plunge_deg)
+    major = lines_to_vectors(region.toward.trend_deg, region.toward.plunge_deg)
+    minor = np.cross(a, major)
+    to = truth if truth @ a > 0 else -truth
+    tilt = np.degrees(np.arctan2([to @ major, to @ minor], to @ a))
+    return bool(np.sum((tilt / [region.max_deg, region.min_deg]) ** 2) <= 1.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vomstudio.geology.faults.kinematics import (
+    compressed_share,
     kinematic_axes,
     movements,
     p_axes,
@@ -189,3 +190,19 @@ def test_the_dihedra_of_one_fault_halve_the_net() -> None:
     p = p_axes(normals, slips)[0]
     nearest = np.argmax(np.abs(dihedra.directions @ p))
     assert dihedra.share[nearest] == 1.0
+
+
+def test_the_strike_that_faults_share_is_not_where_all_of_them_extend() -> None:
+    """Normal and reverse faults that strike north: along the strike none shortens or extends."""
+    normals, slips = movements([90, 90, 270, 270], [60, 60, 60, 60], [-90, 90, -90, 90])
+    along = compressed_share(np.array([[0.0, 1.0, 0.0]]), normals, slips)
+    assert along[0] == pytest.approx(0.5)
+    _, share = right_dihedra(normals, slips).most_extended()
+    assert share == pytest.approx(0.5)
+    normals, slips = movements([90, 270], [60, 60], [-90, -90])
+    axis, share = right_dihedra(normals, slips).most_extended()
+    assert share == 1.0
+    assert abs(axis[0]) == pytest.approx(1.0, abs=1e-3)
+    pressed, share = right_dihedra(normals, slips).most_compressed()
+    assert share == 1.0
+    assert abs(pressed[2]) == pytest.approx(1.0, abs=1e-3)

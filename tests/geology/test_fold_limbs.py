@@ -8,6 +8,7 @@ import pytest
 from tests.geology import folded
 from tests.geology.folded import planes
 from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.orientation import Plane
 
 
 def fold_of(rng: folded.Rng, dips: np.ndarray, noise: float = 2.0) -> FoldAxis:
@@ -75,3 +76,69 @@ def test_sound_folds_rest_on_many_planes() -> None:
         found = fold_axis(*planes(folded.bent(rng, 12, 100, 3)))
         said += any("rests on one plane" in reason for reason in found.reasons)
     assert said == 0
+
+
+def upright(rng: folded.Rng, dips: np.ndarray, noise_deg: float) -> np.ndarray:
+    """Upward normals of beds with these dips, eastward positive, about a level axis to the north,
+    each strayed at random."""
+    t = np.radians(dips)
+    return folded.strayed(rng, np.stack([np.sin(t), 0 * t, np.cos(t)], axis=1), noise_deg)
+
+
+@pytest.mark.parametrize("n", [9, 19])
+@pytest.mark.parametrize("apart", [40.0, 60.0])
+def test_a_plane_beside_a_widely_spread_limb_does_not_decide(n: int, apart: float) -> None:
+    """What is called cylindrical with the plane of the other limb is so without it."""
+    rng = np.random.default_rng(int(n + apart))
+    for _ in range(12):
+        axis, first, second = folded.axis_frame(rng)
+        t = np.radians(np.append(rng.normal(0, 12, n), apart))[:, None]
+        off = np.radians(rng.normal(0, 3, n + 1))[:, None]
+        poles = np.cos(off) * (np.cos(t) * first + np.sin(t) * second) + np.sin(off) * axis
+        if fold_axis(*planes(poles)).verdict == "cylindrical":
+            alone = fold_axis(*planes(poles[:-1]))
+            short = alone.arc_deg * n / (n - 1) < 30
+            assert not short
+            # One plane fewer makes the error of an axis larger, and so no more than that.
+            nearly = (alone.max_confidence95_deg or 90.0) < 12.0
+            assert alone.verdict != "homoclinal" or nearly
+
+
+@pytest.mark.parametrize(
+    ("n", "inter"), [((20, 20), 90), ((40, 8), 90), ((20, 5), 120), ((3, 3), 50)]
+)
+def test_limbs_state_errors_that_hold(n: tuple[int, int], inter: float) -> None:
+    rng = np.random.default_rng(sum(n))
+    half, told, held, axial = 90.0 - inter / 2.0, 0, 0, 0
+    for _ in range(60):
+        limbs = fold_axis(*planes(upright(rng, np.repeat([half, -half], n), 2.0))).limbs
+        if limbs is None:
+            continue
+        told += 1
+        held += abs(limbs.interlimb_angle_deg - inter) <= limbs.interlimb_error95_deg
+        plane = Plane(limbs.axial_plane.dip_direction_deg, limbs.axial_plane.dip_deg)
+        off = np.degrees(np.arccos(min(abs(float(plane.normal()[0])), 1.0)))
+        axial += off <= limbs.axial_plane_error95_deg
+    assert told >= 54
+    assert held >= 0.86 * told
+    assert axial >= 0.9 * told
+
+
+def test_a_limb_whose_beds_are_overturned_closes_the_fold() -> None:
+    """Beds that dip by 30 to the west, and overturned ones by 70: what is upward of them points 140
+    degrees apart, not 40."""
+    normals = upright(np.random.default_rng(3), np.repeat([-30.0, -70.0], 15), 1.0)
+    flags = np.repeat([False, True], 15)
+    right, upward = (fold_axis(*planes(normals), overturned=f).limbs for f in (flags, None))
+    assert right is not None
+    assert upward is not None
+    assert right.interlimb_angle_deg == pytest.approx(40, abs=2)
+    assert upward.interlimb_angle_deg == pytest.approx(140, abs=2)
+    assert sorted(right.overturned) == [False, True]
+    # Halfway between a bed that dips by 30 and one by 110.
+    assert right.axial_plane.dip_deg == pytest.approx(50, abs=1.5)
+    assert right.axial_plane.dip_direction_deg == pytest.approx(270, abs=2)
+    half_of_them = np.tile([False, True], 15)
+    mixed = fold_axis(*planes(normals), overturned=half_of_them)
+    assert mixed.limbs is None
+    assert any("overturned beds and others" in reason for reason in mixed.reasons)

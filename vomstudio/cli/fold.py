@@ -75,12 +75,20 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
         return []
     first, second = (text_tables.plane(plane) for plane in limbs["planes"])
     said = tr(
-        "{first} and {second} dip direction/dip, interlimb angle {angle:.0f} deg",
+        "{first} and {second} dip direction/dip, interlimb angle {angle:.0f} ± {error:.0f} deg "
+        "(95 %)",
         first=first,
         second=second,
         angle=limbs["interlimb_angle_deg"],
+        error=limbs["interlimb_error95_deg"],
     )
-    axial = tr("{plane} dip direction/dip", plane=text_tables.plane(limbs["axial_plane"]))
+    if any(limbs["overturned"]):
+        said = tr("{limbs}, of overturned beds where they are flagged", limbs=said)
+    axial = tr(
+        "{plane} dip direction/dip, known to {error:.0f} deg (joint 95 %)",
+        plane=text_tables.plane(limbs["axial_plane"]),
+        error=limbs["axial_plane_error95_deg"],
+    )
     return [(tr("limbs"), said), (tr("axial plane"), axial)]
 
 

@@ -17,8 +17,9 @@ import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_turns import Moved, Turns, joined, moved, principal_axis
+from vomstudio.geology.folding.figures import PairFigures
 from vomstudio.geology.folding.verdicts import KNOWN_AXIS_DEG, WEAK_AXIS_DEG, Verdict
-from vomstudio.geology.folds import MIN_ARC, FoldAxis, PairFigures, axis_of
+from vomstudio.geology.folds import MIN_ARC, FoldAxis, axis_of
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
 from vomstudio.geology.orientation import Array, planes_to_poles
 from vomstudio.geology.populations.chances import chi2_tail, f_tail

@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.folds import AxisFigures, FoldAxis, fold_axis
+from vomstudio.geology.folding.figures import AxisFigures
+from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Array, angle_between_lines, planes_to_poles
 from vomstudio.geology.populations.chances import f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor

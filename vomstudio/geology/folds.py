@@ -32,18 +32,24 @@ from vomstudio.geology.common_turns import (
     principal_axis,
     region,
 )
-from vomstudio.geology.folding.shapes import (
-    Shape,
-    arc_deg,
-    lone_limb,
-    rms,
-    shape_of,
-    strays_of,
+from vomstudio.geology.folding.arcs import arc_deg, arc_ends, rms
+from vomstudio.geology.folding.figures import (
+    AxisFigures,
+    BetaFigures,
+    ConeFigures,
+    LeaveOneOut,
+    LimbFigures,
+    PairFigures,
+    PlaneFigures,
+    Stray,
 )
+from vomstudio.geology.folding.limbs import lone_limb
+from vomstudio.geology.folding.shapes import Shape, shape_of, strays_of
 from vomstudio.geology.folding.verdicts import FEW_PLANES, WEAK_AXIS_DEG, Verdict, verdict_of
 from vomstudio.geology.folding.words import (
     bowed_in_words,
     error_in_words,
+    hardly_told_in_words,
     lone_plane_in_words,
     shape_in_words,
 )
@@ -65,112 +71,6 @@ FELT_DEG = 1.0
 
 MIN_ARC = 1e-10
 """S2 below this: the planes are parallel (to 1e-5 rad); any line in them would do."""
-
-
-@dataclass(frozen=True)
-class BetaFigures:
-    """A fold axis with the semi-axes of its joint 95 % region, degrees; as in `FoldAxis`. total95:
-    with the registration."""
-
-    trend_deg: float
-    plunge_deg: float
-    max_confidence95_deg: float | None
-    min_confidence95_deg: float | None
-    confidence_direction_deg: float | None
-    confidence_axis: LineFigures | None
-    registration_error_deg: float | None
-    total95_deg: float | None
-    total95_min_deg: float | None
-    total95_axis: LineFigures | None
-
-
-@dataclass(frozen=True)
-class PlaneFigures:
-    """A plane by dip direction and dip, and by its right-hand-rule strike, degrees."""
-
-    dip_direction_deg: float
-    dip_deg: float
-    strike_rhr_deg: float
-
-
-@dataclass(frozen=True)
-class LimbFigures:
-    """Two limbs: their mean planes, how many planes each has, the angle between them on the side of
-    the hinge, and the plane that halves it; neither limb is taken as overturned."""
-
-    planes: tuple[PlaneFigures, PlaneFigures]
-    n: tuple[int, int]
-    interlimb_angle_deg: float
-    axial_plane: PlaneFigures
-
-
-@dataclass(frozen=True)
-class LeaveOneOut:
-    """The plane without which beta would turn most: its place among those used (from 0), its id
-    where it has one, by how much beta turns, and where to."""
-
-    index: int
-    id: str | None
-    turn_deg: float
-    trend_deg: float
-    plunge_deg: float
-
-
-@dataclass(frozen=True)
-class Stray:
-    """A plane that the verdict is not about: its place among those used (from 0), and its id where
-    it has one."""
-
-    index: int
-    id: str | None = None
-
-
-@dataclass(frozen=True)
-class ConeFigures:
-    """The best cone: its axis, the angle between axis and poles (90 is a cylinder) with its 95 %
-    half-width (None where the poles do not tell), RMS, and the chance of so much better a fit than
-    the cylinder's where that is true."""
-
-    trend_deg: float
-    plunge_deg: float
-    half_angle_deg: float
-    half_width95_deg: float | None
-    rms_deg: float
-    p: float
-
-
-@dataclass(frozen=True)
-class PairFigures:
-    """Where the mean planes of two sets meet, the angle between them, and the semi-axes of the
-    joint 95 % region of the line, None where a set has one plane."""
-
-    sets: tuple[str, str]
-    trend_deg: float
-    plunge_deg: float
-    angle_deg: float
-    max_confidence95_deg: float | None
-    min_confidence95_deg: float | None
-
-
-@dataclass(frozen=True)
-class AxisFigures:
-    """What is said of a fold axis, as in `FoldAxis`. within90_deg: nine tenths of the poles lie
-    closer to the great circle"""
-
-    beta: BetaFigures
-    pi_plane: PlaneFigures
-    eigenvalues: tuple[float, float, float]
-    rms_deg: float
-    within90_deg: float
-    arc_deg: float
-    cone: ConeFigures | None
-    limbs: LimbFigures | None
-    leave_one_out: LeaveOneOut | None
-    strays: tuple[Stray, ...]
-    pairs: tuple[PairFigures, ...]
-    valid: str
-    verdict: str
-    reasons: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,6 +169,7 @@ def fold_axis(
     bowed_deg: float | None = None,
     waviness_deg: float | None = None,
     names: Sequence[str] | None = None,
+    overturned: npt.ArrayLike | None = None,
 ) -> FoldAxis:
     """Pi-plane and beta of n >= 2 planes of one kind (arrays (n,), degrees).
 
@@ -277,6 +178,7 @@ def fold_axis(
     waviness_deg : how far a pole strays by nature, with its error (standard deviation); None for
         the usual limits of a cylindrical fold
     names : of the planes, for what is said of single ones; None for their places, from 1
+    overturned : (n,) whether younger beds lie below each, for the angle between limbs
     Raises GeometryError for fewer than two planes or planes that are all parallel.
     """
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
@@ -296,7 +198,8 @@ def fold_axis(
     semi_axes = _semi_axes(values, n)
     given = None if turns is None or not turns.known else moved(poles, turns)
     turned = None if given is None else principal_axis(given, values, axes, 2)
-    shape = shape_of(poles, values, axes)
+    flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
+    shape = shape_of(poles, values, axes, flags)
     uniform = uniformity(poles, False).p
     bowed = bowed_in_words(bowed_deg, shape.arc_deg)
 
@@ -310,13 +213,14 @@ def fold_axis(
     found = replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
     stray = strays_of(poles, axes)
     if not stray.any():
-        return _on_many(found, poles, names, bowed)
+        return _on_many(found, poles, names, bowed, waviness_deg)
     azimuths, dips = np.atleast_1d(dip_direction_deg), np.atleast_1d(dip_deg)
     rest = None if turns is None else turns.of(~stray)
     called = [names[row] if names else str(row + 1) for row in np.flatnonzero(~stray).tolist()]
-    others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg, called)
+    kept = None if flags is None else flags[~stray]
+    others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg, called, kept)
     if others.valid == "no" or others.strays:
-        return _on_many(found, poles, names, bowed)
+        return _on_many(found, poles, names, bowed, waviness_deg)
     strayed = [int(row) for row in np.flatnonzero(stray)]
     listed = [names[row] if names else str(row + 1) for row in strayed]
     return replace(
@@ -339,26 +243,35 @@ def _semi_axes(values: Array, n: int) -> tuple[float, float] | None:
 
 
 def _on_many(
-    found: FoldAxis, poles: Array, names: Sequence[str] | None, bowed: Sequence[str]
+    found: FoldAxis,
+    poles: Array,
+    names: Sequence[str] | None,
+    bowed: Sequence[str],
+    waviness_deg: float | None,
 ) -> FoldAxis:
     """The verdict, which must not rest on one plane: undetermined where beta turns out of its own
-    95 % region without a plane, and where one plane alone is a limb."""
-    left, most = found.leave_one_out, found.max_confidence95_deg
-    if left is None or most is None or found.n < FEW_PLANES:
+    95 % region without a plane, or the others have another verdict; the weaker of both validities.
+    """
+    left, most, shape = found.leave_one_out, found.max_confidence95_deg, found.shape
+    if left is None or most is None or shape is None or found.n < FEW_PLANES:
         return found
     if found.verdict in ("homoclinal", "scattered"):
         return found
     turned = left.turn_deg > max(most, FELT_DEG)
-    row = lone_limb(poles)
-    if row is None and turned:
-        # Where there is no one axis beta may turn, if there is none without that plane either.
-        shaped = found.verdict in ("conical", "two axes")
-        if not shaped or _verdict_of(np.delete(poles, left.index, axis=0)).valid != "no":
-            row = left.index
+    row, other = lone_limb(poles), None
+    if row is None:
+        row, other = _decisive(found, poles, left.index, waviness_deg)
+    if row is None and turned and found.verdict not in ("conical", "two axes"):
+        # Where there is no one axis beta may turn.
+        row = left.index
     if row is None:
         return found
+    if other is not None and other.untested and found.verdict == "cylindrical":
+        said = hardly_told_in_words(names[row] if names else str(row + 1), other)
+        return replace(found, valid="conditional", reasons=(said, *found.reasons))
     turn = left.turn_deg if turned and row == left.index else None
-    said = lone_plane_in_words(names[row] if names else str(row + 1), turn, most)
+    name = names[row] if names else str(row + 1)
+    said = lone_plane_in_words(name, turn, most, other)
     # What spoke for the shape does so no more.
     reasons = found.reasons
     if found.verdict != "undetermined":
@@ -367,11 +280,40 @@ def _on_many(
     return replace(found, verdict="undetermined", valid=valid, reasons=(said, *reasons))
 
 
-def _verdict_of(poles: Array) -> Verdict:
-    values, axes = orientation_tensor(poles)
-    semi_axes = _semi_axes(values, len(poles))
+def _decisive(
+    found: FoldAxis, poles: Array, turns_most: int, waviness_deg: float | None
+) -> tuple[int | None, Verdict | None]:
+    """The plane without which the others have another verdict, and that; only of the few that can
+    be it: the ends of the arc, the one farthest from the great circle, the one that turns beta
+    most."""
+    shape = found.shape
+    if shape is None or found.verdict == "undetermined":
+        return None, None
+    far = int(np.argmax(np.abs(poles @ shape.axes[2])))
+    for row in dict.fromkeys((*arc_ends(poles, shape.axes), turns_most, far)):
+        # Two axes of the others would be no doubt of any other verdict.
+        two = found.verdict == "two axes"
+        other = _verdict_without(poles, row, waviness_deg, two=two)
+        # The best of several cones through all planes but one is often better by chance alone.
+        by_chance = found.verdict == "cylindrical" and other.name == "conical"
+        alike = other.name == found.verdict or found.valid == other.valid == "no"
+        if not alike and not by_chance:
+            return row, other
+    return None, None
+
+
+def _verdict_without(poles: Array, row: int, waviness_deg: float | None, *, two: bool) -> Verdict:
+    """Of all planes but one, as if they were as many: errors that are larger and an arc that is
+    shorter only since there is one plane fewer say nothing of that plane."""
+    n, others = len(poles), np.delete(poles, row, axis=0)
+    values, axes = orientation_tensor(others)
+    shape = shape_of(others, values, axes)
+    semi_axes = _semi_axes(values, n)
     error = None if semi_axes is None else semi_axes[0]
-    return verdict_of(shape_of(poles, values, axes), error, uniformity(poles, False).p, None)
+    cone = None if shape.cone is None else shape.cone.of_more(n - 1, n)
+    as_many = replace(shape, cone=cone, arc_deg=shape.arc_deg * (n - 1) / (n - 2))
+    uniform = uniformity(others, False).p
+    return verdict_of(as_many, error, uniform, waviness_deg, FEW_PLANES - 1, two=two)
 
 
 def axis_of(
@@ -438,19 +380,22 @@ def _cone_figures(shape: Shape) -> ConeFigures | None:
 
 
 def _limbs(shape: Shape) -> LimbFigures | None:
-    """Of the limbs' upward normals: the fold opens downward, or upward, but lies on neither. None
-    where the poles do not tell the limbs."""
+    """The fold opens downward, or upward, but lies on neither limb. None where the poles do not
+    tell the limbs."""
     if shape.limbs is None or shape.limbs.doubt:
         return None
-    first, second = (pole if pole[2] > 0 else -pole for pole in shape.limbs.poles)
+    limbs = shape.limbs
+    first, second = limbs.up
     apart = math.degrees(
         math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second))
     )
     planes = tuple(plane_figures(Plane.from_normal(pole)) for pole in (first, second))
     axial = Plane.from_normal(first - second)
+    angle_error, axial_error = limbs.errors95_deg(shape.axes[2])
     return LimbFigures(
-        (planes[0], planes[1]), shape.limbs.counts, 180.0 - apart, plane_figures(axial)
-    )
+        (planes[0], planes[1]), limbs.counts, 180.0 - apart, plane_figures(axial),
+        angle_error, axial_error, limbs.overturned,
+    )  # fmt: skip
 
 
 def _leave_one_out(poles: Array, beta: Array) -> LeaveOneOut | None:

@@ -18,6 +18,7 @@ class OrientationRows(Protocol):
 
     path : where they come from, for errors
     ids, kinds, sets : (n,) words; kinds and sets are None where there is no such column
+    overturned : (n,) whether a bed's younger side is below, None where that is not said
     convention : how the columns were understood, for people
     dropped : lines of the table without angles; warnings : sentences
     turns : how the rows turn with the registrations of their models, None where nothing is said
@@ -43,6 +44,8 @@ class OrientationRows(Protocol):
     def kinds(self) -> tuple[str, ...] | None: ...
     @property
     def sets(self) -> tuple[str, ...] | None: ...
+    @property
+    def overturned(self) -> tuple[bool | None, ...] | None: ...
     @property
     def convention(self) -> str: ...
     @property

@@ -21,6 +21,8 @@ from vomstudio.words import tr
 ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
 
+_UNSURE_WEIGHTS = 0.25
+
 
 def unit_vectors(vectors: npt.ArrayLike) -> Array:
     """(n, 3) unit vectors. Raises GeometryError for an empty set, zero or non-finite vectors."""
@@ -113,8 +115,8 @@ class Fisher:
 def fisher(vectors: npt.ArrayLike, directed: bool, weights: Array | None = None) -> Fisher:
     """Fisher's statistics of unit vectors (n, 3); axial data are first flipped into the hemisphere
     of the tensor's first axis. Whether axial data are clustered enough for that is
-    `no_fisher_reason`'s question. weights : (n,) with mean 1; alpha95 is then that of their
-    effective number. Raises GeometryError where the resultant vanishes."""
+    `no_fisher_reason`'s question. weights : (n,) with mean 1, as the inverse variances of the
+    directions. Raises GeometryError where the resultant vanishes."""
     v = unit_vectors(vectors)
     w = np.ones(len(v)) if weights is None else weights
     if not directed:
@@ -131,7 +133,9 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: Array | None = None)
     kappa = None if n < 2 or same else (n - 1) / lack
     alpha: float | None = None
     if n >= 2:
-        free = max(effective_number(w) - 1.0, 0.01)
+        # Weights that are inverse variances leave as many degrees of freedom as equal ones, less
+        # what is not known of them (by simulation, with the natural scatter found as well).
+        free = n - 1.0 - _UNSURE_WEIGHTS * (n - effective_number(w))
         versine = lack / resultant * math.expm1(math.log(20.0) / free)
         if versine <= 2.0:
             # cos a = 1 - versine, in the form that keeps small angles exact

@@ -14,7 +14,8 @@ from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, domain_axes
-from vomstudio.geology.folds import AxisFigures, FoldAxis, fold_axis
+from vomstudio.geology.folding.figures import AxisFigures
+from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -222,7 +223,15 @@ class _Choice:
             self.table.bowed_deg,
             waviness_deg,
             [str(id_) for id_ in np.asarray(self.table.ids)[self.use]],
+            self._overturned(),
         )
+
+    def _overturned(self) -> NDArray[np.bool_] | None:
+        """Of the planes used; None where the table says nothing of it."""
+        flags = self.table.overturned
+        if flags is None:
+            return None
+        return np.array([flag is True for flag in flags])[self.use]
 
     def common_axis(self, names: Sequence[str]) -> FoldAxis:
         """Each set by its mean, once."""

@@ -30,6 +30,7 @@ FEWEST_FOR_CONFIDENCE = 5
 _SIDE = 121
 """Of the grid of directions on the net: they lie 1.3 degrees apart."""
 _AT_A_TIME = 500
+_BETWEEN = 1e-12
 
 
 def movements(
@@ -130,7 +131,9 @@ def right_dihedra(normals: Array, slips: Array) -> RightDihedra:
 
 
 def compressed_share(directions: Array, normals: Array, slips: Array) -> Array:
-    """(m,) share of the faults in whose dihedra of compression each direction (m, 3) lies."""
+    """(m,) share of the faults in whose dihedra of compression each direction (m, 3) lies. On the
+    planes between the dihedra, as the strike of a fault that slips down its dip, it lies in
+    neither, and counts half."""
     count = np.zeros(len(directions))
     # Products of a few million signs at a time.
     step = max(2_000_000 // min(len(normals), _AT_A_TIME), 1)
@@ -139,5 +142,6 @@ def compressed_share(directions: Array, normals: Array, slips: Array) -> Array:
         for first in range(0, len(directions), step):
             some = slice(first, first + step)
             to = directions[some].T
-            count[some] += ((normals[part] @ to) * (slips[part] @ to) < 0.0).sum(axis=0)
-    return count / len(normals)
+            product = (normals[part] @ to) * (slips[part] @ to)
+            count[some] += (product < -_BETWEEN).sum(axis=0) + (product <= _BETWEEN).sum(axis=0)
+    return count / (2.0 * len(normals))

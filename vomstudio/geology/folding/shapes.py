@@ -10,45 +10,22 @@ mixture (expectation and maximisation), compared by Schwarz's (1978) criterion.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from vomstudio.geology.folding.arcs import arc_deg, one_sided, rms
+from vomstudio.geology.folding.limbs import NO_SCATTER_DEG, Limbs, limbs_of
 from vomstudio.geology.orientation import Array, Flags, Line
 from vomstudio.geology.populations.chances import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
-
-NO_SCATTER_DEG = 1e-3
-"""Poles that lie on the curve to this are taken as exact: there is nothing to test."""
 
 END_IN_DOUBT_DEG = 10.0
 """A pole so near to the plane across the axis of a cone may be there by either end."""
 
 STRAY, STRAY_LEAST_DEG, STRAYS_ONE_IN = 4.0, 15.0, 7
 """Of planes that do not belong to a fold which the others show."""
-
-FLAT_LIMBS = 2.5
-
-LIMBS_APART = 6.0
-"""Two limbs: their poles lie apart by so many times their scatter along the great circle (those of
-an evenly bent arc, cut in the middle, by 3.5)."""
-
-UNEVEN_LIMBS = 2.0
-"""A group that strays along the great circle by so many times the other, and is not `LIMBS_APART`
-by its own scatter, is an arc rather than a limb: its mean is no plane of the fold."""
-
-ACROSS_HINGE_DEG = 25.0
-"""Both limbs of a tight fold have poles within this of the plane at right angles to that of the
-hinge, and fall together, since poles have no ends."""
-
-ISOCLINAL_DEG, HINGE_SHARE = 10.0, 0.35
-"""So near to that plane the poles of both limbs are one group that shows no two; a hinge has no
-larger share of the planes."""
-
-BENT_P, BENT_FEW_P, BENT_FEW = 0.01, 0.05, 8
-"""A group is bent where its scatter along the great circle has a smaller chance, by that across it;
-the second of groups of fewer planes."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +46,15 @@ class Cone:
         """By how much it is no great circle."""
         return abs(90.0 - self.half_angle_deg)
 
+    def of_more(self, n: int, more: int) -> Cone:
+        """With the width that it would have, did so many planes show it instead of n."""
+        if not math.isfinite(self.half_width_deg):
+            return self
+        wide = t95(n - 3) / math.sqrt(n - 3)
+        return replace(
+            self, half_width_deg=self.half_width_deg * t95(more - 3) / math.sqrt(more - 3) / wide
+        )
+
 
 @dataclass(frozen=True)
 class TwoCircles:
@@ -83,27 +69,6 @@ class TwoCircles:
     rms_deg: float
     gain: float
     arcs_deg: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Limbs:
-    """Two limbs by their mean poles (2, 3) and numbers of planes; by how much they lie apart along
-    the great circle, and how far (RMS) the poles stray along and across it from their means.
-    doubt: why they may be no limbs of one fold: "hinge" where one group may be both limbs of a
-    tight fold and the other its hinge, "arc" where one is rather an arc; "" without."""
-
-    poles: tuple[Array, Array]
-    counts: tuple[int, int]
-    apart_deg: float
-    along_deg: float
-    across_deg: float
-    doubt: str = ""
-
-    @property
-    def flat(self) -> bool:
-        """Whether each limb has one dip: its poles stray along the great circle hardly more than
-        across it, and so do not tell which way the curve that they lie on goes on."""
-        return self.along_deg <= FLAT_LIMBS * self.across_deg
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +104,8 @@ class Shape:
         return self.indexes[0] >= max(self.indexes[1:])
 
 
-def shape_of(poles: Array, values: Array, axes: Array) -> Shape:
-    """Of unit poles (n, 3) with their tensor."""
+def shape_of(poles: Array, values: Array, axes: Array, overturned: Flags | None = None) -> Shape:
+    """Of unit poles (n, 3) with their tensor; overturned : (n,), None where nothing is known."""
     off = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
     return Shape(
@@ -152,36 +117,8 @@ def shape_of(poles: Array, values: Array, axes: Array) -> Shape:
         arc_deg(poles, axes),
         vollmer(values),
         small_circle(poles, axes),
-        limbs_of(poles, axes),
+        limbs_of(poles, axes, overturned),
     )
-
-
-def rms(values: Array) -> float:
-    return math.sqrt(float(np.mean(np.asarray(values) ** 2)))
-
-
-def arc_deg(poles: Array, axes: Array) -> float:
-    """Shortest arc of the great circle that holds all poles: half a turn less the widest gap
-    between neighbours, axially."""
-    along = _along_deg(poles, axes)
-    gaps = np.diff(np.append(along, along[0] + 180.0))
-    return float(180.0 - gaps.max())
-
-
-def _along_deg(poles: Array, axes: Array) -> Array:
-    """Angles along the great circle, sorted, from 0 to 180."""
-    return np.sort(np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0)
-
-
-def _one_sided(poles: Array, axes: Array) -> Array:
-    """The poles, each by that end which lies in the arc that holds all of them."""
-    angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
-    along = np.sort(angle)
-    gaps = np.diff(np.append(along, along[0] + 180.0))
-    first = int(np.argmax(gaps))
-    middle = along[first] + gaps[first] + (180.0 - gaps[first]) / 2.0
-    turn = math.radians(middle)
-    return flip_to(poles, math.cos(turn) * axes[0] + math.sin(turn) * axes[1])
 
 
 def strays_of(poles: Array, axes: Array) -> Flags:
@@ -221,7 +158,7 @@ def small_circle(poles: Array, axes: Array) -> Cone | None:
     n = len(poles)
     if n < 4:
         return None
-    found = [_fitted_circle(_one_sided(poles, axes)), *_closed_circle(poles)]
+    found = [_fitted_circle(one_sided(poles, axes)), *_closed_circle(poles)]
     axis, half_angle, residuals = min(found, key=lambda each: float(np.sum(each[2] ** 2)))
     p, width = _cone_test(poles, axes, residuals)
     half = math.degrees(half_angle)
@@ -281,7 +218,7 @@ def _cone_test(poles: Array, axes: Array, residuals: Array) -> tuple[float, floa
     """p of the great circle against the small one, and the 95 % half-width of the half-angle; by
     where the poles lie along the great circle, as its error would be if that were the truth."""
     n = len(poles)
-    design, _ = _design(_one_sided(poles, axes), axes[2])
+    design, _ = _design(one_sided(poles, axes), axes[2])
     singular = np.linalg.svd(design, compute_uv=False)
     told = bool(singular[-1] > 1e-6 * singular[0])
     on_great = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
@@ -392,81 +329,3 @@ def _criterion(n: int, sigma: float, parameters: int) -> float:
     """Schwarz's criterion of one curve; as `_mixture`, less what is common to both."""
     sigma = max(sigma, math.radians(NO_SCATTER_DEG))
     return n + 2.0 * n * math.log(sigma) + (parameters + 1) * math.log(n) - math.log(n)
-
-
-# Limbs ------------------------------------------------------------------------------------------
-
-
-def limbs_of(poles: Array, axes: Array) -> Limbs | None:
-    """Two limbs, where the poles are two groups along the great circle; else None."""
-    if len(poles) < 4:
-        return None
-    one_sided = _one_sided(poles, axes)
-    middle = one_sided.sum(axis=0)
-    middle -= axes[2] * (middle @ axes[2])
-    middle /= np.linalg.norm(middle)
-    along = np.arctan2(one_sided @ np.cross(axes[2], middle), one_sided @ middle)
-    order = np.argsort(along)
-    t = along[order]
-    # The cut that leaves the least scatter within both groups.
-    n = np.arange(1, len(t))
-    left = np.cumsum(t)[:-1]
-    right, total = t.sum() - left, float(np.sum(t**2))
-    within = total - left**2 / n - right**2 / (len(t) - n)
-    cut = int(np.argmin(within[1:-1])) + 2 if len(t) > 4 else int(np.argmin(within)) + 1
-    groups = order[:cut], order[cut:]
-    if min(map(len, groups)) < 2:
-        return None
-    apart = float(along[groups[1]].mean() - along[groups[0]].mean())
-    scatter = math.sqrt(max(float(within[cut - 1]), 0.0) / (len(t) - 2))
-    if apart < math.radians(20.0) or apart < LIMBS_APART * scatter:
-        return None
-    means = [orientation_tensor(poles[group])[1][0] for group in groups]
-    off = one_sided @ axes[2]
-    across = rms(np.concatenate([off[group] - off[group].mean() for group in groups]))
-    return Limbs(
-        (means[0], means[1]), (len(groups[0]), len(groups[1])),
-        math.degrees(apart), math.degrees(scatter), math.degrees(across),
-        _doubt_of([along[group] for group in groups], apart, across),
-    )  # fmt: skip
-
-
-def lone_limb(poles: Array) -> int | None:
-    """The place of the one plane that is a limb by itself: all others have one dip, as a limb of
-    `limbs_of` has, and lie far from it. None where there is none."""
-    if len(poles) < 4:
-        return None
-    _, axes = orientation_tensor(poles)
-    row = int(np.argmax(np.abs(poles @ axes[1])))
-    rest = np.delete(poles, row, axis=0)
-    mean = orientation_tensor(rest)[1][0]
-    toward = poles[row] * math.copysign(1.0, float(poles[row] @ mean))
-    apart = math.acos(min(max(float(toward @ mean), -1.0), 1.0))
-    toward = toward - mean * float(toward @ mean)
-    length = float(np.linalg.norm(toward))
-    if apart < math.radians(20.0) or length == 0.0:
-        return None
-    along = np.arcsin(np.clip(flip_to(rest, mean) @ toward / length, -1.0, 1.0))
-    return row if apart >= LIMBS_APART * rms(along) else None
-
-
-def _doubt_of(groups: list[Array], apart: float, across: float) -> str:
-    """Of two groups of angles along the great circle, so far apart, with their scatter across it
-    (radians): as `Limbs.doubt`."""
-    free = sum(map(len, groups)) - 2
-    # By all that scatter of the planes themselves, rather than a bend, could be.
-    variance = max(across**2 * (free + 2) / free, math.radians(NO_SCATTER_DEG) ** 2)
-    own = [float(np.var(group, ddof=1)) for group in groups]
-    bent = [
-        f_tail(len(group) - 1, free, value / variance)
-        < (BENT_FEW_P if len(group) < BENT_FEW else BENT_P)
-        for group, value in zip(groups, own, strict=True)
-    ]
-    off = abs(math.degrees(apart) - 90.0)
-    small = min(map(len, groups)) <= HINGE_SHARE * sum(map(len, groups))
-    if (off <= ACROSS_HINGE_DEG and any(bent)) or (off <= ISOCLINAL_DEG and small):
-        return "hinge"
-    wide = math.sqrt(max(own))
-    if wide > UNEVEN_LIMBS * math.sqrt(min(own)) and apart < LIMBS_APART * wide:
-        return "arc"
-    return ""

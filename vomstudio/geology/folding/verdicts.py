@@ -55,19 +55,28 @@ UNIFORM_P = 0.01
 
 @dataclass(frozen=True)
 class Verdict:
-    """name: of the verdict; valid: yes, conditional or no; reasons: sentences with numbers."""
+    """name: of the verdict; valid: yes, conditional or no; reasons: sentences with numbers.
+    untested: undetermined only since a cone is not told from a cylinder; the axis is known."""
 
     name: str
     valid: str
     reasons: tuple[str, ...]
+    untested: bool = False
 
 
 def verdict_of(
-    shape: Shape, error95_deg: float | None, uniform_p: float | None, waviness_deg: float | None
+    shape: Shape,
+    error95_deg: float | None,
+    uniform_p: float | None,
+    waviness_deg: float | None,
+    fewest: int = FEW_PLANES,
+    *,
+    two: bool = True,
 ) -> Verdict:
     """Of poles of one kind: what they look like, the 95 % error of beta, the chance of a uniform
-    scatter that is as uneven, and the natural waviness (standard deviation of a pole about the
-    curve) where it is known."""
+    scatter that is as uneven, the natural waviness (standard deviation of a pole about the curve)
+    where it is known, under how many planes nothing can be told, and whether two axes, which take
+    the longest, are looked for."""
     near, far = _limits(waviness_deg)
     cone = shape.cone
     if cone is not None and _conical(cone, far) and _ring(shape, cone, far):
@@ -82,8 +91,8 @@ def verdict_of(
         )
         return Verdict("scattered", "no", (said,))
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
-        return _cylinder(shape, error95_deg, near, far)
-    if _two(shape):
+        return _cylinder(shape, error95_deg, near, far, fewest)
+    if two and _two(shape):
         assert shape.two_circles is not None
         return Verdict("two axes", "no", (_said_two(shape.two_circles, shape.rms_deg),))
     if cone is not None and _conical(cone, far):
@@ -96,13 +105,16 @@ def verdict_of(
             limit=far,
         )
         return Verdict("scattered", "no", (said,))
-    return _cylinder(shape, error95_deg, near, far)
+    return _cylinder(shape, error95_deg, near, far, fewest)
 
 
-def _cylinder(shape: Shape, error95_deg: float | None, near: float, far: float) -> Verdict:
+def _cylinder(
+    shape: Shape, error95_deg: float | None, near: float, far: float, fewest: int
+) -> Verdict:
     """Nothing speaks against a cylinder: does enough speak for it?"""
-    doubts = []
-    if error95_deg is None or shape.n < FEW_PLANES:
+    doubts, known = [], True
+    if error95_deg is None or shape.n < fewest:
+        known = False
         doubts.append(tr("only {n} planes: the shape of the scatter cannot be told", n=shape.n))
     elif error95_deg > WEAK_AXIS_DEG:
         doubts.append(
@@ -124,11 +136,12 @@ def _cylinder(shape: Shape, error95_deg: float | None, near: float, far: float) 
             tr("the poles do not tell a cone from a cylinder: too few, or too short an arc")
         )
     if shape.arc_deg < SHORT_ARC_DEG:
+        known = False
         doubts.append(
             tr("the poles cover less than {limit:.0f} degrees: nearly one dip", limit=SHORT_ARC_DEG)
         )
     if doubts:
-        return Verdict("undetermined", "conditional", tuple(doubts))
+        return Verdict("undetermined", "conditional", tuple(doubts), known)
     return _believed(shape, error95_deg or 0.0, width, near, far)
 
 

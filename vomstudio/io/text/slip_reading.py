@@ -8,6 +8,7 @@ directed rake of the hanging wall's movement.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,6 +95,15 @@ def slips_of(table: TextTable) -> SlipTable:
     }
     _check(table, columns)
     cells = {part: table.cells(column) for part, column in columns.items()}
+    notes = list(table.notes)
+    if "sense" in cells and _right_is_r(cells["sense"]):
+        cells["sense"] = ["RL" if plain(word) == "r" else word for word in cells["sense"]]
+        notes.append(
+            tr(
+                "The sense R is read as right-lateral, since T or L stand beside it as in "
+                "FaultKin's tables; write TR or reverse for a reverse movement."
+            )
+        )
     faults: list[tuple[str, Plane, float]] = []
     dropped: list[int] = []
     off: list[int] = []
@@ -119,7 +129,7 @@ def slips_of(table: TextTable) -> SlipTable:
         np.array([plane.dip_deg for _, plane, _ in faults]),
         np.array([slip for _, _, slip in faults]),
         tuple(dropped),
-        (*table.notes, *_said(dropped, off)),
+        (*notes, *_said(dropped, off)),
     )
 
 
@@ -175,6 +185,14 @@ def _check(table: TextTable, columns: dict[str, int]) -> None:
             file=table.path,
             line=table.header_line,
         )
+
+
+def _right_is_r(words: Sequence[str]) -> bool:
+    """Whether R alone stands for right-lateral: beside T, which is FaultKin's thrust, or L, where
+    no other letter tells a dextral movement."""
+    found = {plain(word) for word in words}
+    others = {"i", "s", "d", "rl", "rd", "rs", "dextral", "right", "right_lateral"}
+    return "r" in found and bool(found & {"t", "l", "tr", "tl"}) and not found & others
 
 
 class _Row:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.folds import BetaFigures
+from vomstudio.geology.folding.figures import BetaFigures
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.table_folds import LeftOut, TableFold
 from vomstudio.geometry.cloud import PointCloud

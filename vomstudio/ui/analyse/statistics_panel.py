@@ -124,6 +124,7 @@ class StatisticsPanel(SeenPanel):
                     [p.dip_deg for p in planes],
                     turns,
                     names=[name for name, _ in named],
+                    overturned=[getattr(f, "overturned", False) for f in own],
                 )
                 pages.insert(0, (tr("As a fold"), fold_rows(axis, notation)))
                 pages[1:1] = _domains([f.set_name for f in own], planes, axis)

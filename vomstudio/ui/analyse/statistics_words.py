@@ -43,11 +43,14 @@ def fold_rows(axis: FoldAxis, notation: str) -> Rows:
         )
         axial = Plane(limbs.axial_plane.dip_direction_deg, limbs.axial_plane.dip_deg)
         said = tr(
-            "{first} and {second}, {angle:.0f}° between them; axial plane {axial}",
+            "{first} and {second}, {angle:.0f}° ± {error:.0f}° between them; axial plane {axial}, "
+            "known to {axial_error:.0f}°",
             first=first,
             second=second,
             angle=limbs.interlimb_angle_deg,
+            error=limbs.interlimb_error95_deg,
             axial=format_plane(axial, notation, 0),
+            axial_error=limbs.axial_plane_error95_deg,
         )
         rows.append((tr("Limbs"), said))
     if axis.leave_one_out is not None:

@@ -101,8 +101,12 @@ class BeddingAxis:
         records = self._studio.records
         models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
         normals = np.array([fit.normal for fit in fitted.values()])
-        names = [getattr(get_feature(records, id_), "name", "") or id_ for id_ in fitted]
-        return partial(_axis_of, normals, models, names)
+        features = [get_feature(records, id_) for id_ in fitted]
+        names = [
+            getattr(each, "name", "") or id_ for each, id_ in zip(features, fitted, strict=True)
+        ]
+        overturned = [getattr(each, "overturned", False) for each in features]
+        return partial(_axis_of, normals, models, names, overturned)
 
     def _too_few(self, count: int) -> str:
         if self._only_selected():
@@ -128,13 +132,18 @@ class BeddingAxis:
 
 
 def _axis_of(
-    normals: npt.NDArray[np.float64], models: list[Model | None], names: list[str]
+    normals: npt.NDArray[np.float64],
+    models: list[Model | None],
+    names: list[str],
+    overturned: list[bool],
 ) -> FoldAxis | str:
     from vomstudio.geology.folds import fold_axis
 
     azimuths, dips, _ = normals_to_planes(normals)
     try:
-        return fold_axis(azimuths, dips, turns_of(models), bowed_deg(models), names=names)
+        return fold_axis(
+            azimuths, dips, turns_of(models), bowed_deg(models), names=names, overturned=overturned
+        )
     except VomError as error:
         return str(error)
 
