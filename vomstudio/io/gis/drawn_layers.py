@@ -224,7 +224,8 @@ def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
         return shapes, []
     finite = np.array([s is not None and _is_finite(s) for s in shapes], bool)
     lines = finite & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
-    closed = np.flatnonzero(lines & shapely.is_closed(np.where(lines, shapes, None)))
+    rows = np.flatnonzero(lines)
+    closed = rows[shapely.is_closed(shapes[rows])]
     if not len(closed):
         return shapes, []
     made = shapes.copy()
