@@ -324,3 +324,34 @@ def test_the_interpretation_of_a_roof_lies_on_the_map(run, tmp_path, plunge) -> 
     azimuth = np.degrees(np.arctan2(way[0], way[1]))
     turned = (azimuth - plane["dip_direction_deg"][0]) % 180
     assert turned == pytest.approx(90, abs=1e-6)
+
+
+def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """Points strewn at random leave gaps that the picture closes; behind them lies another wall,
+    through which no point of the line may fall."""
+    generator = np.random.default_rng(4)
+    origin = np.array([431_000.0, 5_200_000.0, 800.0])
+
+    def wall(wide: float, y: float, n: int) -> np.ndarray:
+        x, z = generator.uniform(0, wide, n), generator.uniform(0, 4, n)
+        return np.stack([x, y + 0.3 * x + 0.1 * z, z], 1) + origin
+
+    cloud = np.concatenate([wall(3, 0.0, 30_000), wall(6, 2.0, 60_000)])
+    np.savetxt(tmp_path / "c.xyz", cloud, fmt="%.5f")
+    made = run("ortho", tmp_path / "c.xyz", "--trend", 0, "--plunge", 0, "--gsd", 0.03,
+               "-o", tmp_path / "o.tif", "--json")  # fmt: skip
+    assert made.code == 0, made.err
+    t = np.linspace(0.2, 2.6, 300)
+    line = np.stack([t, 0.3 * t + 0.1 * (1 + t), 1 + t], 1) + origin
+    matrix = np.array(made.json["pixel_to_world"])
+    pixels = np.linalg.solve(matrix, np.c_[line, np.ones(300)].T).T[:, :2]
+    with rasterio.open(tmp_path / "o.tif") as file:
+        m, crs = file.transform, file.crs.to_wkt()
+    plane = pixels @ [[m.a, m.d], [m.b, m.e]] + [m.c, m.f]
+    path = layers(tmp_path / "d.gpkg", ("beds", [shapely.LineString(plane)], crs))
+    ran = run("trace", tmp_path / "c.xyz", "--from-ortho", path, "--sidecar", tmp_path / "o.json",
+              "-o", tmp_path / "back.csv", "--json")  # fmt: skip
+    assert ran.code == 0, ran.err
+    assert (ran.json["points"], ran.json["off_surface"]) == (300, 0)
+    back = pd.read_csv(tmp_path / "back.csv", comment="#")[["x", "y", "z"]].to_numpy()
+    assert np.linalg.norm(back - line, axis=1).max() < 0.03

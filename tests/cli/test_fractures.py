@@ -259,3 +259,34 @@ def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:
         plot = tmp_path / f"{len(words_)}.png"
         assert run("fractures", traces, *words_, "--plot", plot).code == 0
         assert plot.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("ending", ["dxf", "gpkg"])
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+def test_closed_lines_are_the_outline_where_there_is_no_polygon(run, tmp_path, ending) -> None:  # type: ignore[no-untyped-def]
+    """A drawing for CAD has no polygons. Open lines beside the outline are none."""
+    import ezdxf
+
+    corners = [(0, 0), (10, 0), (10, 10), (0, 10)]
+    traces, area = tmp_path / "t.dxf", tmp_path / f"a.{ending}"
+    for path, lines in (
+        (traces, [[(1, 5), (9, 5)], [(-4, 2), (6, 2)]]),
+        (area, [[(1, 1), (2, 9)]]),
+    ):
+        if path.suffix == ".gpkg":
+            ring = shapely.LineString([*corners, corners[0]])
+            shapes = np.array([ring, shapely.LineString(lines[0])], object)
+            pyogrio.raw.write(path, shapely.to_wkb(shapes), [], [], geometry_type="LineString")
+            continue
+        document = ezdxf.new("R2010")
+        document.header["$INSUNITS"] = 6
+        for line in lines:
+            document.modelspace().add_lwpolyline(line)
+        if path is area:
+            document.modelspace().add_lwpolyline(corners, close=True)
+        document.saveas(path)
+    ran = run("fractures", traces, "--area", area, "--json")
+    assert ran.code == 0, ran.err
+    assert ran.json["area_m2"] == pytest.approx(100)
+    assert ran.json["P21_1_per_m"] == pytest.approx((8 + 6) / 100)
+    assert "1 closed line was taken as the outline" in " ".join(ran.json["warnings"])

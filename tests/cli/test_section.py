@@ -165,3 +165,14 @@ def test_an_azimuth_of_a_table_can_be_told(run, model, tmp_path) -> None:  # typ
     table = pd.read_csv(ran.json["features_file"], comment="#")
     # Strike 000, dip 45 dips to the east: down to the right where the viewer looks north.
     assert table["apparent_dip_deg"][0] == pytest.approx(45)
+
+
+def test_a_dip_over_90_is_told_how_it_is_written(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    planes = tmp_path / "planes.csv"
+    planes.write_text("dip_direction,dip,x,y,z\n90,110,4,4,4\n")
+    ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "--features", planes,
+              "-o", tmp_path / "s.csv")  # fmt: skip
+    assert ran.code == 2
+    assert "line 2, dip" in ran.err
+    assert "dip 70 to the opposite side" in ran.err
+    assert "'overturned'" in ran.err

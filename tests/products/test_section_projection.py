@@ -11,7 +11,7 @@ import pytest
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.interpretation import items_of_table
+from vomstudio.products.ortho.interpretation import Item, items_of_table
 from vomstudio.products.section.curtain import Curtain, curtain_of_line, curtain_of_plane
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.writing import (
@@ -95,3 +95,47 @@ def test_bends_are_marked_where_the_line_turns(tmp_path: Path) -> None:
     many = curtain_of_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
     assert len(many.bends(20)) == 20
     assert not curtain_of_line([[0, 0], [5, 0], [9, 0.05]]).bends(20)
+
+
+def line_item(points: np.ndarray, form: str = "line") -> Item:
+    return Item("traces", form, points, "t", "t", "bedding", "", "#000000")  # type: ignore[arg-type]
+
+
+def test_a_line_across_a_bend_is_on_both_pieces() -> None:
+    """A line that lies on the section itself is drawn where it is, and one beside it is broken at
+    the bend on the inner side, where both pieces have the corner before them."""
+    bent = curtain_of_line([[0, -50], [0, 0], [50, 0]])
+    on = np.array([[0, -20, 1.0], [0, -5, 2.0], [0, 0, 3.0], [7, 0, 4.0], [30, 0, 5.0]])
+    (flat,), left_out = project_items((line_item(on),), bent, None, None)
+    assert left_out == 0
+    for corner in ([30, 1], [45, 2], [50, 3], [57, 4], [80, 5.0]):
+        assert np.abs(flat.points - corner).max(axis=1).min() < 1e-9
+    assert (np.diff(flat.points[:, 0]) > 0).all()
+    assert np.abs(flat.away).max() < 1e-9
+    # 6 m inside the corner, which is before both pieces.
+    inner = np.array([[6, -30, 1.0], [6, -6, 1.0], [30, -6, 1.0]])
+    flats, _ = project_items((line_item(inner),), bent, None, None)
+    assert [f.points[[0, -1], 0] for f in flats] == [
+        pytest.approx([20, 44], abs=0.3), pytest.approx([56, 80], abs=0.3),
+    ]  # fmt: skip
+    for flat in flats:
+        assert np.abs(flat.away) == pytest.approx(np.full(len(flat.points), 6.0), abs=1e-9)
+    outer = np.array([[-6, -30, 1.0], [-6, 6, 1.0], [30, 6, 1.0]])
+    flats, _ = project_items((line_item(outer, "ring"),), bent, None, None)
+    (flat,) = flats
+    assert flat.item.form == "line"
+    assert flat.points[[0, -1], 0] == pytest.approx([20, 80], abs=0.3)
+    assert (np.abs(flat.points[:, 0] - 50) < 0.5).sum() >= 2
+    cut = cut_model(GROUND, bent, None, 0.0)
+    assert figures_of(cut, bent, flats, 0, None).features == 1
+
+
+def test_a_line_along_a_section_that_was_drawn_by_hand_is_not_broken() -> None:
+    turn = np.linspace(0, np.pi, 90)
+    many = curtain_of_line(80.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    angle = np.linspace(0.1, 3.0, 40)
+    beside = np.stack([80.5 * np.cos(angle), 80.5 * np.sin(angle), angle], axis=1)
+    (flat,), _ = project_items((line_item(beside),), many, None, None)
+    assert (np.diff(flat.points[:, 0]) > 0).all()
+    assert flat.points[[0, -1], 0] == pytest.approx(80 * angle[[0, -1]], abs=0.3)
+    assert np.abs(flat.away).max() < 0.6

@@ -136,10 +136,10 @@ def facet_slopes(
     facets = []
     for k, (facet, slope) in enumerate(slopes):
         own = place.get(facet.id)
-        among = own is not None and _is_face(slope, normals[own])
-        if among:
+        of = len(rows)
+        if own is not None and _is_face(slope, normals[own]):
             _take_out(own, slope, normals, of_planes[k], of_pairs[k])
-        of = len(rows) - among
+            of -= 1
         planar, flexural = (_share(int(count), of) for count in of_planes[k])
         pairs = int(of_pairs[k, 0])
         wedge, topple = (_share(int(count), pairs) for count in of_pairs[k, 1:])

@@ -117,6 +117,9 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
         columns = {name: values[keep] for name, values in columns.items()}
     axes = _axes(path, told["crs"], shapes)
     factor, said = _factor(path, axes)
+    if wanted is _AREAS:
+        shapes, outlines = _outlines(shapes)
+        said += outlines
     parts, feature, left = _parts(shapes, wanted)
     said += left
     if not len(parts):
@@ -209,6 +212,31 @@ def _factor(path: Path, axes: StatedAxes) -> tuple[float, list[str]]:
         tr("{file} names no coordinate reference system; its coordinates are taken as metres.",
            file=path.name)
     ]  # fmt: skip
+
+
+def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
+    """Closed lines as polygons where there is none, since drawings for CAD have no polygons; and
+    what is said of them."""
+    import shapely
+
+    kinds = shapely.get_type_id(shapes)
+    if np.isin(kinds, (3, 6)).any():
+        return shapes, []
+    finite = np.array([s is not None and _is_finite(s) for s in shapes], bool)
+    lines = finite & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
+    rows = np.flatnonzero(lines)
+    closed = rows[shapely.is_closed(shapes[rows])]
+    if not len(closed):
+        return shapes, []
+    made = shapes.copy()
+    made[closed] = [shapely.Polygon(shapely.get_coordinates(shapes[i])) for i in closed]
+    return made, [
+        tr_n(
+            "{count} closed line was taken as the outline of the area.",
+            "{count} closed lines were taken as outlines of the area.",
+            len(closed),
+        )
+    ]
 
 
 def _parts(

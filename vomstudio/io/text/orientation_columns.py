@@ -206,7 +206,16 @@ class Columns:
     def _outside(
         self, row: int, column: int, values: NDArray[np.float64], wanted: str
     ) -> InputError:
-        if wanted == "0 to 90":
+        if wanted == "0 to 90" and 90.0 < values[row] < 180.0:
+            said = tr(
+                "{value:g} is outside {range} degrees. A bed that was turned past the vertical has "
+                "the dip {dip:g} to the opposite side, and 'yes' in a column 'overturned'. Correct "
+                "it. Or are the columns in another order?",
+                value=values[row],
+                range=wanted,
+                dip=180.0 - values[row],
+            )
+        elif wanted == "0 to 90":
             said = tr(
                 "{value:g} is outside {range} degrees. Correct it. Are the columns in another "
                 "order? An overturned bed is a flag, not a dip.",

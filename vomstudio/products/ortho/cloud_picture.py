@@ -19,6 +19,9 @@ HOLE_SPACINGS = 4.0
 MIN_REACH_PIXELS = 0.8
 """Smaller discs could fall between the centres of pixels."""
 
+_GAP_CHANGES = 2.0
+"""What is seen through a hole lies so many times deeper than the surface changes around it."""
+
 _CELL_SPACINGS = 6.0
 
 _TREE_POINTS = 2_000_000
@@ -69,6 +72,7 @@ class CloudSource:
         some = np.where(seen, weight, 1.0)
         rgb = np.clip(color / some[..., None] + 0.5, 0, 255).astype(np.uint8)
         z = np.where(seen, depth / some, np.nan).astype(np.float32)
+        seen &= ~self._seen_through(seen, z)
         filled = self._close_holes(seen, rgb, z)
         inner = (slice(halo, -halo), slice(halo, -halo))
         alpha = np.where(seen | filled, 255, 0).astype(np.uint8)
@@ -80,6 +84,29 @@ class CloudSource:
 
     def warnings(self) -> list[str]:
         return []
+
+    def _seen_through(
+        self, seen: npt.NDArray[np.bool_], z: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.bool_]:
+        """Pixels that show what lies behind a surface, in a hole of it that is to be closed.
+
+        Morphological opening of the depth takes away what is deeper and no wider than such a hole.
+        What it takes must be deeper by more than the hole is wide, and by more than the surface
+        itself changes around it: on a slope that is seen at a small angle nothing is a hole.
+        """
+        from scipy.ndimage import maximum_filter, minimum_filter
+
+        if not seen.any():
+            return np.zeros_like(seen)
+        size = 2 * self._close + 1
+        deep = np.where(seen, z, np.float32(np.inf))
+        surface = maximum_filter(minimum_filter(deep, size), size)
+        with np.errstate(invalid="ignore"):
+            gap = deep - surface
+            if not (gap > self.hole_m).any():
+                return np.zeros_like(seen)
+            change = maximum_filter(surface, size) - minimum_filter(surface, size)
+            return np.asarray(seen & (gap > self.hole_m) & (gap > _GAP_CHANGES * change))
 
     def _close_holes(
         self, seen: npt.NDArray[np.bool_], rgb: npt.NDArray[np.uint8], z: npt.NDArray[np.float32]

@@ -15,11 +15,11 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.io.gis.dxf_facts import dxf_facts
 from vomstudio.io.gis.line_reading import ReadLine, ReadLines, read_gis_lines
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
+from vomstudio.products.ortho.shown_surface import shown_depths
 from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -31,7 +31,6 @@ LEAST_INSIDE = 0.5
 """Of the vertices of a drawing, those within its picture."""
 SAME_PLACE = 1e-3
 """Of the size of a picture: two that lie no farther apart are the same."""
-REACH_SPACINGS = 2.0
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
 
 OTHER_PICTURE = to_translate(
@@ -145,33 +144,23 @@ def bring_back(
     vertices. A line of which fewer than two points meet the surface is skipped; of others the
     points that meet none are left out.
     """
-    from vomstudio.io.models.opening import point_spacing
-
-    reach = 0.0 if isinstance(data, Mesh) else REACH_SPACINGS * point_spacing(data)
-    tree = RayTree(data, reach)
-    way = sidecar.matrix[:3, 2]
-    low, high = data.bounds
-    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1])
-                        for z in (low[2], high[2])])  # fmt: skip
-    before = float(((corners - sidecar.matrix[:3, 3]) @ way).min()) - 1.0
     gsd = float(np.linalg.norm(sidecar.matrix[:3, 0]))
+    pixels = [line.points if step is None else _denser(line.points, step / gsd) for line in lines]
+    size = (sidecar.width, sidecar.height)
+    depths = shown_depths(data, sidecar.matrix, size, np.concatenate(pixels))
+    parts = np.split(depths, np.cumsum([len(part) for part in pixels])[:-1])
     found: list[BackLine] = []
     skipped: list[str] = []
     off = 0
-    for line, name in zip(lines, _unique([line.name for line in lines]), strict=True):
-        pixels = line.points if step is None else _denser(line.points, step / gsd)
-        starts = (
-            sidecar.matrix[:3, 3]
-            + pixels @ sidecar.matrix[:3, :2].T
-            + before * way
-        )  # fmt: skip
-        hits = tree.cast(starts, np.broadcast_to(way, starts.shape))
-        met = hits.index >= 0
+    names = _unique([line.name for line in lines])
+    for place, depth, name in zip(pixels, parts, names, strict=True):
+        met = np.isfinite(depth)
         off += int((~met).sum())
         if met.sum() < 2:
             skipped.append(name)
             continue
-        found.append(BackLine(name, starts[met] + hits.distance[met][:, None] * way))
+        at = np.column_stack([place[met], depth[met]])
+        found.append(BackLine(name, at @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]))
     if not found:
         raise InputError(
             tr(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from vomstudio.products.ortho.vector_drawing import (
     write_dxf,
 )
 from vomstudio.products.ortho.view_words import wind
+from vomstudio.products.section.bent_projection import projected_along_bends
 from vomstudio.products.section.curtain import Curtain, Panel
 from vomstudio.products.section.cutting import Cut
 from vomstudio.version import __version__
@@ -118,13 +120,17 @@ def project_items(
 ) -> tuple[tuple[Flat, ...], int]:
     """Features on the section, and how many were left out: too far from it, or not before any of
     its panels that the direction meets. along : (3,) direction of projection, None at right
-    angles."""
+    angles. A line goes onto each piece of a section with bends before which it lies."""
     found: list[Flat] = []
+    met = [panel for panel in curtain.panels if _angle(panel, along) >= REFUSED_DEG]
     for item in items:
+        if len(curtain.panels) > 1 and len(item.points) > 1:
+            parts = projected_along_bends(item, met, along)
+            near = [f for f in parts if within is None or np.abs(f.away).mean() <= within]
+            found += near
+            continue
         best: Flat | None = None
-        for panel in curtain.panels:
-            if _angle(panel, along) < REFUSED_DEG:
-                continue
+        for panel in met:
             flat = flattened(item, panel.origin, panel.right, panel.up, along)
             if flat is None:
                 continue
@@ -137,8 +143,13 @@ def project_items(
         if best is None or (within is not None and float(np.abs(best.away).mean()) > within):
             continue
         found.append(best)
-    left_out = count_features(items) - count_features(flat.item for flat in found)
+    left_out = count_features(items) - _count(found)
     return tuple(found), left_out
+
+
+def _count(flats: Iterable[Flat]) -> int:
+    """Features, each once, however many parts of it are on the section."""
+    return count_features({id(flat.item): flat.item for flat in flats}.values())
 
 
 def check_projection(curtain: Curtain, along: Array | None) -> tuple[str, ...]:
@@ -221,7 +232,7 @@ def figures_of(
         None if plane is None else plane.dip_deg,
         left,
         right,
-        count_features(flat.item for flat in flats),
+        _count(flats),
         left_out,
         *(_projection(curtain, along) if flats or left_out else ()),
     )

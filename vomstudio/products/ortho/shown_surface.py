@@ -1,0 +1,92 @@
+"""How deep the surface lies that an orthophoto shows at a place of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.rays.raytree import RayTree
+from vomstudio.products.ortho.tiles import TILE, Grid
+
+Array = npt.NDArray[np.float64]
+
+_SAME = 4.0
+"""Pixels, or spacings of the cloud, by which neighbours on one surface may differ in depth."""
+
+
+def shown_depths(
+    data: Mesh | PointCloud, matrix: Array, size: tuple[int, int], pixels: Array
+) -> Array:
+    """(n,) depths at places (column, row) of a picture, NaN where it shows nothing.
+
+    data : of World; matrix : (4, 4) from (column, row, depth, 1) to World; size : of the picture
+    """
+    if isinstance(data, Mesh):
+        return _of_mesh(data, matrix, pixels)
+    return _of_cloud(data, matrix, size, pixels)
+
+
+def _of_mesh(mesh: Mesh, matrix: Array, pixels: Array) -> Array:
+    way = matrix[:3, 2]
+    low, high = mesh.bounds
+    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1])
+                        for z in (low[2], high[2])])  # fmt: skip
+    before = float(((corners - matrix[:3, 3]) @ way).min()) - 1.0
+    starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + before * way
+    hits = RayTree(mesh).cast(starts, np.broadcast_to(way, starts.shape))
+    return np.asarray(np.where(hits.index >= 0, before + hits.distance, np.nan))
+
+
+def _of_cloud(cloud: PointCloud, matrix: Array, size: tuple[int, int], pixels: Array) -> Array:
+    """From the picture drawn once more: a ray of its own would slip between points that the picture
+    shows as a surface, and meet what lies behind."""
+    from vomstudio.io.models.opening import point_spacing
+    from vomstudio.products.ortho.cloud_picture import CloudSource
+
+    gsd = float(np.linalg.norm(matrix[:3, 0]))
+    axes = np.column_stack([matrix[:3, 0] / gsd, matrix[:3, 1] / gsd, matrix[:3, 2]])
+    view = (cloud.points - matrix[:3, 3]) @ axes
+    spacing = point_spacing(PointCloud(view))
+    if not math.isfinite(spacing) or spacing <= 0:
+        spacing = gsd
+    width, height = size
+    grid = Grid(0.0, 0.0, gsd, width, height)
+    source = CloudSource(cloud, view, grid, spacing)
+    at = np.clip(np.floor(pixels).astype(np.int64), 0, [width - 1, height - 1])
+    inside = ((pixels >= -1.0) & (pixels <= np.array(size) + 1.0)).all(axis=1)
+    found = np.full(len(pixels), np.nan)
+    number = at[:, 1] // TILE * grid.columns + at[:, 0] // TILE
+    for tile in grid.tiles():
+        rows = np.flatnonzero(inside & (number == tile.number))
+        if len(rows):
+            depth = source.draw(tile).depth.astype(np.float64)
+            place = pixels[rows] - [tile.column, tile.row]
+            found[rows] = _between(depth, place, _SAME * max(gsd, spacing))
+    return found
+
+
+def _between(depth: Array, place: Array, limit: float) -> Array:
+    """Depths between the centres of pixels, of those neighbours that are on the surface which the
+    pixel itself shows."""
+    height, width = depth.shape
+    last = np.array([width - 1, height - 1])
+    own = np.clip(np.floor(place).astype(np.int64), 0, last)
+    here = depth[own[:, 1], own[:, 0]]
+    corner = np.floor(place - 0.5).astype(np.int64)
+    share = place - 0.5 - corner
+    total, weight = np.zeros(len(place)), np.zeros(len(place))
+    for dx in (0, 1):
+        for dy in (0, 1):
+            at = np.clip(corner + [dx, dy], 0, last)
+            value = depth[at[:, 1], at[:, 0]]
+            part = (share[:, 0] if dx else 1 - share[:, 0]) * (
+                share[:, 1] if dy else 1 - share[:, 1]
+            )
+            same = np.abs(value - here) <= limit
+            total += np.where(same, part * value, 0.0)
+            weight += np.where(same, part, 0.0)
+    return np.where(weight > 0, total / np.where(weight > 0, weight, 1.0), here)
