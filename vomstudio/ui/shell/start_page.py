@@ -7,7 +7,14 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from vomstudio.files.regular import is_there
 from vomstudio.ui.common.studio import Studio
@@ -112,6 +119,9 @@ class StartPage(QFrame):
             label.setWordWrap(narrow)
         for button in self._buttons:
             button.setMinimumWidth(0 if narrow else _BUTTON_WIDTH)
+            # All of one width, there too.
+            wide = QSizePolicy.Policy.Expanding if narrow else QSizePolicy.Policy.Fixed
+            button.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
         side = 10 if narrow else 28
         self._column.setContentsMargins(side, 22, side, 22)
         # Or the size is that of before, until Qt lays it out.
