@@ -47,8 +47,10 @@ class StartPage(QFrame):
         about = Label(tr("From photos of an outcrop to orientations with their errors"))
         layout.addWidget(about)
         layout.addSpacing(6)
+        self._buttons: list[QToolButton] = []
         for name in ("open", "choose_photos", "open_sample", "open_project"):
             button = QToolButton()
+            self._buttons.append(button)
             button.setDefaultAction(actions[name])
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             layout.addWidget(button)
@@ -64,7 +66,7 @@ class StartPage(QFrame):
         drop = Label(tr("or drop a file or a folder of photos onto the window"))
         layout.addWidget(drop)
         self._column, self._long_words = layout, (about, drop)
-        self._buttons = page.findChildren(QToolButton)
+        self._buttons.append(self._tour)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         self._area = Scrolling(page)
