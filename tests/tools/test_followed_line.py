@@ -52,6 +52,15 @@ def clicks(tool, *points) -> None:
         tool.pointer(event(at=point))
 
 
+def test_nothing_is_judged_before_the_way_is_there(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.searching
+    assert context.shown[-1].reading[-1] == "Searching for the way"
+    assert context.shown[-1].verdict is None
+    answer_all(context)
+    assert context.shown[-1].verdict is not None
+
+
 def test_the_kept_trace_has_every_vertex_of_the_way_and_says_whence(tool, context):
     clicks(tool, A, B, C)
     assert tool.searching

@@ -117,6 +117,10 @@ class FollowingTool(PolylineTool[F]):
             and self._line.searching(self._feature.model_id, self._way(self.vertices))
         )
 
+    def _verdict(self) -> str | None:
+        """The straight way between way-points is no poor trace: it is not what will be there."""
+        return None if self.searching else super()._verdict()
+
     def finish(self) -> str | None:
         """As of all; while a piece is searched for it is finished when that has come."""
         self._finish_when_found = self.searching

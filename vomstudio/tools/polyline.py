@@ -331,9 +331,14 @@ class PolylineTool(SteppedFeature[F]):
                 marked=marked,
                 color=rgb(self._color()),
                 reading=self._reading(),
-                verdict=m.verdict.quality if (m := self.measurement) and m.verdict else None,
+                verdict=self._verdict(),
             )
         )
+
+    def _verdict(self) -> str | None:
+        """How good what is drawn so far is; None where nothing can be judged yet."""
+        measurement = self.measurement
+        return measurement.verdict.quality if measurement and measurement.verdict else None
 
 
 def type_of_draft(context: ToolContext, state: Mapping[str, Any], instead: str) -> str:

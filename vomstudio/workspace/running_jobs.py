@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -50,6 +51,33 @@ class RunningJob:
         return f"{self.title}: {self.status()}" if self.stage else self.title
 
 
+class _Newest:
+    """Events of a job on their way to the owner. Of steps that come while the owner is busy only
+    the newest is passed on: hundreds in a moment, each shown, would keep it busy for a second."""
+
+    def __init__(self, post: Post, deliver: Callable[[Event], None]) -> None:
+        self._post, self._deliver = post, deliver
+        self._lock = threading.Lock()
+        self._waiting: list[Event] | None = None
+
+    def __call__(self, event: Event) -> None:
+        """From the worker's thread."""
+        with self._lock:
+            if isinstance(event, Step) and self._waiting is not None:
+                self._waiting[0] = event
+                return
+            passed = [event]
+            # A step that follows another event must not overtake it.
+            self._waiting = passed if isinstance(event, Step) else None
+        self._post(partial(self._pass_on, passed))
+
+    def _pass_on(self, passed: list[Event]) -> None:
+        with self._lock:
+            if self._waiting is passed:
+                self._waiting = None
+        self._deliver(passed[0])
+
+
 class Jobs:
     """One worker process for each lane, started when it is first needed."""
 
@@ -79,9 +107,7 @@ class Jobs:
         lane = job.lane
         worker = self.workers[lane]
         try:
-            number = worker.submit(
-                job, request, lambda event: self._post(lambda: self._deliver(lane, event))
-            )
+            number = worker.submit(job, request, _Newest(self._post, partial(self._deliver, lane)))
         except WorkerError as error:
             # Told like every other failure, once the caller has its job.
             self._refused -= 1

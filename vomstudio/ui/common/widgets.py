@@ -201,11 +201,11 @@ class Scrolling(QScrollArea):
 
 
 class ScrollingLater(Scrolling):
-    """Makes its panel when it is first painted, or asked for."""
+    """Makes its panel when its place is first painted, or asked for."""
 
     def __init__(self, make: Callable[[], QWidget]) -> None:
         self._make: Callable[[], QWidget] | None = make
-        super().__init__(QWidget())
+        super().__init__(_Unmade(self._seen))
 
     def widget(self) -> QWidget:
         if self._make is not None:
@@ -214,11 +214,21 @@ class ScrollingLater(Scrolling):
             self.setWidget(self._panel)
         return self._panel
 
-    def viewportEvent(self, event: QEvent) -> bool:  # noqa: N802
-        if event.type() == QEvent.Type.Paint and self._make is not None:
-            # What is being painted must not go away meanwhile.
-            QTimer.singleShot(0, self, self.widget)
-        return super().viewportEvent(event)
+    def _seen(self) -> None:
+        # What is being painted must not go away meanwhile.
+        QTimer.singleShot(0, self, self.widget)
+
+
+class _Unmade(QWidget):
+    """Stands where a panel will be. It covers what it stands on, which Qt then never paints: only
+    this one knows that it is seen, as when its tab is clicked."""
+
+    def __init__(self, seen: Callable[[], None]) -> None:
+        super().__init__()
+        self._seen = seen
+
+    def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
+        self._seen()
 
 
 def lay_out_now(widget: QWidget) -> None:

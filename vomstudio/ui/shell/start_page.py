@@ -7,12 +7,21 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QFrame,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from vomstudio.files.regular import is_there
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, Scrolling, as_words
 from vomstudio.words import tr
+
+_BUTTON_WIDTH = 280
 
 
 class StartPage(QFrame):
@@ -33,31 +42,35 @@ class StartPage(QFrame):
         title.setFont(font)
         page = QWidget()
         layout = QVBoxLayout(page)
-        layout.setContentsMargins(28, 22, 28, 22)
         layout.setSpacing(8)
         layout.addWidget(title)
-        layout.addWidget(Label(tr("From photos of an outcrop to orientations with their errors")))
+        about = Label(tr("From photos of an outcrop to orientations with their errors"))
+        layout.addWidget(about)
         layout.addSpacing(6)
+        self._buttons: list[QToolButton] = []
         for name in ("open", "choose_photos", "open_sample", "open_project"):
             button = QToolButton()
+            self._buttons.append(button)
             button.setDefaultAction(actions[name])
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            button.setMinimumWidth(280)
             layout.addWidget(button)
         self._tour = QToolButton()
         self._tour.setDefaultAction(actions["first_tour"])
         self._tour.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self._tour.setMinimumWidth(280)
         layout.addWidget(self._tour)
         studio.settings_changed.connect(self._offer_tour)
         self._offer_tour()
         self._recent = QVBoxLayout()
         layout.addSpacing(6)
         layout.addLayout(self._recent)
-        layout.addWidget(Label(tr("or drop a file or a folder of photos onto the window")))
+        drop = Label(tr("or drop a file or a folder of photos onto the window"))
+        layout.addWidget(drop)
+        self._column, self._long_words = layout, (about, drop)
+        self._buttons.append(self._tour)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(Scrolling(page))
+        self._area = Scrolling(page)
+        whole.addWidget(self._area)
         studio.recent_changed.connect(self._fill)
         self._fill()
 
@@ -92,10 +105,28 @@ class StartPage(QFrame):
         return False
 
     def _centre(self, viewport: QWidget) -> None:
-        self.adjustSize()
+        self._give_width(narrow=False)
+        if self.width() > viewport.width():
+            self._give_width(narrow=True)
         # In a small window it scrolls.
         self.resize(self.size().boundedTo(viewport.size()))
         self.move(
             max(0, (viewport.width() - self.width()) // 2),
             max(0, (viewport.height() - self.height()) // 2),
         )
+
+    def _give_width(self, *, narrow: bool) -> None:
+        """narrow : long words take several lines, as beside wide panels or in large letters"""
+        for label in self._long_words:
+            label.setWordWrap(narrow)
+        for button in self._buttons:
+            button.setMinimumWidth(0 if narrow else _BUTTON_WIDTH)
+            # All of one width, there too.
+            wide = QSizePolicy.Policy.Expanding if narrow else QSizePolicy.Policy.Fixed
+            button.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
+        side = 10 if narrow else 28
+        self._column.setContentsMargins(side, 22, side, 22)
+        # Or the size is that of before, until Qt lays it out.
+        self._column.invalidate()
+        self._area.updateGeometry()
+        self.adjustSize()

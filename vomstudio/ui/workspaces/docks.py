@@ -5,8 +5,8 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QWidget
+from PySide6.QtCore import QByteArray, QChildEvent, QEvent, QObject, Qt
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QMenu, QTabBar, QWidget
 
 from vomstudio.ui.common.widgets import Scrolling, ScrollingLater
 from vomstudio.ui.workspaces.screens import bring_on_screen
@@ -32,6 +32,8 @@ class WindowDocks(Mapping[str, QDockWidget]):
         left, right = Qt.DockWidgetArea.LeftDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
         window.setCorner(Qt.Corner.BottomLeftCorner, left)
         window.setCorner(Qt.Corner.BottomRightCorner, right)
+        self._whole_names = _WholeNames()
+        window.installEventFilter(self._whole_names)
 
     def __getitem__(self, name: str) -> QDockWidget:
         return self._docks[name]
@@ -170,6 +172,18 @@ class WindowDocks(Mapping[str, QDockWidget]):
     def hide_all(self) -> None:
         for dock in self._docks.values():
             dock.hide()
+
+
+class _WholeNames(QObject):
+    """Tabs of docks that share a place show their whole names, and arrows where they are too many:
+    Qt cuts them to a letter or two."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        if event.type() == QEvent.Type.ChildPolished and isinstance(event, QChildEvent):
+            tabs = event.child()
+            if isinstance(tabs, QTabBar):
+                tabs.setElideMode(Qt.TextElideMode.ElideNone)
+        return False
 
 
 class _Watcher(QObject):

@@ -81,9 +81,8 @@ class LinePanel(QWidget):
         self.fit_view.setVisible(measured is not None)
         self._hint.setText(
             tr(
-                "Choose Line (L), then click along a striation, a hinge or another lineation. Two "
-                "points give trend and plunge; further points give their error. On a plane, the "
-                "line also has a rake."
+                "Click along a striation, a hinge or another lineation. Two points give trend and "
+                "plunge; further points give their error. On a plane, the line also has a rake."
             )
         )
         self._hint.setVisible(not tool.open)

@@ -62,8 +62,8 @@ class PatchPanel(QWidget):
         self.fit_view = FitView()
         self._hint = hint_label(
             tr(
-                "Choose Patch (P), then paint over one surface of the outcrop, away from its "
-                "edges. Ctrl erases; the right button orbits."
+                "Paint over one surface of the outcrop, away from its edges. Ctrl erases; the "
+                "right button orbits."
             )
         )
         buttons = QGridLayout()

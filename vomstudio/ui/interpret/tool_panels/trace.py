@@ -72,8 +72,8 @@ class TracePanel(QWidget):
             ""
             if tool.open
             else tr(
-                "Choose Trace (T), then click along a bed, fault or fracture. Three points define "
-                "a plane; a long, curved trace defines it well."
+                "Click along a bed, fault or fracture. Three points define a plane; a long, curved "
+                "trace defines it well."
             )
         )
         self._hint.setVisible(not tool.open)

@@ -1,0 +1,20 @@
+"""What the panel of a tool says of the next click."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests import driver
+from vomstudio.ui.common.widgets import Label
+
+
+@pytest.mark.parametrize("tool", ["trace", "patch", "line", "contact", "station", "select"])
+def test_who_has_chosen_a_tool_is_not_told_to_choose_it(window, outcrop, tool) -> None:
+    driver.open_outcrop(window, outcrop)
+    window.actions_table.run(tool)
+    driver.pause(50)
+    panel = window.tool_panel.currentWidget()
+    said = [label.text() for label in panel.findChildren(Label) if label.isVisible()]
+    name = window.actions_table.all[tool].text().replace("&", "")
+    assert said
+    assert not [text for text in said if text.startswith(f"Choose {name}")]
