@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.gis.layer_reading import are_features, layers_of, symbol_layers
+from vomstudio.io.gis.layer_reading import are_features, layers_of, symbol_layers, wanted_columns
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -40,6 +40,7 @@ class ReadLines:
     skipped: int
 
 
+@np.errstate(all="ignore")
 def read_gis_lines(path: str | Path) -> ReadLines:
     """All lines and polygons of all layers of a GeoPackage, GeoJSON, shapefile or DXF; rings of a
     polygon and parts of a collection are lines of their own, and symbols are none. Raises
@@ -57,7 +58,10 @@ def read_gis_lines(path: str | Path) -> ReadLines:
         for layer, kind in layers:
             if kind is None or str(layer).casefold() in symbols:
                 continue
-            told, _, shapes, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
+            columns = wanted_columns(named, str(layer), _NAMES)
+            told, _, shapes, fields = pyogrio.raw.read(
+                named, layer=layer, force_2d=True, columns=columns
+            )
             crs = crs or told["crs"]
             info = pyogrio.read_info(named, layer=layer)
             described.append(str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")))

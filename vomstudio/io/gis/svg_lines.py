@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_small
 from vomstudio.io.gis.line_reading import ReadLine
 from vomstudio.io.text.xml_tree import parse_xml
 from vomstudio.words import tr
@@ -23,6 +23,8 @@ Array = npt.NDArray[np.float64]
 CURVE_STEPS = 16
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LARGEST = 256 << 20
+_MOST_NUMBERS = 500_000
+"""Of all paths: what is read in some seconds; hands draw a hundredth of it."""
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 _NEVER_SEEN = ("defs", "clipPath", "mask", "pattern", "marker", "symbol", "metadata", "namedview")
@@ -44,18 +46,17 @@ class SvgDrawing:
     marks: tuple[str, ...]
 
 
+@np.errstate(all="ignore")
 def read_svg(path: str | Path, passed_over: tuple[str, ...] = ()) -> SvgDrawing:
     """Paths (curves as pieces), polylines, polygons, lines and rectangles. passed_over : groups by
     id or label. Raises InputError where the file is no SVG."""
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = read_small(path, _LARGEST)
     except OSError as error:
         raise InputError(
             tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
         ) from error
-    if len(data) > _LARGEST:
-        raise InputError(tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path)
     # Pictures inside are longer than the parser lets an attribute be.
     root = parse_xml(re.sub(rb"""(["'])data:[^"']*""", rb"\1data:", data), path)
     if _tag(root) != "svg":
@@ -63,6 +64,7 @@ def read_svg(path: str | Path, passed_over: tuple[str, ...] = ()) -> SvgDrawing:
     lines: list[ReadLine] = []
     images: list[Array] = []
     marks: list[str] = []
+    room = _MOST_NUMBERS
     try:
         for element, matrix, layer in _walk(root, np.eye(3), "", passed_over):
             tag = _tag(element)
@@ -73,13 +75,23 @@ def read_svg(path: str | Path, passed_over: tuple[str, ...] = ()) -> SvgDrawing:
             elif tag == "desc":
                 marks.append(str(element.text or ""))
             else:
+                room -= _count_numbers(element)
+                if room < 0:
+                    raise InputError(
+                        tr(
+                            "The drawing has more than {limit} numbers, more than anybody draws. "
+                            "Simplify its paths.",
+                            limit=_MOST_NUMBERS,
+                        ),
+                        file=path,
+                    )
                 name = str(element.get(_LABEL) or element.get("id") or "")
                 lines += [
                     ReadLine(layer, name, _moved(points, matrix), closed)
                     for points, closed in _shape(element, tag)
                     if len(points) > 1
                 ]
-    except (ValueError, IndexError) as error:
+    except (ValueError, IndexError, OverflowError) as error:
         raise InputError(
             tr("The drawing has a shape whose coordinates cannot be read; save it again."),
             file=path,
@@ -128,6 +140,12 @@ def transform_of(text: str) -> Array:
             step[1, 0] = math.tan(math.radians(v[0]))
         matrix = matrix @ step
     return matrix
+
+
+def _count_numbers(element: Any) -> int:
+    """Of its path or points, flags of arcs that stand together as one."""
+    texts = [str(element.get(name) or "") for name in ("d", "points")]
+    return sum(1 for text in texts for _ in re.finditer(_NUMBER, text))
 
 
 def _shape(element: Any, tag: str) -> list[tuple[Array, bool]]:
@@ -216,13 +234,22 @@ def _segment(
     given = [base + complex(v[2 * i], v[2 * i + 1]) for i in range(count)]
     if kind in "ST":
         given = [2 * at - control, *given]
-    t = np.linspace(0, 1, CURVE_STEPS + 1)[1:]
     corners = [at, *given]
-    # De Casteljau: between all neighbours until one is left.
-    levels = [np.full(len(t), corner) for corner in corners]
-    while len(levels) > 1:
-        levels = [a + t * (b - a) for a, b in itertools.pairwise(levels)]
-    return [complex(value) for value in levels[0]], given[-2]
+    points = _BERNSTEIN[len(corners)] @ np.array(corners)
+    return [*points.tolist()[:-1], given[-1]], given[-2]
+
+
+def _bernstein(count: int) -> Array:
+    """(CURVE_STEPS, count) weights of the corners of a Bezier curve at its points after the first
+    (Farin 2002, Curves and Surfaces for CAGD, 5.1)."""
+    t = np.linspace(0, 1, CURVE_STEPS + 1)[1:, None]
+    k = np.arange(count)
+    times = np.array([math.comb(count - 1, i) for i in k])
+    return np.asarray(times * t**k * (1 - t) ** (count - 1 - k))
+
+
+_BERNSTEIN = {count: _bernstein(count) for count in (3, 4)}
+_ARC_STEPS = np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:-1]
 
 
 def _arc(
@@ -248,11 +275,9 @@ def _arc(
     sweep_rad = (last - first) % (2 * math.pi)
     if not sweep:
         sweep_rad -= 2 * math.pi
-    angles = first + sweep_rad * np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:]
-    return [
-        *(complex(rx * math.cos(a), ry * math.sin(a)) * axis + centre for a in angles[:-1]),
-        end,
-    ]
+    angles = first + sweep_rad * _ARC_STEPS
+    points = (rx * np.cos(angles) + 1j * ry * np.sin(angles)) * axis + centre
+    return [*points.tolist(), end]
 
 
 def _flags_apart(text: str) -> str:

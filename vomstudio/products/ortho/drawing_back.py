@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raytree import RayTree
@@ -29,6 +29,7 @@ LIKE_PICTURE = 0.01
 """A page or picture in a drawing is of the orthophoto where its sides have the same ratio within
 this."""
 REACH_SPACINGS = 2.0
+_MOST_PIXELS = 1 << 31
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
 
 OTHER_PICTURE = to_translate(
@@ -80,18 +81,18 @@ def read_sidecar(path: str | Path) -> Sidecar:
     """Raises InputError where the file is no sidecar of an orthophoto."""
     path = Path(path)
     try:
-        facts = json.loads(path.read_text("utf-8"))
+        facts = read_json(path, SIDECAR_BYTES)
         matrix = np.array(facts["pixel_to_world"], np.float64).reshape(4, 4)
         a, b, c, d, e, f = (float(v) for v in facts["geotransform"])
         width, height = int(facts["width"]), int(facts["height"])
         oblique = facts["plane_coordinates"] is not None
-        crs, known = facts.get("crs"), facts.get("content_hash")
+        crs, known = _text(facts.get("crs")), _text(facts.get("content_hash"))
     except OSError as error:
         raise InputError(
             tr("The file cannot be read ({reason}).", reason=error.strerror), file=path,
             field="--sidecar",
         ) from error  # fmt: skip
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
         raise InputError(
             tr(
                 "This is not the sidecar of an orthophoto. Give the NAME.json that was written "
@@ -103,12 +104,19 @@ def read_sidecar(path: str | Path) -> Sidecar:
     transform = np.array([[a, b, c], [d, e, f], [0.0, 0.0, 1.0]])
     if not (np.isfinite(matrix).all() and np.isfinite(transform).all() and width > 0 < height):
         raise InputError(tr("The sidecar holds numbers that are none."), file=path)
+    with np.errstate(all="ignore"):
+        flat = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
+    if flat or max(width, height) > _MOST_PIXELS:
+        raise InputError(
+            tr("The sidecar states no place on the model for the pixels. Write it anew."), file=path
+        )
     return Sidecar(
         path, width, height, matrix, transform, crs, oblique,
         str(facts.get("picture_id") or picture_id(facts)), known,
     )  # fmt: skip
 
 
+@np.errstate(all="ignore")
 def read_drawing(
     path: str | Path, sidecar: Sidecar
 ) -> tuple[tuple[ReadLine, ...], tuple[str, ...]]:
@@ -135,6 +143,8 @@ def read_drawing(
     if not lines:
         raise InputError(tr("The drawing holds no line and no polygon."), file=path)
     pixels = np.concatenate([line.points for line in lines])
+    if not np.isfinite(pixels).all():
+        raise InputError(tr("The drawing has coordinates that are no numbers."), file=path)
     size = np.array([sidecar.width, sidecar.height])
     inside = ((pixels >= -1) & (pixels <= size + 1)).all(axis=1)
     if inside.mean() < 0.5:
@@ -264,11 +274,15 @@ def _check_marks(said: Sequence[str], sidecar: Sidecar, path: Path) -> None:
     assert _MARK.search(mark_of(sidecar.id)) or not found
 
 
+def _text(value: object) -> str | None:
+    return value if isinstance(value, str) else None
+
+
 def _head_of(path: Path) -> str:
     """The first words of a DXF, whose comment names its picture; GDAL passes it over."""
     if path.suffix.lower() != ".dxf":
         return ""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return file.read(400).decode("latin-1")
 
 
