@@ -10,8 +10,9 @@ import errno
 import json
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from vomstudio.errors import InputError
 from vomstudio.words import tr
@@ -83,7 +84,7 @@ def require_regular_beside(path: str | Path) -> None:
             )
 
 
-def open_regular(path: str | Path) -> BinaryIO:
+def open_regular(path: str | Path) -> BufferedReader:
     """A file opened for reading, without waiting for it. Raises InputError where it is no regular
     file, and OSError where it cannot be opened."""
     require_regular(path)

@@ -211,7 +211,6 @@ class SqliteJournal:
             raise self._not_written(trouble)
 
     def _write(self, rows: list[NewRow]) -> None:
-        """All or none of them. Raises sqlite3.Error."""
         self._db.execute("BEGIN IMMEDIATE")
         try:
             self._db.executemany(INSERT_ROW, [(*r.values, r.head.checksum) for r in rows])
@@ -387,8 +386,7 @@ class SqliteJournal:
         self._tell, self._come_back, self._write_first = None, lambda: None, lambda: None
 
     def let_go(self) -> None:
-        """Close the file, to open it or another one in its place again: who is told of troubles,
-        and what is written before rows, stay as they are."""
+        """Close the file, to open one in its place: who is told of troubles stays as it was."""
         if not self._is_open:
             return
         self._is_open = False
