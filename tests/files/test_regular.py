@@ -17,7 +17,8 @@ from rasterio import Affine
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.inside import refuse_links
 from vomstudio.files.lock import ProjectLock
-from vomstudio.files.regular import read_small, require_regular_beside
+from vomstudio.files.regular import open_regular, read_small, require_regular_beside
+from vomstudio.io.control.formats.micmac import marks_beside
 from vomstudio.io.gis.drawn_layers import read_lines
 from vomstudio.io.gis.raster import size_and_bands
 from vomstudio.io.gis.raster_place import place_on_map
@@ -111,3 +112,52 @@ def test_a_pipe_among_the_results_of_a_run(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "work" / "database.db-journal")
     with pytest.raises(TargetError, match=r"database\.db-journal"):
         refuse_links(tmp_path)
+
+
+def _sidecar(path: Path) -> object:
+    from vomstudio.products.ortho.drawing_back import read_sidecar
+
+    return read_sidecar(path)
+
+
+def _drawing(path: Path) -> object:
+    from vomstudio.io.gis.svg_lines import read_svg
+
+    return read_svg(path)
+
+
+def _network(path: Path) -> object:
+    from vomstudio.extraction.proposals.edge_network import EdgeNetwork
+
+    return EdgeNetwork(path)
+
+
+@pytest.mark.parametrize("read", [_sidecar, _drawing, _network])
+@pytest.mark.parametrize("what", ["pipe", "device", "huge"])
+def test_what_is_read_whole_is_a_file_of_a_sensible_size(
+    tmp_path: Path, read: Callable[[Path], object], what: str
+) -> None:
+    path = tmp_path / "a.svg"
+    if what == "pipe":
+        os.mkfifo(path)
+    elif what == "device":
+        path.symlink_to("/dev/zero")
+    else:
+        with path.open("wb") as file:
+            file.truncate(1 << 36)
+    with pytest.raises(InputError) as refusal:
+        read(path)
+    assert refusal.value.file == str(path)
+
+
+def test_a_pipe_beside_control_points_is_no_file_of_marks(tmp_path: Path) -> None:
+    (tmp_path / "app.xml").write_text("<DicoAppuisFlottant/>")
+    (tmp_path / "marks.xml").write_text("<SetOfMesureAppuisFlottants/>")
+    os.mkfifo(tmp_path / "z.xml")
+    (tmp_path / "zero.xml").symlink_to("/dev/zero")
+    assert marks_beside(tmp_path / "app.xml") == tmp_path / "marks.xml"
+
+
+def test_a_name_with_a_zero_byte_is_no_file() -> None:
+    with pytest.raises(FileNotFoundError):
+        open_regular("a\0b")

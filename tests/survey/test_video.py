@@ -128,3 +128,39 @@ def test_impossible_rates_are_refused(tmp_path: Path) -> None:
     for fps in (0.0, -1.0, float("nan"), 60.0):
         with pytest.raises(UsageError):
             take_frames(tmp_path / "a.avi", tmp_path / "out", fps=fps)
+
+
+def test_lists_and_numbered_names_open_no_other_files(tmp_path: Path) -> None:
+    real = film(tmp_path / "real.avi", np.arange(60) * 10.0)
+    assert take_frames(real, tmp_path / "real", fps=2).frames
+    still = cv2.imencode(".jpg", np.random.default_rng(1).integers(0, 255, (90, 120, 3)))[1]
+    for number in (1, 2, 3):
+        (tmp_path / f"s_{number:02}.jpg").write_bytes(still.tobytes())
+    for name, content in {
+        "a.m3u8": "#EXTM3U\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\nreal.avi\n#EXT-X-ENDLIST\n",
+        "b.mp4": "ffconcat version 1.0\nfile real.avi\n",
+        "s_%02d.jpg": "x",
+    }.items():
+        (tmp_path / name).write_text(content)
+        with pytest.raises(InputError, match="not a video") as refusal:
+            take_frames(tmp_path / name, tmp_path / "out")
+        assert refusal.value.file == str(tmp_path / name)
+    with pytest.raises(InputError, match="not a video"):
+        take_frames(tmp_path / "s_01.jpg", tmp_path / "out")
+
+
+@pytest.mark.parametrize("ending", ["avi", "mp4", "mov", "mkv", "webm", "mpg", "ts"])
+def test_films_of_all_kinds_that_are_named_are_known(tmp_path: Path, ending: str) -> None:
+    """Written by FFmpeg, where the installed one can."""
+    codec = {"avi": "MJPG", "webm": "VP80", "mpg": "PIM1", "ts": "mp4v"}.get(ending, "mp4v")
+    path = tmp_path / f"a.{ending}"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*codec), 20, (480, 360))
+    if not writer.isOpened():
+        pytest.skip(f"no encoder for {ending}")
+    for x in range(0, 800, 10):
+        frame = cv2.getRectSubPix(texture(), (480, 360), (x + 300.0, 400.0))
+        writer.write(cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR))
+    writer.release()
+    if path.stat().st_size < 400:
+        pytest.skip(f"no encoder for {ending}")
+    assert take_frames(path, tmp_path / "out", fps=2).frames

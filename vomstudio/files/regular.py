@@ -6,9 +6,11 @@ device has no end, and a file of the right name may be of any size.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
@@ -82,18 +84,28 @@ def require_regular_beside(path: str | Path) -> None:
             )
 
 
+def open_regular(path: str | Path) -> BufferedReader:
+    """A file opened for reading, without waiting for it. Raises InputError where it is no regular
+    file, and OSError where it cannot be opened."""
+    require_regular(path)
+    try:
+        # Without waiting, should a pipe have taken the place of the file since it was looked at.
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
+    except ValueError as error:
+        # A zero byte in a name.
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
+    return os.fdopen(descriptor, "rb")
+
+
 def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
     """The content of a file of at most `limit` bytes.
 
     Raises InputError where it is larger or no regular file, and OSError where it cannot be read.
     """
-    require_regular(path)
-    # Without waiting, should a pipe have taken the place of the file since it was looked at.
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
-    with os.fdopen(descriptor, "rb") as file:
+    with open_regular(path) as file:
         # Room is made for what is asked for: so for no more than there is, and for nothing of what
         # is too large.
-        size = os.fstat(descriptor).st_size
+        size = os.fstat(file.fileno()).st_size
         data = file.read(size + 1) if size <= limit else b""
     if max(size, len(data)) > limit:
         raise InputError(

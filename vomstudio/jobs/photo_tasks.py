@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.errors import InputError
 from vomstudio.files.inside import make_folder
+from vomstudio.files.regular import open_regular
 from vomstudio.io.project.sidecar_import import Beside
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
@@ -100,9 +102,9 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
 
 def _sha256(path: Path) -> str:
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError:
+    except (InputError, OSError):
         return ""
 
 

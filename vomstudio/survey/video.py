@@ -18,7 +18,7 @@ from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_in_project
 from vomstudio.files.names import in_unicode, utf8_name
-from vomstudio.files.regular import read_json
+from vomstudio.files.regular import open_regular, read_json
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey.photo_quality import blur
 from vomstudio.words import to_translate, tr, tr_n
@@ -32,6 +32,15 @@ VIDEO_ENDINGS = (
 )  # fmt: skip
 """Extensions of videos of phones, cameras and drones, for file dialogs."""
 _RECORD = "frames.json"
+_NO_VIDEO = to_translate("This is not a video, is damaged, or has a format that cannot be read.")
+# Bytes at places of the head: of AVI; MP4, MOV and 3GP; MKV and WebM; WMV; MPEG program and
+# elementary streams; MPEG transport streams with packets of 188 bytes, and of 192 as cameras write.
+_FILMS = (
+    ((0, b"RIFF"), (8, b"AVI")), ((4, b"ftyp"),), ((4, b"moov"),), ((4, b"mdat"),), ((4, b"wide"),),
+    ((4, b"free"),), ((4, b"skip"),), ((4, b"pnot"),), ((0, b"\x1a\x45\xdf\xa3"),),
+    ((0, b"\x30\x26\xb2\x75\x8e\x66\xcf\x11"),), ((0, b"\0\0\1\xba"),), ((0, b"\0\0\1\xb3"),),
+    ((0, b"G"), (188, b"G"), (376, b"G")), ((4, b"G"), (196, b"G"), (388, b"G")),
+)  # fmt: skip
 # Of a second's frames only some are compared for sharpness.
 _CANDIDATES = 5
 _BLUR_PX, _BLUR_TIMES, _MOST_BLUR_PX = 2.5, 1.8, 4.0
@@ -141,6 +150,14 @@ def take_frames(
     return report
 
 
+def _is_film(path: Path) -> bool:
+    """Whether it begins as files of `VIDEO_ENDINGS` do. The decoder goes by the content, and a list
+    of films or a numbered name would have it open other files."""
+    with open_regular(path) as file:
+        head = file.read(400)
+    return any(all(head[at : at + len(sign)] == sign for at, sign in signs) for signs in _FILMS)
+
+
 class _Video:
     def __init__(self, path: Path) -> None:
         # The decoder's own complaints would stand among ours.
@@ -155,15 +172,14 @@ class _Video:
         if path.stat().st_size == 0:
             raise InputError(tr("This file is empty (0 bytes)."), file=path)
         self.path = path
+        if not _is_film(path):
+            raise InputError(tr(_NO_VIDEO), file=path)
         with utf8_name(path) as named:
             self._capture = cv2.VideoCapture(str(named))
         ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
         if not ok or first is None:
             self._capture.release()
-            raise InputError(
-                tr("This is not a video, is damaged, or has a format that cannot be read."),
-                file=path,
-            )
+            raise InputError(tr(_NO_VIDEO), file=path)
         self._first = np.asarray(first)
         self.height, self.width = self._first.shape[:2]
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))

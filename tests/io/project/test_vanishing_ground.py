@@ -358,3 +358,29 @@ def test_a_drive_that_is_taken_away(tmp_path: Path) -> None:
             goes_on_and_can_be_saved(project, told, "gone", tmp_path / "rescued.vom")
         finally:
             subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(disk)], check=True)
+
+
+@pytest.mark.parametrize("how", ["deleted", "renamed"])
+@pytest.mark.parametrize("taken_back", [False, True], ids=["compacted", "taken back"])
+def test_work_goes_on_in_memory_after_a_compaction(disk: Path, how: str, taken_back: bool) -> None:
+    project, told = begun(disk)
+    project.session.save()
+    project.compact()
+    if taken_back:
+        project.take_back_compaction()
+    GOES[how][0](disk / "cliff.vom", disk.parent / "older.vom")
+    goes_on_and_can_be_saved(project, told, "gone", disk.parent / "rescued.vom")
+
+
+def test_a_journal_that_could_not_be_written_when_it_was_opened_is_opened_again(
+    tmp_path: Path,
+) -> None:
+    project = Project.create(tmp_path / "a.vom")
+    project.session.apply(edits.add_model(project.session.records, MODEL))
+    # As SQLite does by itself where the disk refuses to open the file for writing.
+    project.journal._db.execute("PRAGMA query_only = 1")
+    add(project, "a")
+    project.session.save()
+    assert names(tmp_path / "a.vom") == ["a"]
+    project.close()
+    assert verify(tmp_path / "a.vom").sound

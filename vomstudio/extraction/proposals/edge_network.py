@@ -15,6 +15,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.extraction.proposals.onnx_head import Head, head_of
 from vomstudio.files.memory_limit import limited_by
+from vomstudio.files.regular import read_small
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -36,9 +37,7 @@ class EdgeNetwork:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         try:
-            if self.path.stat().st_size > _MOST_BYTES:
-                raise self._refused(tr("The network is larger than 512 MB. Give a smaller one."))
-            raw = self.path.read_bytes()
+            raw = read_small(self.path, _MOST_BYTES)
         except OSError as error:
             raise self._refused(tr("The network cannot be read. Check its name.")) from error
         try:

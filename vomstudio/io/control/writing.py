@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.backup import set_aside
 from vomstudio.files.inside import check_beside
+from vomstudio.files.regular import open_regular
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -115,12 +116,12 @@ def _write(
 def _is_plain(path: Path, header: Sequence[str]) -> bool:
     """Whether a table holds nothing that would be lost if it were written anew."""
     try:
-        with path.open(encoding="utf-8") as stream:
+        with io.TextIOWrapper(open_regular(path), encoding="utf-8") as stream:
             first = stream.readline().rstrip("\n").replace('"', "")
             if _CRS.fullmatch(first):
                 first = stream.readline().rstrip("\n").replace('"', "")
             return first == ",".join(header) and not any(row.startswith("#") for row in stream)
-    except (OSError, UnicodeDecodeError):
+    except (InputError, OSError, UnicodeDecodeError):
         return False
 
 

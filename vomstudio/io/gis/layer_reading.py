@@ -15,8 +15,10 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import read_json, require_regular, require_regular_beside
+from vomstudio.files.regular import open_regular, read_json, require_regular, require_regular_beside
+from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.words import tr
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
@@ -32,6 +34,10 @@ _SHAPEFILE = b"\0\0\x27\x0a"
 _DXF = re.compile(rb"\s*\d{1,4}[ \t]*\r?\n|AutoCAD Binary DXF")
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _KML = re.compile(rb"(?:\xef\xbb\xbf)?\s*<(?:[^>]*>\s*<)*?(?:kml:)?kml[\s>]", re.IGNORECASE)
+_JSON_NAME = re.compile(rb'"([^"\n]{1,200})"\s*:')
+_BLOCK, _NAME_BYTES = 8 << 20, 1000
+_MOST_NAMES = 2000
+"""As many columns as a table of SQLite has at most (SQLite: Limits in SQLite)."""
 _options = threading.Lock()
 
 
@@ -54,12 +60,20 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             raise unreadable()
         if head.startswith(_SQLITE):
             _refuse_views(path)
-        with utf8_name(path) as named, _options:
+        elif _JSON.match(head):
+            _refuse_names_without_end(path)
+        elif _DXF.match(head):
+            refuse_endless_blocks(path)
+        with utf8_name(path) as named, _options, limited_by(path):
             pyogrio.set_gdal_config_options(NO_NETWORK)
             try:
                 yield named
             finally:
                 pyogrio.set_gdal_config_options(dict.fromkeys(NO_NETWORK))
+    except MemoryError as error:
+        raise InputError(
+            tr("Reading this takes more memory than a file of its size can be worth."), file=path
+        ) from error
     except (
         DataSourceError, DataLayerError, FeatureError, GeometryError, OSError, ValueError,
         # pyogrio's own, where GDAL cannot write a damaged CRS as text.
@@ -96,6 +110,36 @@ def _refuse_views(path: Path) -> None:
             ),
             file=path,
         )
+
+
+def _refuse_names_without_end(path: Path) -> None:
+    """Each name in a JSON becomes a column of every shape: a short file fills any memory so. Raises
+    InputError."""
+    names: set[bytes] = set()
+    with open_regular(path) as file:
+        while block := file.read(_BLOCK):
+            # To the end of the line or of the value, so that no name is cut.
+            block += file.readline(_NAME_BYTES)
+            names.update(_JSON_NAME.findall(block))
+            if len(names) > _MOST_NAMES:
+                raise InputError(
+                    tr(
+                        "The shapes of this file have more than {limit} different attributes, more "
+                        "than any layer has. Save it with fewer.",
+                        limit=_MOST_NAMES,
+                    ),
+                    file=path,
+                )
+
+
+def wanted_columns(named: Path, layer: str | None, wanted: Iterable[str]) -> list[str]:
+    """Of the columns of a layer those of these names, small letters, and the layer of entities: the
+    others may be any number. Within `layers_of`."""
+    import pyogrio
+
+    names = {*wanted, "layer"}
+    fields = pyogrio.read_info(named, layer=layer)["fields"]
+    return [str(field) for field in fields if str(field).casefold() in names]
 
 
 def symbol_layers(names: Iterable[str]) -> set[str]:

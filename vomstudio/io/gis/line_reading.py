@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.gis.dxf_facts import features_of, why_unreadable
-from vomstudio.io.gis.layer_reading import layers_of, symbol_layers
+from vomstudio.io.gis.dxf_facts import OF_ENTITIES, features_of, why_unreadable
+from vomstudio.io.gis.layer_reading import layers_of, symbol_layers, wanted_columns
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -43,6 +43,7 @@ class ReadLines:
     warnings: tuple[str, ...]
 
 
+@np.errstate(all="ignore")
 def read_gis_lines(path: str | Path) -> ReadLines:
     """All lines and polygons of all layers of a GeoPackage, GeoJSON, shapefile or DXF; rings of a
     polygon and parts of a collection are lines of their own. Symbols, hidden layers of a drawing
@@ -62,7 +63,10 @@ def read_gis_lines(path: str | Path) -> ReadLines:
         for layer, kind in layers:
             if kind is None or str(layer).casefold() in symbols:
                 continue
-            told, _, shapes, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
+            wanted = wanted_columns(named, str(layer), (*_NAMES, *OF_ENTITIES))
+            told, _, shapes, fields = pyogrio.raw.read(
+                named, layer=layer, force_2d=True, columns=wanted
+            )
             crs = None if told["crs"] is None else str(told["crs"])
             systems += [] if crs is None else [crs]
             info = pyogrio.read_info(named, layer=layer)

@@ -17,7 +17,15 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_small
 from vomstudio.io.gis.line_reading import ReadLine
-from vomstudio.io.gis.svg_paths import NUMBER, length, lengths, moved, shape_of, transform_of
+from vomstudio.io.gis.svg_paths import (
+    NUMBER,
+    length,
+    lengths,
+    moved,
+    numbers_in,
+    shape_of,
+    transform_of,
+)
 from vomstudio.io.text.xml_tree import parse_xml
 from vomstudio.words import tr
 
@@ -26,6 +34,8 @@ Array = npt.NDArray[np.float64]
 OWN_CLASS = "vomstudio"
 """Of elements of our own drawings that are no line of anybody: frames, symbols, labels."""
 _LARGEST = 256 << 20
+_MOST_NUMBERS = 500_000
+"""Of all paths: what is read in some seconds; hands draw a hundredth of it."""
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 _ABSOLUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"
@@ -75,6 +85,7 @@ class SvgDrawing:
     marks: tuple[str, ...]
 
 
+@np.errstate(all="ignore")
 def read_svg(path: str | Path) -> SvgDrawing:
     """Paths (curves as pieces), polylines, polygons, lines, rectangles, circles and ellipses, also
     where they are used again (clones). Raises InputError where the file is no SVG."""
@@ -85,19 +96,30 @@ def read_svg(path: str | Path) -> SvgDrawing:
     lines: list[ReadLine] = []
     images: list[SvgImage] = []
     marks = [str(element.text or "") for element in root.iter() if _tag(element) == "desc"]
+    room = _MOST_NUMBERS
     try:
         for element, at in _Walk(root).all():
             tag = _tag(element)
             if tag == "image":
                 images.append(_image(element, at))
             elif tag != "desc" and at.seen:
+                room -= numbers_in(element)
+                if room < 0:
+                    raise InputError(
+                        tr(
+                            "The drawing has more than {limit} numbers, more than anybody draws. "
+                            "Simplify its paths.",
+                            limit=_MOST_NUMBERS,
+                        ),
+                        file=path,
+                    )
                 name = str(element.get(_LABEL) or _title(element) or element.get("id") or at.name)
                 lines += [
                     ReadLine(at.layer, name, moved(points, at.matrix), closed)
                     for points, closed in shape_of(element, tag, at.view)
                     if len(points) > 1
                 ]
-    except (ValueError, IndexError) as error:
+    except (ValueError, IndexError, OverflowError) as error:
         raise InputError(
             tr("The drawing has a shape whose coordinates cannot be read; save it again."),
             file=path,
@@ -233,9 +255,10 @@ class _Walk:
         each goes before the one before it."""
         found = {name: str(element.get(name)) for name in _STYLED if element.get(name)}
         words = str(element.get("class") or "").split()
-        for selector, said in self._rules:
-            if selector in (tag, f"#{element.get('id')}") or selector.removeprefix(".") in words:
-                found |= said
+        names = {tag, f"#{element.get('id')}", *(f".{word}" for word in words)}
+        rules = [rule for name in names for rule in self._rules.get(name, ())]
+        for _, said in sorted(rules, key=lambda rule: rule[0]):
+            found |= said
         return found | _declarations(str(element.get("style") or ""))
 
 
@@ -252,17 +275,22 @@ def _declarations(text: str) -> dict[str, str]:
     return found
 
 
-def _style_rules(root: Any) -> list[tuple[str, dict[str, str]]]:
-    """Of the style sheets inside: simple selectors (.class, #id, tag) with what counts here."""
-    found = []
+def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
+    """Of the style sheets inside: simple selectors (.class, #id, tag), each with what counts here
+    and which rule of the drawing it is."""
+    found: dict[str, list[tuple[int, dict[str, str]]]] = {}
+    rules = 0
     for sheet in root.iter():
         if _tag(sheet) != "style":
             continue
-        text = re.sub(r"/\*.*?\*/", "", str(sheet.text or ""), flags=re.DOTALL)
-        for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", text):
-            said = _declarations(body)
-            if said:
-                found += [(selector.strip(), said) for selector in selectors.split(",")]
+        first, *others = str(sheet.text or "").split("/*")
+        text = first + "".join(part.partition("*/")[2] for part in others)
+        for rule in text.split("}"):
+            selectors, _, body = rule.partition("{")
+            if said := _declarations(body):
+                rules += 1
+                for selector in selectors.split(","):
+                    found.setdefault(selector.strip(), []).append((rules, said))
     return found
 
 

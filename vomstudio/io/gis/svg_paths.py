@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from typing import Any
@@ -53,6 +52,12 @@ def transform_of(text: str) -> Array:
             step[(0, 1) if word == "skewX" else (1, 0)] = lean
         matrix = matrix @ step
     return matrix
+
+
+def numbers_in(element: Any) -> int:
+    """Of its path or points, flags of arcs that stand together as one."""
+    texts = [str(element.get(name) or "") for name in ("d", "points")]
+    return sum(1 for text in texts for _ in re.finditer(NUMBER, text))
 
 
 def shape_of(element: Any, tag: str, view: tuple[float, float] = (100.0, 100.0)) -> list[Piece]:
@@ -177,13 +182,22 @@ def _segment(
     given = [base + complex(v[2 * i], v[2 * i + 1]) for i in range(count)]
     if kind in "ST":
         given = [2 * at - control, *given]
-    t = np.linspace(0, 1, CURVE_STEPS + 1)[1:]
     corners = [at, *given]
-    # De Casteljau: between all neighbours until one is left.
-    levels = [np.full(len(t), corner) for corner in corners]
-    while len(levels) > 1:
-        levels = [a + t * (b - a) for a, b in itertools.pairwise(levels)]
-    return [complex(value) for value in levels[0]], given[-2]
+    points = _BERNSTEIN[len(corners)] @ np.array(corners)
+    return [*points.tolist()[:-1], given[-1]], given[-2]
+
+
+def _bernstein(count: int) -> Array:
+    """(CURVE_STEPS, count) weights of the corners of a Bezier curve at its points after the first
+    (Farin 2002, Curves and Surfaces for CAGD, 5.1)."""
+    t = np.linspace(0, 1, CURVE_STEPS + 1)[1:, None]
+    k = np.arange(count)
+    times = np.array([math.comb(count - 1, i) for i in k])
+    return np.asarray(times * t**k * (1 - t) ** (count - 1 - k))
+
+
+_BERNSTEIN = {count: _bernstein(count) for count in (3, 4)}
+_ARC_STEPS = np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:-1]
 
 
 def _arc(
@@ -209,24 +223,28 @@ def _arc(
     sweep_rad = (last - first) % (2 * math.pi)
     if not sweep:
         sweep_rad -= 2 * math.pi
-    angles = first + sweep_rad * np.linspace(0, 1, 2 * CURVE_STEPS + 1)[1:]
-    return [
-        *(complex(rx * math.cos(a), ry * math.sin(a)) * axis + centre for a in angles[:-1]),
-        end,
-    ]
+    angles = first + sweep_rad * _ARC_STEPS
+    points = (rx * np.cos(angles) + 1j * ry * np.sin(angles)) * axis + centre
+    return [*points.tolist(), end]
 
 
 def _flags_apart(text: str) -> str:
     """The two flags of an arc may stand together with what follows: `a1 1 0 01.5 2`."""
+    return re.sub(r"([Aa])([^A-DF-Za-df-z]*)", lambda arc: f"{arc[1]} {_arc_numbers(arc[2])}", text)
 
-    def apart(match: re.Match[str]) -> str:
-        number, gap = rf"({NUMBER})", r"[\s,]*"
-        form = (
-            rf"{number}{gap}{number}{gap}{number}{gap}([01]){gap}([01]){gap}{number}{gap}{number}"
-        )
-        return match.group(1) + re.sub(form, r" \1 \2 \3 \4 \5 \6 \7 ", match.group(2))
 
-    return re.sub(r"([Aa])([^A-DF-Za-df-z]*)", apart, text)
+def _arc_numbers(text: str) -> str:
+    """Seven by seven: two radii, a turn, two flags, an end."""
+    found: list[str] = []
+    at = 0
+    # One pattern for all seven would try every way to cut a long number into several.
+    while said := (_FLAG if len(found) % 7 in (3, 4) else _ONE).match(text, at):
+        found.append(said[1])
+        at = said.end()
+    return " ".join([*found, text[at:]])
+
+
+_FLAG, _ONE = re.compile(r"[\s,]*([01])"), re.compile(rf"[\s,]*({NUMBER})")
 
 
 def _pairs(points: list[complex]) -> Array:

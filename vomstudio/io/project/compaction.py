@@ -162,7 +162,7 @@ def put_in_place(
     the new one where only that cannot be opened at once: it is with the next step."""
     head = head_of(new)
     # From here on a kill leaves one whole journal or the other.
-    journal.close()
+    journal.let_go()
     try:
         new.replace(folder / NAME)
     except OSError as error:

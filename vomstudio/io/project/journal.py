@@ -25,6 +25,7 @@ from vomstudio.io.project.journal_ground import (
     Ground,
     copy_database,
     leave_alone,
+    only_reads,
     open_error,
     trouble_of,
     writing_was_cut_off,
@@ -192,21 +193,33 @@ class SqliteJournal:
             raise self._not_written(trouble)
         try:
             self._write_first()
-            self._db.execute("BEGIN IMMEDIATE")
             try:
-                self._db.executemany(INSERT_ROW, [(*r.values, r.head.checksum) for r in rows])
-                self._db.execute(SET_HEAD, rows[-1].head)
-                self._db.execute("COMMIT")
-            except BaseException:
-                if self._db.in_transaction:
-                    self._db.execute("ROLLBACK")
-                raise
+                self._write(rows)
+            except sqlite3.OperationalError as error:
+                if not only_reads(error, self.path):
+                    raise
+                self.let_go()
+                self._open_again()
+                self._write(rows)
+        except NotWritten:
+            raise
         except (sqlite3.Error, VomError, OSError) as error:
             raise self._not_written(trouble_of(error, self.path)) from error
         self._head = rows[-1].head
         self._waiting = []
         if (trouble := self._ground.note_written()) is not None:
             raise self._not_written(trouble)
+
+    def _write(self, rows: list[NewRow]) -> None:
+        self._db.execute("BEGIN IMMEDIATE")
+        try:
+            self._db.executemany(INSERT_ROW, [(*r.values, r.head.checksum) for r in rows])
+            self._db.execute(SET_HEAD, rows[-1].head)
+            self._db.execute("COMMIT")
+        except BaseException:
+            if self._db.in_transaction:
+                self._db.execute("ROLLBACK")
+            raise
 
     def _open_again(self) -> None:
         """Raises NotWritten."""
@@ -218,7 +231,7 @@ class SqliteJournal:
             trouble = trouble_of(cause or sqlite3.OperationalError(error.message), self.path)
             raise self._not_written(trouble) from error
         if self._head != expected:
-            self.close()
+            self.let_go()
             self._head = expected
             raise self._not_written(Trouble("replaced", tr("The journal is another one.")))
 
@@ -369,10 +382,14 @@ class SqliteJournal:
         self._open(create=False)
 
     def close(self) -> None:
+        self.let_go()
+        self._tell, self._come_back, self._write_first = None, lambda: None, lambda: None
+
+    def let_go(self) -> None:
+        """Close the file, to open one in its place: who is told of troubles stays as it was."""
         if not self._is_open:
             return
         self._is_open = False
-        self._tell, self._come_back, self._write_first = None, lambda: None, lambda: None
         trouble = self._ground.trouble(self._head)
         if trouble is not None and trouble.lost:
             leave_alone(self._db, self.path, log_is_ours=self._ground.has_log_of_ours())

@@ -257,3 +257,10 @@ def _data_version(db: sqlite3.Connection) -> int:
     except sqlite3.Error:
         return -1
     return int(version)
+
+
+def only_reads(error: sqlite3.Error, path: Path) -> bool:
+    """Whether the database was opened while its disk could not be written, and could be now: SQLite
+    then goes on reading alone for as long as it is open."""
+    code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+    return code == sqlite3.SQLITE_READONLY and os.access(path, os.W_OK)

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import JSON_BYTES, read_small
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.colmap import colmap
@@ -59,9 +60,9 @@ def open_database(
     )
     note = path.with_suffix(".json")
     try:
-        if note.read_text(encoding="utf-8") == stated and _is_sound(path):
+        if read_small(note, JSON_BYTES) == stated.encode() and _is_sound(path):
             return
-    except OSError:
+    except (InputError, OSError):
         pass
     note.unlink(missing_ok=True)
     for tail in ("", "-wal", "-shm", "-journal"):

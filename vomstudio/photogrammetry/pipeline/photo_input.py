@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.photogrammetry.base.checkpoints import key_of
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.progress import Progress
@@ -96,7 +97,8 @@ def photo_hash(photo: Photo) -> str:
 def bytes_of(path: Path) -> bytes:
     """Of a file. Raises InputError where it is gone."""
     try:
-        return path.read_bytes()
+        with open_regular(path) as stream:
+            return stream.read()
     except OSError as error:
         raise InputError(
             tr(
@@ -110,7 +112,7 @@ def bytes_of(path: Path) -> bytes:
 def hash_file(path: Path) -> str:
     """SHA-256 of a file, hexadecimal. Raises InputError."""
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise InputError(

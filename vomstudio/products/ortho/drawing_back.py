@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.dxf_facts import dxf_facts
@@ -31,6 +31,7 @@ LEAST_INSIDE = 0.5
 """Of the vertices of a drawing, those within its picture."""
 SAME_PLACE = 1e-3
 """Of the size of a picture: two that lie no farther apart are the same."""
+_MOST_PIXELS = 1 << 31
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
 
 OTHER_PICTURE = to_translate(
@@ -83,18 +84,18 @@ def read_sidecar(path: str | Path) -> Sidecar:
     """Raises InputError where the file is no sidecar of an orthophoto."""
     path = Path(path)
     try:
-        facts = json.loads(path.read_text("utf-8"))
+        facts = read_json(path, SIDECAR_BYTES)
         matrix = np.array(facts["pixel_to_world"], np.float64).reshape(4, 4)
         a, b, c, d, e, f = (float(v) for v in facts["geotransform"])
         width, height = int(facts["width"]), int(facts["height"])
         oblique = facts["plane_coordinates"] is not None
-        crs, known = facts.get("crs"), facts.get("content_hash")
+        crs, known = _text(facts.get("crs")), _text(facts.get("content_hash"))
     except OSError as error:
         raise InputError(
             tr("The file cannot be read ({reason}).", reason=error.strerror), file=path,
             field="--sidecar",
         ) from error  # fmt: skip
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
         raise InputError(
             tr(
                 "This is not the sidecar of an orthophoto. Give the NAME.json that was written "
@@ -106,6 +107,12 @@ def read_sidecar(path: str | Path) -> Sidecar:
     transform = np.array([[a, b, c], [d, e, f], [0.0, 0.0, 1.0]])
     if not (np.isfinite(matrix).all() and np.isfinite(transform).all() and width > 0 < height):
         raise InputError(tr("The sidecar holds numbers that are none."), file=path)
+    with np.errstate(all="ignore"):
+        flat = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
+    if flat or max(width, height) > _MOST_PIXELS:
+        raise InputError(
+            tr("The sidecar states no place on the model for the pixels. Write it anew."), file=path
+        )
     return Sidecar(
         path, width, height, matrix, transform, crs, oblique,
         str(facts.get("picture_id") or picture_id(facts)), known,
@@ -113,6 +120,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
     )  # fmt: skip
 
 
+@np.errstate(all="ignore")
 def read_drawing(
     path: str | Path, sidecar: Sidecar
 ) -> tuple[tuple[ReadLine, ...], tuple[str, ...]]:
@@ -130,6 +138,8 @@ def read_drawing(
         warnings += said
     if not lines:
         raise InputError(tr("The drawing holds no line and no polygon."), file=path)
+    if not all(np.isfinite(line.points).all() for line in lines):
+        raise InputError(tr("The drawing has coordinates that are no numbers."), file=path)
     if _inside_share(lines, sidecar) < LEAST_INSIDE:
         raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
     return tuple(lines), tuple(warnings)
@@ -338,11 +348,15 @@ def _check_marks(said: Sequence[str], sidecar: Sidecar, path: Path) -> None:
     assert _MARK.search(mark_of(sidecar.id)) or not found
 
 
+def _text(value: object) -> str | None:
+    return value if isinstance(value, str) else None
+
+
 def _head_of(path: Path) -> str:
     """The first words of a DXF, whose comment names its picture; GDAL passes it over."""
     if path.suffix.lower() != ".dxf":
         return ""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return file.read(400).decode("latin-1")
 
 

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.errors import TargetError, VomError
+from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.backup import set_aside
 from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import make_folder
-from vomstudio.files.regular import is_regular
+from vomstudio.files.regular import is_regular, open_regular
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
 from vomstudio.io.project.sidecar_import import Beside, read_beside, spare_folder
@@ -323,6 +323,9 @@ def _same(one: Marking, other: Marking) -> bool:
 def _sum(path: Path | None) -> str:
     """Of a file; "" for none."""
     try:
-        return "" if path is None else hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
+        if path is None:
+            return ""
+        with open_regular(path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (InputError, OSError):
         return ""

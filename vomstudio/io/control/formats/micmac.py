@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.text.xml_tree import (
@@ -122,9 +123,9 @@ def marks_beside(path: Path) -> Path | None:
     found = []
     for other in sorted(path.parent.glob("*.[xX][mM][lL]"))[:_MOST_FILES]:
         try:
-            with other.open("rb") as file:
+            with open_regular(other) as file:
                 head = file.read(_HEAD)
-        except OSError:
+        except (InputError, OSError):
             continue
         if other != path and MARKS.encode() in head and POINTS.encode() not in head:
             found.append(other)

@@ -1,0 +1,201 @@
+"""Drawings and their sidecars, of which a few lines unfold without end or hold no sense."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vomstudio.errors import InputError
+from vomstudio.io.gis.drawn_layers import read_lines
+from vomstudio.io.gis.dxf_blocks import MOST_UNFOLDED
+from vomstudio.io.gis.line_reading import read_gis_lines
+from vomstudio.io.gis.svg_lines import read_svg
+from vomstudio.products.ortho.drawing_back import read_drawing, read_sidecar
+
+LINE = "0\nLINE\n8\n0\n10\n0\n20\n0\n30\n0\n11\n1\n21\n2\n31\n0\n"
+READERS: list[Callable[[Path], Any]] = [read_gis_lines, read_lines]
+
+
+# --- DXF ----------------------------------------------------------------------------------------
+def block(name: str, inside: str) -> str:
+    place = "10\n0\n20\n0\n30\n0\n"
+    return f"0\nBLOCK\n8\n0\n2\n{name}\n70\n0\n{place}3\n{name}\n{inside}0\nENDBLK\n8\n0\n"
+
+
+def insert(name: str, more: str = "") -> str:
+    return f"0\nINSERT\n8\n0\n2\n{name}\n10\n0\n20\n0\n30\n0\n{more}"
+
+
+def dxf(path: Path, blocks: str, entities: str, end: str = "\n") -> Path:
+    text = (
+        "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n0\nENDSEC\n"
+        "0\nSECTION\n2\nTABLES\n0\nENDSEC\n"
+        f"0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n"
+        f"0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n"
+    )
+    path.write_bytes(text.replace("\n", end).encode())
+    return path
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("read", READERS)
+def test_blocks_in_blocks_are_counted_before_they_are_unfolded(
+    tmp_path: Path, read: Callable[[Path], Any], end: str
+) -> None:
+    nested = "".join(block(f"B{k}", insert(f"b{k + 1}") * 10) for k in range(9))
+    path = dxf(tmp_path / "a.dxf", nested + block("B9", LINE), insert("B0"), end)
+    begun = time.process_time()
+    with pytest.raises(InputError, match=r"blocks.*1e\+09") as refusal:
+        read(path)
+    assert refusal.value.file == str(path)
+    assert time.process_time() - begun < 2
+
+
+@pytest.mark.parametrize(
+    ("blocks", "entities"),
+    [
+        (block("B", LINE), insert("B", "70\n30000\n71\n30000\n44\n1\n45\n1\n")),
+        (block("B", LINE * 2000), insert("B") * 2000),
+        (block("B", insert("B") + LINE), insert("B")),
+        (block("B", insert("C")) + block("C", insert("B") + LINE), insert("B")),
+    ],
+    ids=["a grid", "many in many", "itself", "each other"],
+)
+def test_other_ways_to_unfold_without_end(tmp_path: Path, blocks: str, entities: str) -> None:
+    with pytest.raises(InputError, match="blocks"):
+        read_gis_lines(dxf(tmp_path / "a.dxf", blocks, entities))
+
+
+def test_blocks_as_people_use_them_are_unfolded(tmp_path: Path) -> None:
+    """A value of 0, 2 or 70 is no code, whatever follows it."""
+    odd = "0\nLINE\n8\n2\n62\n70\n10\n0\n20\n2\n30\n0\n11\n1\n21\n2\n31\n70\n"
+    places = insert("TREE") * 30 + insert("TREE", "70\n3\n71\n2\n44\n9\n45\n9\n")
+    path = dxf(
+        tmp_path / "a.dxf", block("TWIG", odd) + block("TREE", LINE + insert("TWIG")), places
+    )
+    assert len(read_gis_lines(path).lines) == 2 * (30 + 3 * 2)
+    assert MOST_UNFOLDED > 2 * 36
+
+
+# --- SVG ----------------------------------------------------------------------------------------
+def svg(path: Path, body: str) -> Path:
+    path.write_text(f'<svg width="100" height="80" viewBox="0 0 100 80">{body}</svg>')
+    return path
+
+
+@pytest.mark.parametrize("words", [" l 1 1", " a 9 9 0 1 1 3 3", " c 1 1 2 3 3 3", " s 1 2 3 3"])
+def test_paths_without_end_are_refused_before_they_are_followed(tmp_path: Path, words: str) -> None:
+    path = svg(tmp_path / "a.svg", f'<path d="M 1 1{words * 500_000}"/>')
+    begun = time.process_time()
+    with pytest.raises(InputError, match="more than 500000 numbers") as refusal:
+        read_svg(path)
+    assert refusal.value.file == str(path)
+    assert time.process_time() - begun < 5
+
+
+def test_numbers_beyond_what_can_be_calculated(tmp_path: Path) -> None:
+    path = svg(tmp_path / "a.svg", '<path d="M 1 1 a 1e300 1e300 0 1 1 3e200 3"/>')
+    with pytest.raises(InputError, match="coordinates"):
+        read_svg(path)
+    turned = "scale(1e300) " * 3
+    path = svg(tmp_path / "b.svg", f'<g transform="{turned}"><path d="M 0 0 L 9 9"/></g>')
+    with pytest.raises(InputError):
+        read_drawing(path, read_sidecar(sidecar(tmp_path)))
+
+
+def test_curves_go_through_what_their_formula_says(tmp_path: Path) -> None:
+    """Bernstein's polynomials, and an arc of a circle about its centre."""
+    path = svg(
+        tmp_path / "a.svg",
+        '<path d="M 0 0 C 0 8 8 8 8 0"/><path d="M 0 0 Q 4 8 8 0"/>'
+        '<path d="M 10 0 A 5 5 0 0 1 20 0"/>',
+    )
+    cubic, square, arc = (line.points for line in read_svg(path).lines)
+    t = np.arange(17) / 16
+    x = 24 * t**2 * (1 - t) + 8 * t**3
+    y = 24 * (t * (1 - t) ** 2 + t**2 * (1 - t))
+    np.testing.assert_allclose(cubic, np.column_stack([x, y]), atol=1e-12)
+    np.testing.assert_allclose(square, np.column_stack([8 * t, 16 * t * (1 - t)]), atol=1e-12)
+    np.testing.assert_allclose(np.hypot(*(arc - [15, 0]).T), 5, atol=1e-12)
+    assert arc[-1].tolist() == [20, 0]
+
+
+# --- sidecars -----------------------------------------------------------------------------------
+def sidecar(folder: Path, **changed: Any) -> Path:
+    facts = {
+        "pixel_to_world": np.eye(4).tolist(), "geotransform": [1, 0, 0, 0, -1, 80], "width": 100,
+        "height": 80, "plane_coordinates": None, "crs": "EPSG:32633", "picture_id": "a",
+    }  # fmt: skip
+    path = folder / "s.json"
+    path.write_text(json.dumps({**facts, **changed}))
+    return path
+
+
+def test_sidecars_of_odd_values_are_refused_by_name(tmp_path: Path) -> None:
+    assert read_sidecar(sidecar(tmp_path)).width == 100
+    for odd in (
+        {"width": float("inf")}, {"geotransform": [10**400, 0, 0, 0, 1, 0]},
+        {"geotransform": [0] * 6}, {"pixel_to_world": np.zeros((4, 4)).tolist()},
+        {"width": 10**300}, {"pixel_to_world": [[float("nan")] * 4] * 4},
+    ):  # fmt: skip
+        path = sidecar(tmp_path, **odd)
+        with pytest.raises(InputError) as refusal:
+            read_sidecar(path)
+        assert refusal.value.file == str(path)
+    path.write_text("[" * 200_000)
+    with pytest.raises(InputError, match="not the sidecar"):
+        read_sidecar(path)
+    assert read_sidecar(sidecar(tmp_path, crs=[1], content_hash={})).crs is None
+
+
+def test_a_drawing_of_coordinates_that_are_none(tmp_path: Path) -> None:
+    odd = LINE.replace("10\n0", "10\nnan")
+    lines, warnings = read_drawing(
+        dxf(tmp_path / "a.dxf", "", LINE * 3 + odd), read_sidecar(sidecar(tmp_path))
+    )
+    assert all(np.isfinite(line.points).all() for line in lines)
+    assert len(lines) == 3
+    assert "no numbers" in " ".join(warnings)
+    with pytest.raises(InputError, match="no line"):
+        read_drawing(dxf(tmp_path / "b.dxf", "", odd), read_sidecar(sidecar(tmp_path)))
+
+
+@pytest.mark.parametrize("numbers", ["2" * 3000, "1 " * 3000, "1,1,0,1" * 2000])
+def test_arcs_whose_numbers_can_be_cut_in_many_ways(tmp_path: Path, numbers: str) -> None:
+    path = svg(tmp_path / "a.svg", f'<path d="M 1 1 a{numbers}"/>')
+    begun = time.process_time()
+    with pytest.raises(InputError, match="coordinates"):
+        read_svg(path)
+    assert time.process_time() - begun < 5
+
+
+@pytest.mark.parametrize("style", ["a" * 3_000_000, "/*" * 1_500_000, ".a{}" * 700_000])
+def test_style_sheets_without_end(tmp_path: Path, style: str) -> None:
+    path = svg(tmp_path / "a.svg", f'<style>{style}</style><path class="a" d="M 1 1 L 2 2"/>')
+    begun = time.process_time()
+    assert len(read_svg(path).lines) == 1
+    assert time.process_time() - begun < 5
+
+
+# --- GeoJSON ------------------------------------------------------------------------------------
+@pytest.mark.parametrize("read", READERS)
+def test_a_name_of_its_own_for_each_shape(tmp_path: Path, read: Callable[[Path], Any]) -> None:
+    """Two megabytes would be a table of 400 million cells."""
+    shapes = [
+        {
+            "type": "Feature", "properties": {f"p{k}": 1},
+            "geometry": {"type": "LineString", "coordinates": [[1, 2], [3, 4]]},
+        }
+        for k in range(20_000)
+    ]  # fmt: skip
+    path = tmp_path / "a.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": shapes}))
+    with pytest.raises(InputError, match="2000 different attributes") as refusal:
+        read(path)
+    assert refusal.value.file == str(path)
