@@ -113,10 +113,11 @@ def fold(
     -------
     TableFold: ``n``, ``used``, ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
     its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``,
-    ``arc_deg``, ``cone`` (the best small circle), ``limbs`` (mean planes, interlimb angle, axial
-    plane), ``leave_one_out`` (the plane that turns beta most), ``pairs`` (where two sets meet),
-    ``domains`` and ``one_axis``, ``valid`` (yes, conditional or no), ``verdict`` (cylindrical,
-    conical, homoclinal, two axes, scattered or undetermined; of sets common axis or two axes) and
+    ``arc_deg``, ``cone`` (the best small circle), ``limbs`` (mean planes, interlimb angle and axial
+    plane with errors), ``leave_one_out`` (the plane that turns beta most), ``pairs`` (where
+    two sets meet), ``domains`` and ``one_axis``, ``valid`` (yes, conditional or no), ``verdict``
+    (cylindrical, conical, homoclinal, two axes, scattered or undetermined; of sets common axis or
+    two axes) and
     ``reasons``.
 
     Raises
