@@ -286,3 +286,12 @@ def test_gaps_are_told_and_rows_of_a_kind_to_come_are_named() -> None:
     assert "kind that this version does not know" in found.problems[1]
     assert len(found.problems) == 2
     assert found.records == {"t1": TRACE}
+
+
+def test_a_registration_that_is_named_by_something_else_than_a_name_is_said() -> None:
+    """Such as an object, which can be no key."""
+    from vomstudio.document.codec import _part
+    from vomstudio.errors import DocumentError
+
+    with pytest.raises(DocumentError, match="registration that is missing"):
+        _part("placement", {"registration": {"a": {"b": {}}}}, {})

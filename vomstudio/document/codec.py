@@ -255,7 +255,8 @@ def _wrong_value(name: str) -> DocumentError:
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
     if isinstance(value, Mapping) and set(value) == {"registration"}:
-        found = records.get(value["registration"])
+        named = value["registration"]
+        found = records.get(named) if isinstance(named, str) else None
         if not isinstance(found, Registration):
             raise DocumentError(
                 tr("The model rests on a registration that is missing."), field=name

@@ -7,6 +7,7 @@ and asked for again before results take their place.
 
 from __future__ import annotations
 
+import sys
 from types import FrameType
 
 _asked: list[int] = []
@@ -15,7 +16,13 @@ _asked: list[int] = []
 def stop(number: int, frame: FrameType | None) -> None:
     """Handle a signal: as Ctrl+C does without a handler, but remembered."""
     _asked.append(number)
+    sys.unraisablehook = _unraisable
     raise KeyboardInterrupt
+
+
+def was_asked() -> bool:
+    """Whether the process was asked to end since `forget`."""
+    return bool(_asked)
 
 
 def check() -> None:
@@ -27,3 +34,12 @@ def check() -> None:
 def forget() -> None:
     """What was asked is done, or of no concern to what begins."""
     _asked.clear()
+    if sys.unraisablehook is _unraisable:
+        sys.unraisablehook = sys.__unraisablehook__
+
+
+def _unraisable(unraisable: sys.UnraisableHookArgs, /) -> None:
+    """Where an interruption is lost, in a callback of Python's own, nothing is wrong: it is
+    remembered, and nobody is shown a stack."""
+    if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(unraisable)

@@ -75,7 +75,8 @@ def _run(words: list[str], channel: Channel) -> int:
     except KeyboardInterrupt:
         failure = Cancelled()
     except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
-        failure = _in_a_sentence(error)
+        # A library that is interrupted while it is read says that it is not well installed.
+        failure = Cancelled() if asked_to_stop.was_asked() else _in_a_sentence(error)
         if debug:
             traceback.print_exception(error)
     if failure is not None:

@@ -1,0 +1,46 @@
+"""A command that is asked to end while a library swallows the interruption says so, and no more."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no process signals itself there")
+
+BEGIN = """
+import os, signal, sys
+
+class Lost:
+    def __del__(self):
+        os.kill(os.getpid(), signal.{name})
+        for _ in range(100): pass
+
+class Swallows:
+    def find_spec(self, name, path=None, target=None):
+        if name == "vomstudio.cli.fit":
+            {how}
+
+sys.meta_path.insert(0, Swallows())
+from vomstudio.app import main
+sys.argv = ["vomstudio", "fit", "none.csv"]
+raise SystemExit(main())
+"""
+WRAPPED = """
+            try:
+                os.kill(os.getpid(), signal.{name})
+                for _ in range(100): pass
+            except KeyboardInterrupt:
+                raise ImportError("PyCapsule_Import could not import module 'datetime'")
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("how", [WRAPPED, "Lost()"], ids=["another error", "lost"])
+def test_an_interruption_that_a_library_swallows(name: str, how: str) -> None:
+    script = BEGIN.replace("{how}", how.strip()).replace("{name}", name)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (130, "vomstudio: Cancelled.\n")
