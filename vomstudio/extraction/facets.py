@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wkt
+from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
