@@ -106,7 +106,10 @@ def fills_volume(elements: Elements, variation: Array | None = None, skin: bool 
     own = np.nan_to_num(elements.variation, nan=NO_SURFACE)
     if variation is None:
         variation = _mean_of_neighbours(elements, own)
-    limit = (_SKIN if skin else 1.0) * np.interp(elements.around, *_FILLED)
+    limit = np.interp(elements.around, *_FILLED)
+    if elements.fewer is not None:
+        limit = np.where(elements.fewer, _FILLED[1][0], limit)
+    limit = (_SKIN if skin else 1.0) * limit
     sparse = elements.areas > _SPARSE * np.median(elements.areas)
     return np.asarray((variation > limit) | (own >= NO_SURFACE) | (sparse & (variation > _LOOSE)))
 

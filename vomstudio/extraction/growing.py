@@ -12,8 +12,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.elements import NEIGHBOURS, Elements
+from vomstudio.extraction.elements import Elements
 from vomstudio.extraction.kernels import grow, settle, sums_of
+from vomstudio.extraction.points_around import NEIGHBOURS
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.progress import Progress
 from vomstudio.words import tr

@@ -124,3 +124,16 @@ def hand_down(  # type: ignore[no-untyped-def]
                     best, least = f, off
             out[p] = best
             open_[p] = mixed or best < 0
+
+
+@kernel("void(i8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
+def to_points(  # type: ignore[no-untyped-def]
+    begins, normals, variation, areas, noise, own_normals, own_variation, own_areas, own_noise
+):
+    """Give each point what its cell has, and its share of the area."""
+    for c in range(len(begins) - 1):
+        x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
+        share = areas[c] / (begins[c + 1] - begins[c])
+        for p in range(begins[c], begins[c + 1]):
+            own_normals[p, 0], own_normals[p, 1], own_normals[p, 2] = x, y, z
+            own_variation[p], own_areas[p], own_noise[p] = variation[c], share, noise[c]

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.cells.kernels import block_planes, cell_moments, hand_down
-from vomstudio.extraction.elements import Begun, Elements, drowned
+from vomstudio.extraction.cells.kernels import block_planes, cell_moments, hand_down, to_points
+from vomstudio.extraction.elements import FEWEST_AROUND, Begun, Elements
 from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
+from vomstudio.extraction.points_around import drowned
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
@@ -29,7 +30,6 @@ _WIDER = 2.5
 _QUIET, _SHARP = 0.02, 0.06
 # Below it a tenth of the cell's side is more than one standard deviation of the scatter.
 _THIN = 0.007
-_FEWEST_AROUND = 20
 _LEAST_CELLS = 40
 _FEWEST_WITHIN = 6
 # The same where noise is larger than the spacing: of cells of a few hundred points a face has
@@ -64,7 +64,7 @@ def begun_on_cells(
     # In a cloud whose cells have no normals every point is looked at.
     if wide > found.width or (not wide and found.usual > _QUIET):
         sharp = -1.0
-    cells.normals[(found.count < _FEWEST_AROUND) | (cells.variation > sharp)] = np.nan
+    cells.normals[(found.count < FEWEST_AROUND) | (cells.variation > sharp)] = np.nan
     reach = reach_of(cells, max_distance)
     labels = grown(
         cells, angle_deg=angle_deg, reach=reach, least_count=least_cells, least_area=np.inf,
@@ -83,21 +83,12 @@ def begun_on_cells(
         float(np.cos(np.radians(angle_deg))), for_kernels(planes.centre, np.float64),
         for_kernels(planes.normal, np.float64), limits_of(planes, reach), own, open_,
     )  # fmt: skip
-    of = np.repeat(np.arange(len(cells)), np.diff(grid.begins))
-    shown = np.zeros(len(cells), np.bool_)
-    shown[of[open_]] = True
-    shown[cells.near[np.repeat(shown, np.diff(cells.starts))]] = True
-    per_point = cells.areas / np.diff(grid.begins)
-    return grid, Begun(
-        own,
-        open_,
-        shown[of],
-        cells.normals[of],
-        cells.variation[of],
-        per_point[of],
-        cells.noise[of],
-        wide,
-    )
+    given = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
+    to_points(
+        grid.begins, for_kernels(cells.normals, np.float64), cells.variation, cells.areas,
+        cells.noise, *given,
+    )  # fmt: skip
+    return grid, Begun(own, open_, *given, wide)
 
 
 @dataclass(frozen=True, eq=False)
