@@ -19,10 +19,12 @@ from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
 from vomstudio.extraction.growing import grown, reach_of, share_going_over
+from vomstudio.extraction.kernels import grouped, powers_across
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.nearby.cell_grid import CellGrid
@@ -249,8 +251,8 @@ def _facets(
     """The facets that are large enough, numbered anew, and the elements' labels of them."""
     count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
-    order = np.argsort(labels, kind="stable")
-    cuts = np.searchsorted(labels[order], np.arange(count + 1))
+    cuts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
+    grouped(for_kernels(labels, np.int32), cuts, order)
     made: list[tuple[Facet, Ints]] = []
     flattest = limits.min_coplanarity
     flattest = thresholds.least_coplanarity if flattest is None else flattest
@@ -261,7 +263,6 @@ def _facets(
 
     def work(block: slice) -> None:
         for i in spread[block]:
-            pieces[i] = np.sort(pieces[i])
             fitted[i] = _facet(data, elements, pieces[i], thresholds)
 
     in_blocks(work, count, progress, max(1, count // _PARTS))
@@ -311,7 +312,7 @@ def _facet(
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
     )
-    if (fit.rms or 0.0) > _TOLD * spacing and _is_double((points - fit.centroid) @ fit.normal):
+    if (fit.rms or 0.0) > _TOLD * spacing and _is_double(points, fit):
         verdict = replace(
             verdict,
             quality="doubtful" if verdict.quality == "good" else verdict.quality,
@@ -321,11 +322,13 @@ def _facet(
     return Facet(fit, known, verdict, area, resolution, border, rows)
 
 
-def _is_double(off: Array) -> bool:
-    """Whether distances (n,) from a plane are in two humps, by Sarle's coefficient: 1/3 for a
-    normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for two values."""
-    square = float((off * off).mean())
-    skew, peak = float((off**3).mean()) / square**1.5, float((off**4).mean()) / square**2
+def _is_double(points: Array, fit: PlaneFit) -> bool:
+    """Whether the distances of points (n, 3) from their plane are in two humps, by Sarle's
+    coefficient: 1/3 for a normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for
+    two values."""
+    normal = for_kernels(fit.normal, np.float64)
+    two, three, four = powers_across(for_kernels(points, np.float64), fit.centroid, normal)
+    skew, peak = three / two**1.5, four / two**2
     return bool((skew * skew + 1.0) / peak > _HUMPS)
 
 

@@ -168,20 +168,21 @@ def grow(  # type: ignore[no-untyped-def]
 
 
 @kernel(
-    "i8(f8[:,::1], f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1], f8[:,::1], f8[::1],"
-    "i4[::1], i4[::1])"
+    "i8(i8[::1], f8[:,::1], f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1], f8[:,::1],"
+    "f8[::1], i4[::1], i4[::1])"
 )
 def settle(  # type: ignore[no-untyped-def]
-    places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
+    rows, places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
 ):
-    """Give every element to the nearest plane among its own and its neighbours', or to none.
+    """Give every element of these rows to the nearest plane among its own and its neighbours', or
+    to none.
 
     centres, facing (f, 3), limits (f,) : of the facets' planes; beyond its limit or the element's
     own reach an element is none of it. Where its normal is off by more than the angle, as at an
     edge that two faces share, it must lie twice as near. Returns how many have changed.
     """
     changed = 0
-    for e in range(len(labels)):
+    for e in rows:
         best, least = -1, math.inf
         if labels[e] == -2:
             out[e] = -2
@@ -213,13 +214,15 @@ def settle(  # type: ignore[no-untyped-def]
     return changed
 
 
-@kernel("void(f8[:,::1], f8[::1], f8[:,::1], i4[::1], f8[:,::1], b1[::1], f8[:,::1], i8[::1])")
+@kernel(
+    "void(i8[::1], f8[:,::1], f8[::1], f8[:,::1], i4[::1], f8[:,::1], b1[::1], f8[:,::1], i8[::1])"
+)
 def sums_of(  # type: ignore[no-untyped-def]
-    places, areas, inner, labels, about, known, sums, count
+    rows, places, areas, inner, labels, about, known, sums, count
 ):
-    """Add the moments of each facet's elements about the first of them: weight, first and second
-    moments (f, 10), and how many they are. `about` and `known` come as zeros."""
-    for e in range(len(labels)):
+    """Add the moments of each facet's elements of these rows: weight, first and second moments
+    (f, 10) and how many they are, about a place that is `known`, or the first of them."""
+    for e in rows:
         f = labels[e]
         if f < 0:
             continue
@@ -232,3 +235,37 @@ def sums_of(  # type: ignore[no-untyped-def]
             places[e, 0] - about[f, 0], places[e, 1] - about[f, 1], places[e, 2] - about[f, 2],
             inner, e,
         )  # fmt: skip
+
+
+@kernel("void(i4[::1], i8[::1], i8[::1])")
+def grouped(labels, starts, order):  # type: ignore[no-untyped-def]
+    """The elements of each facet in their order: those of f become order[starts[f]:starts[f + 1]].
+    starts : (facets + 1,) zeros; elements of no facet are left out"""
+    for e in range(len(labels)):
+        if labels[e] >= 0:
+            starts[labels[e] + 1] += 1
+    for f in range(1, len(starts)):
+        starts[f] += starts[f - 1]
+    for e in range(len(labels)):
+        if labels[e] >= 0:
+            order[starts[labels[e]]] = e
+            starts[labels[e]] += 1
+    for f in range(len(starts) - 1, 0, -1):
+        starts[f] = starts[f - 1]
+    starts[0] = 0
+
+
+@kernel("Tuple((f8,f8,f8))(f8[:,::1], f8[::1], f8[::1])")
+def powers_across(points, centre, normal):  # type: ignore[no-untyped-def]
+    """The means of the second, third and fourth power of the distances from a plane."""
+    x, y, z = normal[0], normal[1], normal[2]
+    two, three, four = 0.0, 0.0, 0.0
+    for p in range(len(points)):
+        off = (
+            (points[p, 0] - centre[0]) * x
+            + (points[p, 1] - centre[1]) * y
+            + (points[p, 2] - centre[2]) * z
+        )
+        square = off * off
+        two, three, four = two + square, three + square * off, four + square * square
+    return two / len(points), three / len(points), four / len(points)

@@ -16,15 +16,21 @@ _WHOLE = 2.0 * math.pi
 _NO_ARC = 1e-12
 
 
-@kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8[:,::1])")
-def flattened(points, axes, centre, flat):  # type: ignore[no-untyped-def]
-    """Coordinates of points along two axes (2, 3) from a centre on."""
+@kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[:,::1])")
+def flattened(points, axes, centre, flat, ends):  # type: ignore[no-untyped-def]
+    """Coordinates of points along two axes (2, 3) from a centre on, and their least and largest
+    (2, 2)."""
     cx, cy, cz = centre[0], centre[1], centre[2]
     a, b, c = axes[0, 0], axes[0, 1], axes[0, 2]
     d, e, f = axes[1, 0], axes[1, 1], axes[1, 2]
     for i in range(len(points)):
         x, y, z = points[i, 0] - cx, points[i, 1] - cy, points[i, 2] - cz
-        flat[i, 0], flat[i, 1] = a * x + b * y + c * z, d * x + e * y + f * z
+        u, v = a * x + b * y + c * z, d * x + e * y + f * z
+        flat[i, 0], flat[i, 1] = u, v
+        if i == 0:
+            ends[0, 0], ends[0, 1], ends[1, 0], ends[1, 1] = u, v, u, v
+        ends[0, 0], ends[0, 1] = min(ends[0, 0], u), min(ends[0, 1], v)
+        ends[1, 0], ends[1, 1] = max(ends[1, 0], u), max(ends[1, 1], v)
 
 
 @kernel("void(f8[:,::1], f8, f8, f8, i8, i8[::1], i8[::1], f8[:,::1])")

@@ -53,17 +53,17 @@ def polygon_of_points(
     (Edelsbrunner, Kirkpatrick & Seidel 1983), which leaves out what a disc without points can reach
     that is larger than chance makes gaps."""
     axes = axes_in(normal)
-    flat = np.empty((len(points), 2))
-    flattened(for_kernels(points, np.float64), axes, for_kernels(centre, np.float64), flat)
+    flat, ends = np.empty((len(points), 2)), np.zeros((2, 2))
+    flattened(for_kernels(points, np.float64), axes, for_kernels(centre, np.float64), flat, ends)
     radius = _gap_radius(len(points)) * spacing
-    lines = _lines_of(flat, spacing, radius)
+    lines = _lines_of(flat, ends, spacing, radius)
     return _around(_lines_by_triangles(flat, radius) if lines is None else lines), axes
 
 
-def _lines_of(flat: Array, spacing: float, radius: float) -> Array | None:
+def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array | None:
     """Of the border: its lines (k, 2, 2), from a disc that rolls around the points. None where that
     does not close, as where rounding decides whether four points are on one circle."""
-    low, size = flat.min(axis=0), np.ptp(flat, axis=0)
+    low, size = ends[0], ends[1] - ends[0]
     side = max(_CELL * spacing, float(np.sqrt(size[0] * size[1] / _MOST_CELLS)))
     if side <= 0.0 or not (size < 1e4 * side).all():
         return None

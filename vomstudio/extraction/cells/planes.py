@@ -75,13 +75,13 @@ def begun_on_cells(
     points = np.bincount(labels[inside], np.diff(grid.begins)[inside], len(planes.area))
     small = np.append((points < least_points) | (planes.area < least_area), False)
     labels[small[labels]] = -1
-    n = len(grid.places)
+    n, usual = len(grid.places), float(np.median(reach))
     own, open_ = np.empty(n, np.int32), np.empty(n, np.bool_)
     hand_down(
         grid.places, grid.begins, cells.starts, cells.near, labels,
-        for_kernels(np.nan_to_num(cells.normals), np.float64), reach,
+        for_kernels(cells.normals, np.float64), reach,
         float(np.cos(np.radians(angle_deg))), for_kernels(planes.centre, np.float64),
-        for_kernels(planes.normal, np.float64), limits_of(planes, reach), own, open_,
+        for_kernels(planes.normal, np.float64), limits_of(planes, usual), own, open_,
     )  # fmt: skip
     given = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     to_points(
