@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from vomstudio.extraction.points_around import (
     QUIET,
     Seen,
     drowned,
+    scattered,
     seen_around,
 )
 from vomstudio.geometry.cloud import PointCloud
@@ -41,6 +43,8 @@ _PER_CELL = 16.0
 FEWEST_AROUND = 20
 """Points in a cell and those around it that tell a plane."""
 _LOOKED_AT = 40_000
+_FEWEST_SCATTERED = 1_000
+_ENOUGH = 100_000
 _WRONG_NORMALS_DEG, _WRONG_SHARE = 30.0, 0.03
 # Below it the points tell a normal: at an edge of 60 degrees the variation is as much.
 _FLAT = 0.06
@@ -69,6 +73,11 @@ class Begun:
     wide: float = 0.0
 
 
+def middle_of(values: Array) -> float:
+    """The median, of very many that of some hundred thousand wherever they lie."""
+    return float(np.median(values[:: max(1, len(values) // _ENOUGH)]))
+
+
 Begin = Callable[[Array, bool], tuple[CellGrid, Begun]]
 """Of places, and whether their noise is known to be large."""
 
@@ -84,7 +93,8 @@ class Elements:
     variation : (n,) surface variation, 0 for flat, NO_SURFACE for none; NaN where unknown
     spacing, noise : (n,) mean spacing of the model's points around, and of their scatter about the
         surface
-    starts, near : the neighbours of e are near[starts[e]:starts[e + 1]]
+    starts, near : the neighbours of e are near[starts[e]:starts[e + 1]]; points that scatter in all
+        directions have none
     rows : (n,) of the model's faces or points, which stand behind them
     row_of : (rows of the model,) the element of each face or point, -1 for none
     begun : (n,) facets that are known already; points amid one have no neighbours listed
@@ -109,6 +119,10 @@ class Elements:
     begun: Labels | None = None
     around: int = 0
     fewer: Bools | None = None
+
+    @cached_property
+    def usual_area(self) -> float:
+        return middle_of(self.areas)
 
     def __len__(self) -> int:
         return len(self.places)
@@ -146,7 +160,10 @@ def _of_cloud(
         row_of[sound] = grid.row_of
     open_ = np.arange(len(places)) if begun is None else np.flatnonzero(begun.open)
     known = None if begun is None else _neighbours_for(begun, angle_deg)
-    few = grid.count_around() < FEWEST_AROUND if len(places) >= MANY else None
+    few, lost, area = None, open_[:0], 0.0
+    if len(places) >= MANY:
+        few = grid.count_around() < FEWEST_AROUND
+        open_, lost, area = _without_scattered(grid, open_, few)
     around, seen = seen_around(grid, open_, few, known, angle_deg, progress)
     number = np.zeros(len(places) + 1, np.int64)
     number[open_ + 1] = seen.near.shape[1]
@@ -159,6 +176,8 @@ def _of_cloud(
     else:
         known_ = _surroundings(open_, seen, begun, len(places))
     normals, variation, areas, noise = known_
+    if around:
+        normals[lost], variation[lost], areas[lost], noise[lost] = np.nan, NO_SURFACE, area, 0.0
     if given is not None:
         normals = _given_or(np.asarray(given, np.float64)[rows], normals, variation, said)
     fewer = None
@@ -203,6 +222,17 @@ def _grid_of(
     if begin is not None and (noisy or len(local) >= MANY):
         return *begin(local, noisy), sound, origin
     return grid_of(local, _PER_CELL), None, sound, origin
+
+
+def _without_scattered(grid: CellGrid, open_: Ints, few: Bools) -> tuple[Ints, Ints, float]:
+    """Of the open points those to be looked at, and those in cells with few points that scatter in
+    all directions, with the area of each of these."""
+    thin = few[grid.cells_of(open_)]
+    if thin.sum() < _FEWEST_SCATTERED:
+        return open_, open_[:0], 0.0
+    lost = np.zeros(len(open_), np.bool_)
+    lost[thin], area = scattered(grid.places[open_[thin]])
+    return open_[~lost], open_[lost], area
 
 
 def _surroundings(

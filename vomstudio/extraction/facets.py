@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
-from vomstudio.extraction.elements import Begun, Elements, elements_of
+from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
 from vomstudio.extraction.growing import grown, reach_of, share_going_over
 from vomstudio.extraction.kernels import grouped, powers_across
@@ -148,6 +148,7 @@ def find_facets(
 
     elements = elements_of(data, limits.angle_deg, progress, begin)
     reach = reach_of(elements, limits.max_distance)
+    usual = middle_of(reach)
     mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
     fewest = limits.min_points or FEWEST
     # A mesh has about two faces for each vertex, and many fewer on a piece that is a few faces.
@@ -163,6 +164,7 @@ def find_facets(
         reach=reach,
         least_count=least_count,
         least_area=least_area,
+        usual=usual,
         progress=progress,
         begun=elements.begun,
     )
@@ -171,7 +173,7 @@ def find_facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
-    return _told(data, elements, found, labels, float(np.median(reach)), fewest, thresholds,
+    return _told(data, elements, found, labels, usual, fewest, thresholds,
                  wavy > _WAVY)  # fmt: skip
 
 
@@ -185,13 +187,12 @@ def _with_shared_corners(mesh: Mesh) -> Mesh:
 
 def _without_volumes(elements: Elements, labels: Labels) -> Labels:
     """Without facets most of whose points fill a volume: slices of it are no surface."""
-    inside = labels >= 0
-    if not inside.any():
+    filling = np.flatnonzero(fills_volume(elements, skin=True) & (labels >= 0))
+    if not len(filling):
         return labels
-    count = np.bincount(labels[inside])
-    filling = np.bincount(labels[inside], fills_volume(elements, skin=True)[inside], len(count))
-    none = np.append(2.0 * filling > count, False)
-    return np.where(none[labels], np.int32(-1), labels)
+    count = np.bincount(labels + 1)[1:]
+    none = np.append(2 * np.bincount(labels[filling], minlength=len(count)) > count, False)
+    return np.where(none[labels], np.int32(-1), labels) if none.any() else labels
 
 
 def facets_of_labels(

@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.elements import Elements
-from vomstudio.extraction.kernels import grow, settle, sums_of
+from vomstudio.extraction.elements import Elements, middle_of
+from vomstudio.extraction.kernels import grouped, grow, renumbered, settle, sums_of
 from vomstudio.extraction.points_around import NEIGHBOURS
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.progress import Progress
@@ -55,7 +55,8 @@ class Planes:
     """Of f facets, from the moments of their elements.
 
     centre (f, 3) from the elements' origin on, normal (f, 3), rms (f,), area (f,), count (f,)
-    scatter (f, 3, 3) covariance of their places, weighted by area
+    scatter (f, 3, 3) covariance of their places, weighted by area; squares (f,) sum of how far each
+        may lie off, squared, if that is told
     """
 
     centre: Array
@@ -64,6 +65,7 @@ class Planes:
     area: Array
     count: Ints
     scatter: Array
+    squares: Array
 
 
 def reach_of(elements: Elements, max_distance: float | None) -> Array:
@@ -74,10 +76,11 @@ def reach_of(elements: Elements, max_distance: float | None) -> Array:
     noise = np.nan_to_num(elements.noise)
     # At edges the local scatter is relief and no noise: no more than is usual around.
     # Around what has a normal: cells with a few scattered points may be many.
-    told = np.isfinite(elements.normals[:, 0])
-    usual = float(np.median(noise[told])) if told.any() else 0.0
-    noise = np.minimum(noise, 2.0 * usual)
-    wide = np.maximum(_REACH_OF_SPACING * elements.spacing, _REACH_OF_NOISE * noise)
+    told = noise[np.isfinite(elements.normals[:, 0])]
+    usual = middle_of(told) if len(told) else 0.0
+    wide = np.minimum(noise, 2.0 * usual)
+    wide *= _REACH_OF_NOISE
+    np.maximum(wide, _REACH_OF_SPACING * elements.spacing, out=wide)
     if elements.of == "face":
         # Large and small faces of one mesh are as true as each other.
         wide = np.minimum(wide, max(float(np.median(wide)), 1e-300))
@@ -91,13 +94,15 @@ def grown(
     reach: Array,
     least_count: int,
     least_area: float,
+    usual: float,
     progress: Progress,
     begun: Labels | None = None,
 ) -> Labels:
     """(n,) facet of each element, from 0 on, -1 for none.
 
-    reach : (n,) how far each element may lie from the plane; least_count, least_area : smaller
-        facets are left out unless they reach one of the two; begun : (n,) facets that are known
+    reach : (n,) how far each element may lie from the plane, `usual` their median; least_count,
+        least_area : smaller facets are left out unless they reach one of the two; begun : (n,)
+        facets that are known
     Raises Cancelled through `progress`, whose steps are seeds.
     """
     n = len(elements)
@@ -108,7 +113,7 @@ def grown(
     if begun is not None:
         listed = np.diff(elements.starts) > 0
         rows, closed = np.flatnonzero(listed), np.flatnonzero(~listed)
-        amid = _sums(elements, labels, closed, _count(labels))
+        amid = _sums(elements, labels, closed, _count(labels), reach=reach)
     free = rows[labels[rows] == NONE]
     worth = np.nan_to_num(elements.variation[free], nan=1.0)
     order = free[np.argsort(worth, kind="stable")]
@@ -125,7 +130,6 @@ def grown(
         )  # fmt: skip
         progress.step(last)
     progress.stage(tr("Merging facets"), None)
-    usual = float(np.median(reach))
     for _ in range(2):
         labels = _settled(elements, rows, amid, reach, usual, cosine, labels)
         labels, amid = _merged(elements, rows, amid, reach, angle_deg, labels)
@@ -138,8 +142,8 @@ def grown(
 
 @dataclass(frozen=True, eq=False)
 class _Sums:
-    """Of facets the sums of weight, first and second moments (f, 10) about places (f, 3) that are
-    known (f,), and the number of elements (f,)."""
+    """Of facets the sums of weight, first and second moments about places (f, 3) that are known
+    (f,), and of how far elements may lie off, squared (f, 11); and their number (f,)."""
 
     about: Array
     known: Bools
@@ -152,7 +156,7 @@ class _Sums:
         return _Sums(
             np.concatenate([self.about, np.zeros((more, 3))]),
             np.concatenate([self.known, np.zeros(more, np.bool_)]),
-            np.concatenate([self.sums, np.zeros((more, 10))]),
+            np.concatenate([self.sums, np.zeros((more, 11))]),
             np.concatenate([self.count, np.zeros(more, np.int64)]),
         )
 
@@ -177,28 +181,38 @@ class _Sums:
 
 
 def _no_sums(f: int) -> _Sums:
-    return _Sums(np.zeros((f, 3)), np.zeros(f, np.bool_), np.zeros((f, 10)), np.zeros(f, np.int64))
+    return _Sums(np.zeros((f, 3)), np.zeros(f, np.bool_), np.zeros((f, 11)), np.zeros(f, np.int64))
 
 
 def _sums(
-    elements: Elements, labels: Labels, rows: Ints, f: int, amid: _Sums | None = None
+    elements: Elements,
+    labels: Labels,
+    rows: Ints,
+    f: int,
+    amid: _Sums | None = None,
+    reach: Array | None = None,
 ) -> _Sums:
     found = _no_sums(f) if amid is None else amid.longer(f)
     own = for_kernels(labels, np.int32)
     sums_of(
-        rows, elements.places, elements.areas, elements.inner, own, found.about, found.known,
-        found.sums, found.count,
+        rows, elements.places, elements.areas, elements.inner,
+        np.zeros(1) if reach is None else reach, own, found.about, found.known, found.sums,
+        found.count,
     )  # fmt: skip
     return found
 
 
 def planes_of(
-    elements: Elements, labels: Labels, rows: Ints | None = None, amid: _Sums | None = None
+    elements: Elements,
+    labels: Labels,
+    rows: Ints | None = None,
+    amid: _Sums | None = None,
+    reach: Array | None = None,
 ) -> Planes:
     """The planes of facets 0 to the largest label, weighted by area. amid : the sums of all
     elements but those of the rows, where they are known"""
     rows = np.arange(len(labels)) if rows is None else rows
-    found = _sums(elements, labels, rows, _count(labels), amid)
+    found = _sums(elements, labels, rows, _count(labels), amid, reach)
     area = found.sums[:, 0]
     means = found.sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
     mean = means[:, :3]
@@ -213,6 +227,7 @@ def planes_of(
         area,
         found.count,
         scatter,
+        found.sums[:, 10],
     )
 
 
@@ -235,13 +250,13 @@ def _settled(
         planes = planes_of(elements, labels, rows, amid)
         if not len(planes.area):
             return labels
-        out = labels.copy()
+        out = np.empty(len(rows), np.int32)
         changed = settle(
             rows, elements.places, elements.normals, reach, elements.starts, elements.near, cosine,
             for_kernels(planes.centre, np.float64), for_kernels(planes.normal, np.float64),
             limits_of(planes, usual), labels, out,
         )  # fmt: skip
-        labels = out
+        labels[rows] = out
         if changed <= 1e-4 * len(labels):
             break
     return labels
@@ -260,13 +275,12 @@ def _merged(
     if f < 2:
         return labels, amid
     pairs = _touching(elements, labels, f, rows)
-    planes = planes_of(elements, labels, rows, amid)
+    planes = planes_of(elements, labels, rows, amid, reach)
     owner = np.arange(f)
     weight = planes.area.copy()
     mean, normal, rms = planes.centre.copy(), planes.normal.copy(), planes.rms.copy()
     scatter = planes.scatter.copy()
-    squares = np.bincount(np.maximum(labels, NONE) + 1, reach * reach, f + 1)[1:]
-    limit = np.sqrt(squares / np.maximum(planes.count, 1))
+    limit = np.sqrt(planes.squares / np.maximum(planes.count, 1))
     cosine = np.abs((normal[pairs[:, 0]] * normal[pairs[:, 1]]).sum(axis=1))
     likely = cosine >= np.cos(np.radians(angle_deg))
     pairs = pairs[likely][np.argsort(-cosine[likely], kind="stable")]
@@ -303,8 +317,9 @@ def _merged(
     roots = np.array([_root(owner, i) for i in range(f)])
     _, number = np.unique(roots, return_inverse=True)
     # The last two stand for NONE and OUT, which are counted from the end.
-    new = np.append(number, [OUT, NONE]).astype(np.int32)
-    return new[labels], None if amid is None else amid.longer(f).joined(number)
+    out = np.empty_like(labels)
+    renumbered(labels, np.append(number, [OUT, NONE]).astype(np.int32), out)
+    return out, None if amid is None else amid.longer(f).joined(number)
 
 
 def _root(owner: Ints, i: int) -> int:
@@ -342,7 +357,9 @@ def _without_small(
     # The last two stand for NONE and OUT.
     number = np.full(len(planes.area) + 2, NONE, np.int32)
     number[order[: int(kept.sum())]] = np.arange(int(kept.sum()))
-    return np.asarray(number[labels])
+    out = np.empty_like(labels)
+    renumbered(labels, number, out)
+    return out
 
 
 def _looseness(elements: Elements, rows: Ints, planes: Planes, labels: Labels) -> Array:
@@ -387,9 +404,8 @@ def share_going_over(elements: Elements, labels: Labels, angle_deg: float) -> fl
         drawn = np.random.default_rng(0).choice(f, _MOST_FACETS, p=share)
         chosen = np.bincount(drawn, minlength=f) > 0
     pairs = pairs[chosen[pairs].any(axis=1)]
-    rows = np.flatnonzero((labels >= 0) & np.isfinite(elements.normals[:, 0]))
-    rows = rows[np.argsort(labels[rows], kind="stable")]
-    ends = np.searchsorted(labels[rows], np.arange(f + 1))
+    ends, rows = np.zeros(f + 1, np.int64), np.empty(len(labels), np.int64)
+    grouped(labels, ends, rows)
     some = [rows[a:b][:: max(1, (b - a) // _LOOKED_AT)] for a, b in pairwise(ends.tolist())]
     going = np.zeros(f, np.bool_)
     for one, two in pairs.tolist():

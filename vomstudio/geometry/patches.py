@@ -35,7 +35,7 @@ _CHANCE, _MARGIN, _FEWEST_CELLS = 1e-4, 1.4, 9
 _LOOKED_AT = 40_000
 _MANY = 2_000
 """Of more points cells are found by their bounds."""
-_BOUNDED = 10_000
+_BOUNDED = 5_000
 """By about so many points."""
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+from vomstudio.geometry.kernels.cells import eigen_of
 from vomstudio.geometry.kernels.jit import kernel, part
 
 _ODD = 0x9E3779B97F4A7C15 - (1 << 64)
@@ -180,3 +181,59 @@ def nearest_in_block(  # type: ignore[no-untyped-def]
         free = min(min(a, side - a), min(b, side - b), min(d, side - d))
         free = side * (1.0 - 1e-9) + free
         known[i] = count == most and worst <= free * free
+
+
+@kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
+def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
+    """Of each cell's points the mean, and the covariance about it (xx, yy, zz, xy, xz, yz)."""
+    for c in range(len(begins) - 1):
+        first, last = begins[c], begins[c + 1]
+        n = last - first
+        x, y, z = points[first, 0], points[first, 1], points[first, 2]
+        sx, sy, sz = 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for p in range(first + 1, last):
+            dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+            sx, sy, sz = sx + dx, sy + dy, sz + dz
+            xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
+            xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
+        sx, sy, sz = sx / n, sy / n, sz / n
+        means[c, 0], means[c, 1], means[c, 2] = x + sx, y + sy, z + sz
+        inner[c, 0], inner[c, 1], inner[c, 2] = (
+            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz
+        )  # fmt: skip
+        inner[c, 3], inner[c, 4], inner[c, 5] = (
+            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz
+        )  # fmt: skip
+
+
+@kernel(
+    "void(i8, i8, i8[::1], f8[:,::1], f8[:,::1], i8[::1], i4[::1], i8[::1], f8[:,::1], f8[:,::1])"
+)
+def block_planes(  # type: ignore[no-untyped-def]
+    first, last, begins, means, inner, starts, near, count, normals, spreads
+):
+    """Of the points in each of the cells first to last and those around it: how many, the unit
+    normal of their plane, and the eigenvalues of their covariance, from the least on."""
+    for c in range(first, last):
+        x, y, z = means[c, 0], means[c, 1], means[c, 2]
+        n = 0.0
+        sx, sy, sz = 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for at in range(starts[c] - 1, starts[c + 1]):
+            o = c if at < starts[c] else near[at]
+            w = float(begins[o + 1] - begins[o])
+            dx, dy, dz = means[o, 0] - x, means[o, 1] - y, means[o, 2] - z
+            n += w
+            sx, sy, sz = sx + w * dx, sy + w * dy, sz + w * dz
+            xx, yy = xx + w * (dx * dx + inner[o, 0]), yy + w * (dy * dy + inner[o, 1])
+            zz, xy = zz + w * (dz * dz + inner[o, 2]), xy + w * (dx * dy + inner[o, 3])
+            xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
+        sx, sy, sz = sx / n, sy / n, sz / n
+        found = eigen_of(
+            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
+            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
+        )  # fmt: skip
+        count[c] = int(n)
+        normals[c, 0], normals[c, 1], normals[c, 2] = found[0], found[1], found[2]
+        spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(found[3], 0.0), found[4], found[5]
