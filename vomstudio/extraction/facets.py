@@ -51,6 +51,8 @@ _WAVY, _WAVY_TURN = 0.5, 3.0
 _SLICE = 2.0
 # Ours; below this share of the spacing layers are no matter.
 _HUMPS, _TOLD = 0.72, 0.05
+# Ours: of the area, and by as much as areas of a dozen points each make it wider by chance.
+_THIN_PART, _CHANCE, _MANY = 0.9, 1.2, 5_000
 # In which facets are fitted, several at once.
 _PARTS = 64
 
@@ -307,7 +309,8 @@ def _facet(
         corners = np.asarray(data.vertices[data.faces[rows]], np.float64)
         polygon, axes = polygon_of_faces(corners, fit.centroid, fit.normal)
     else:
-        polygon, axes = polygon_of_points(points, spacing, fit.centroid, fit.normal)
+        wide = max(spacing, _wide_spacing(elements.areas[own]))
+        polygon, axes = polygon_of_points(points, wide, fit.centroid, fit.normal)
         area = float(polygon.area)
     resolution = max(spacing, fit.rms or 0.0)
     verdict = judge(
@@ -321,6 +324,15 @@ def _facet(
         )
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, known, verdict, area, resolution, border, rows)
+
+
+def _wide_spacing(areas: Array) -> float:
+    """Of points that stand for areas (n,): where they are thin they are few, but not the area."""
+    if len(areas) > _MANY:
+        areas = areas[:: len(areas) // _MANY]
+    lined = np.sort(areas)
+    upto = np.cumsum(lined)
+    return float(np.sqrt(lined[np.searchsorted(upto, _THIN_PART * upto[-1])])) / _CHANCE
 
 
 def _is_double(points: Array, fit: PlaneFit) -> bool:

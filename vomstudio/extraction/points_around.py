@@ -33,9 +33,9 @@ _BLOCK = 20_000
 # A plane has a variation near 0; with noise of 1.7 spacings that of the most points is above this,
 # and at an edge of 90 degrees 0.1.
 _DROWNED, _QUIET_PART = 0.11, 0.2
-# A hundred points that fill a ball are above it in 99 of 100 cases; of points in a plane and as
-# many that fill a volume hardly any are.
-_SCATTERED, _IN_BLOCK, _IN_CELL = 0.24, 60, 4.0
+# A hundred points that fill a block are above it in 98 of 100 cases; of those of a plane that has
+# as many as are scattered around it hardly any are.
+_SCATTERED, _IN_BLOCK, _IN_CELL = 0.22, 60, 4.0
 
 
 @dataclass(frozen=True, eq=False)

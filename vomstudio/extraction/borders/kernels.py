@@ -55,6 +55,33 @@ def into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-
     begins[len(begins) - 1] = len(flat)
 
 
+@kernel("i8(f8[:,::1], i8[::1], f8, f8, f8, i8, i8, b1[:,::1])")
+def thin_out(points, begins, x, y, per, columns, most, taken):  # type: ignore[no-untyped-def]
+    """Of points that `into_cells` has sorted, leave one in each square of cells with more than
+    `most`, and how many are left. taken : of the squares of one cell, False"""
+    squares, total, first = len(taken), 0, 0
+    for c in range(len(begins) - 1):
+        last = begins[c + 1]
+        crowded = last - first > most
+        if crowded:
+            taken[:] = False
+        u, v = c % columns, c // columns
+        begins[c] = total
+        for p in range(first, last):
+            a, b = points[p, 0], points[p, 1]
+            if crowded:
+                i = min(max(int(((a - x) * per - u) * squares), 0), squares - 1)
+                j = min(max(int(((b - y) * per - v) * squares), 0), squares - 1)
+                if taken[i, j]:
+                    continue
+                taken[i, j] = True
+            points[total, 0], points[total, 1] = a, b
+            total += 1
+        first = last
+    begins[len(begins) - 1] = total
+    return total
+
+
 @part
 def _is_amid(begins, columns, c):  # type: ignore[no-untyped-def]
     """A full cell among eight full ones."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.borders.kernels import flattened, into_cells, rolled_around
+from vomstudio.extraction.borders.kernels import flattened, into_cells, rolled_around, thin_out
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels
 
@@ -25,7 +25,9 @@ _FEW_POINTS = 4_000
 _CELL = 2.5
 _MOST_CELLS = 4_000_000
 _LONGEST_TEXT = 100_000
-_SQUARES = 32
+_SECTOR_SQUARES = 32
+# Of cells with more points one of each square is enough.
+_CROWDED, _SQUARES = 64, 8
 
 
 def axes_in(normal: Array) -> Array:
@@ -72,11 +74,13 @@ def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array 
     grid = float(low[0]) - (reach + 1) * side, float(low[1]) - (reach + 1) * side, 1.0 / side
     begins, own = np.zeros(columns * rows + 1, np.int64), np.empty_like(flat)
     into_cells(flat, *grid, columns, begins, np.empty(n, np.int64), own)
-    edges = np.empty((6 * n, 2), np.int32)
+    squares = np.zeros((_SQUARES, _SQUARES), np.bool_)
+    own = own[: thin_out(own, begins, *grid, columns, _CROWDED, squares)]
+    edges = np.empty((6 * len(own), 2), np.int32)
     count = rolled_around(
         own, *grid, columns, begins, reach, radius, n > _FEW_POINTS, _sectors(),
-        np.zeros(n, np.bool_), np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 2)),
-        edges,
+        np.zeros(len(own), np.bool_), *(np.empty(len(own), np.int32) for _ in range(2)),
+        np.empty((len(own), 2)), edges,
     )  # fmt: skip
     if count < 0:
         return None
@@ -91,7 +95,7 @@ def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array 
 def _sectors() -> Ints:
     """Where a neighbour lies, in squares over twice the radius to each side, and of 64 sectors of
     directions, as bits, those that it forbids a disc from anywhere in its square."""
-    edge = np.linspace(-2.0, 2.0, _SQUARES + 1)
+    edge = np.linspace(-2.0, 2.0, _SECTOR_SQUARES + 1)
     corner = np.stack(np.meshgrid(edge, edge, indexing="ij"), axis=-1)
     turn = 2.0 * np.pi * np.arange(65) / 64.0
     middle = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
