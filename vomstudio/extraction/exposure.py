@@ -110,7 +110,7 @@ def fills_volume(elements: Elements, variation: Array | None = None, skin: bool 
         return np.zeros(len(elements), np.bool_)
     if variation is None:
         variation = _mean_of_neighbours(elements)
-    limit = np.interp(elements.around, *_FILLED)
+    limit = np.asarray(np.interp(elements.around, *_FILLED))
     if elements.fewer is not None:
         limit = np.where(elements.fewer, _FILLED[1][0], limit)
     limit = (_SKIN if skin else 1.0) * limit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -181,7 +182,7 @@ def _by_blocks(
 
 
 def _by_tree(
-    tree: object,
+    tree: Any,
     places: Array,
     among: Ints | None,
     rows: Ints,
@@ -197,7 +198,7 @@ def _by_tree(
 
     def work(block: slice) -> None:
         at = own[block]
-        distance, near = tree.query(places[rows[at]], k=around)  # type: ignore[attr-defined]
+        distance, near = tree.query(places[rows[at]], k=around)
         near = np.ascontiguousarray(near if among is None else among[near], np.int32)
         seen.normals[at], seen.variation[at] = _planes(places, rows[at], near)
         seen.near[at], seen.far[at] = near[:, 1 : kept + 1], distance[:, kept]
@@ -205,7 +206,7 @@ def _by_tree(
     in_blocks(work, len(own), progress, _BLOCK)
 
 
-def _tree(places: Array) -> object:
+def _tree(places: Array) -> Any:
     from scipy.spatial import cKDTree
 
     return cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
@@ -218,7 +219,7 @@ def _planes(places: Array, rows: Ints, near: Rows) -> tuple[Array, Array]:
     return found
 
 
-def _wanted_neighbours(tree: object, places: Array, angle_deg: float, share: float) -> int:
+def _wanted_neighbours(tree: Any, places: Array, angle_deg: float, share: float) -> int:
     """How many neighbours make normals that agree with those beside them, on a sample; share : of
     the places that must agree, a half where they are all."""
     n = len(places)
@@ -226,10 +227,10 @@ def _wanted_neighbours(tree: object, places: Array, angle_deg: float, share: flo
     wanted = min(AROUND[0], n)
     for count in AROUND:
         wanted = min(count, n)
-        _, rows = tree.query(places[sample], k=wanted)  # type: ignore[attr-defined]
+        _, rows = tree.query(places[sample], k=wanted)
         # The fourth neighbour, and the plane around it.
         beside = rows[:, min(4, wanted - 1)]
-        _, others = tree.query(places[beside], k=wanted)  # type: ignore[attr-defined]
+        _, others = tree.query(places[beside], k=wanted)
         sides = [
             _planes(places, at, np.ascontiguousarray(near, np.int32))[0]
             for at, near in ((sample, rows), (beside, others))

@@ -33,7 +33,7 @@ CELLS = 6
 POINTS_PER_CELL = 4
 _CHANCE, _MARGIN, _FEWEST_CELLS = 1e-4, 1.4, 9
 _LOOKED_AT = 40_000
-_MANY = 2_000
+_MANY = 4_000
 """Of more points cells are found by their bounds."""
 _BOUNDED = 5_000
 """By about so many points."""
@@ -134,16 +134,18 @@ def _excesses(u: Floats, v: Floats, r: Floats, side: int) -> tuple[float, float]
     side x side cells of equal count do, and of cells twice as wide."""
     if len(u) > _MANY:
         count, sums = _sums(u, v, u, v, r, side)
-        by_cell = count.astype(np.float64), sums[:, 2]
-        wide = (x.reshape(side // 2, 2, side // 2, 2).sum(axis=(1, 3)).ravel() for x in by_cell)
-        return _excess(*by_cell), _excess(*wide)
-    cells = (_cells(u, v, k) for k in (side, side // 2))
-    fine, coarse = ((np.bincount(cell).astype(np.float64), np.bincount(cell, r)) for cell in cells)
-    return _excess(*fine), _excess(*coarse)
+        four = (side // 2, 2, side // 2, 2)
+        wide, heights = (x.reshape(four).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2]))
+        return _excess(count, sums[:, 2]), _excess(wide, heights)
+    fine, coarse = (_cells(u, v, k) for k in (side, side // 2))
+    of_fine, of_coarse = (_excess(np.bincount(c), np.bincount(c, r)) for c in (fine, coarse))
+    return of_fine, of_coarse
 
 
-def _excess(count: Floats, sums: Floats) -> float:
-    return float((sums * sums / np.maximum(count, 1.0)).sum()) / (len(count) - 3.0)
+def _excess(count: npt.NDArray[np.generic], sums: npt.NDArray[np.generic]) -> float:
+    own = np.asarray(sums, np.float64)
+    each = np.maximum(np.asarray(count, np.float64), 1.0)
+    return float((own * own / each).sum()) / (len(own) - 3.0)
 
 
 def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
@@ -181,11 +183,12 @@ def _products(
         count, sums = _sums(rows, columns, u, v, r, side)
         a, b, h = (sums[:, :3] / np.maximum(count, 1)[:, None]).T
         less = a * a, a * b, b * b, a * h, b * h
-        return tuple(sums[:, 3 + i] - count * x for i, x in enumerate(less))
+        return tuple(np.asarray(sums[:, 3 + i] - count * x) for i, x in enumerate(less))
     cell = _cells(rows, columns, side)
     count = np.maximum(np.bincount(cell), 1)
     a, b, h = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, r))
-    return tuple(np.bincount(cell, x) for x in (a * a, a * b, b * b, a * h, b * h))
+    products = a * a, a * b, b * b, a * h, b * h
+    return tuple(np.asarray(np.bincount(cell, x), np.float64) for x in products)
 
 
 def _sums(

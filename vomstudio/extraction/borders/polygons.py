@@ -72,7 +72,7 @@ def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array 
     n, reach = len(flat), int(2.0 * radius / side) + 1
     columns, rows = ((size / side).astype(np.int64) + 2 * reach + 4).tolist()
     grid = float(low[0]) - (reach + 1) * side, float(low[1]) - (reach + 1) * side, 1.0 / side
-    begins, own = np.zeros(columns * rows + 1, np.int64), np.empty_like(flat)
+    begins, own = np.zeros(columns * rows + 1, np.int64), np.empty((n, 2))
     into_cells(flat, *grid, columns, begins, np.empty(n, np.int64), own)
     squares = np.zeros((_SQUARES, _SQUARES), np.bool_)
     own = own[: thin_out(own, begins, *grid, columns, _CROWDED, squares)]
@@ -84,11 +84,11 @@ def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array 
     )  # fmt: skip
     if count < 0:
         return None
-    ends = edges[:count].astype(np.int64)
-    ends = ends[_free(ends)] if count else ends
-    if (np.bincount(ends.ravel(), minlength=1) % 2).any():
+    pairs = edges[:count].astype(np.int64)
+    pairs = pairs[_free(pairs)] if count else pairs
+    if (np.bincount(pairs.ravel(), minlength=1) % 2).any():
         return None
-    return own[ends]
+    return np.asarray(own[pairs])
 
 
 @cache
