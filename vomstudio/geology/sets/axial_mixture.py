@@ -5,10 +5,10 @@ density for a pole and its opposite, so that sets of steep planes, whose poles l
 the net, need no care of their own; what belongs to none is spread evenly. The mixture is fitted
 by expectation and maximisation, cluster after cluster: each new one begins where poles are densest
 among those that no cluster holds, or as half of one that is there. How many there are is chosen by
-BIC with a price on clusters that overlap each other, half of that of the integrated completed
+BIC with a price on clusters that overlap each other, a quarter of that of the integrated completed
 likelihood (Biernacki, Celeux & Govaert 2000, IEEE Transactions PAMI 22, 719-725): the whole price
-joins wide sets that are forty degrees apart, and none splits what is no Bingham distribution. The
-same poles always give the same sets.
+joins wide sets that are forty degrees apart, and a quarter splits none that is no Bingham
+distribution. The same poles always give the same sets.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ _SEED = 25.0
 _ROUNDS, _SETTLED = 200, 1e-6
 _MOST_COMPARED, _MOST_SEARCHED = 2000, 3000
 _TRIED = 3
-_OVERLAP = 0.5
-_PARAMETERS, _OF_LENGTH = 5, 2
-"""Of a cluster as long as wide: two of its axis, its spread, its weight, and one for the many
-places at which it was looked for; and of one that is longer."""
+_OVERLAP = 0.25
+_PARAMETERS, _OF_LENGTH = 4, 2
+"""Of a cluster as long as wide: two of its axis, its spread and its weight; and of one that is
+longer."""
 
 
 @dataclass(frozen=True, eq=False)
