@@ -5,19 +5,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
-from vomstudio.extraction.kernels import agreement, local_planes, smoothed
+from vomstudio.extraction.kernels import agreement, smoothed
+from vomstudio.extraction.points_around import (
+    AROUND,
+    MANY,
+    QUIET,
+    Seen,
+    drowned,
+    scattered,
+    seen_around,
+)
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
-from vomstudio.geometry.kernels.jit import for_kernels
+from vomstudio.geometry.kernels.cell_lists import bounds_of
+from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.nearby.shared_corners import counted_once, say_apart, snapped
 from vomstudio.progress import Progress
 from vomstudio.words import tr
@@ -28,24 +38,16 @@ Ints = npt.NDArray[np.int64]
 Rows = npt.NDArray[np.int32]
 Labels = npt.NDArray[np.int32]
 
-NEIGHBOURS = 12
-"""Of a point of a cloud, that it hands a facet on to."""
-_AROUND = (16, 32, 64, 96)
-"""Points from which a normal is taken; more where noise makes neighbours' normals differ."""
 _SMOOTHINGS = 12
-_QUIET = 0.25
-"""Of the angle: neighbouring normals may differ by so much at the median."""
-_TRIED = 4_000
 _PER_CELL = 16.0
-_MANY = 50_000
-"""In clouds of fewer points every point is looked at by itself."""
-_BLOCK = 20_000
+FEWEST_AROUND = 20
+"""Points in a cell and those around it that tell a plane."""
+_LOOKED_AT = 40_000
+_FEWEST_SCATTERED = 1_000
+_ENOUGH = 100_000
 _WRONG_NORMALS_DEG, _WRONG_SHARE = 30.0, 0.03
 # Below it the points tell a normal: at an edge of 60 degrees the variation is as much.
 _FLAT = 0.06
-# A plane has a variation near 0; with noise of 1.7 spacings that of the most points is above this,
-# and at an edge of 90 degrees 0.1.
-_DROWNED, _QUIET_PART = 0.11, 0.2
 NO_SURFACE = 1.0 / 3.0
 """The variation of a point that is no piece of a surface."""
 # A point whose neighbours lie much farther from it than theirs from them is no piece of a surface.
@@ -56,8 +58,7 @@ _LONELY = 2.0
 class Begun:
     """What cells tell of the points (n,) of a cloud, which are sorted by them.
 
-    labels : int32 plane, -1 for none; open : to be looked at by itself; shown : in a cell with open
-        points, or beside one
+    labels : int32 plane, -1 for none; open : to be looked at by itself
     normals (n, 3), variation, areas, noise : of the surroundings, as `Elements` has them
     wide : m, how wide the surroundings are where the noise is so large beside the spacing that only
         they tell normals, NaN where they do not; inf where none do; 0 where single points do
@@ -65,12 +66,16 @@ class Begun:
 
     labels: Labels
     open: Bools
-    shown: Bools
     normals: Array
     variation: Array
     areas: Array
     noise: Array
     wide: float = 0.0
+
+
+def middle_of(values: Array) -> float:
+    """The median, of very many that of some hundred thousand wherever they lie."""
+    return float(np.median(values[:: max(1, len(values) // _ENOUGH)]))
 
 
 Begin = Callable[[Array, bool], tuple[CellGrid, Begun]]
@@ -88,11 +93,13 @@ class Elements:
     variation : (n,) surface variation, 0 for flat, NO_SURFACE for none; NaN where unknown
     spacing, noise : (n,) mean spacing of the model's points around, and of their scatter about the
         surface
-    starts, near : the neighbours of e are near[starts[e]:starts[e + 1]]
+    starts, near : the neighbours of e are near[starts[e]:starts[e + 1]]; points that scatter in all
+        directions have none
     rows : (n,) of the model's faces or points, which stand behind them
     row_of : (rows of the model,) the element of each face or point, -1 for none
     begun : (n,) facets that are known already; points amid one have no neighbours listed
     around : of how many points normals and variation of points are; 0 where of wide surroundings
+    fewer : (n,) where they are of the least number, None where nowhere
     """
 
     of: Literal["face", "point", "cell"]
@@ -111,6 +118,11 @@ class Elements:
     warnings: tuple[str, ...] = ()
     begun: Labels | None = None
     around: int = 0
+    fewer: Bools | None = None
+
+    @cached_property
+    def usual_area(self) -> float:
+        return middle_of(self.areas)
 
     def __len__(self) -> int:
         return len(self.places)
@@ -138,29 +150,23 @@ def _of_cloud(
     progress: Progress,
     begin: Begin | None,
 ) -> Elements:
-    sound = np.flatnonzero(np.isfinite(points).all(axis=1))
-    if len(sound) < 4:
-        raise GeometryError(tr("A cloud of {count} points has no facets.", count=len(sound)))
-    own = points if len(sound) == len(points) else points[sound]
-    origin = np.floor(own.min(axis=0))
-    local = own - origin
-    begun = None
-    noisy = begin is not None and len(local) < _MANY and drowned(local)
-    if begin is not None and (noisy or len(local) >= _MANY):
-        grid, begun = begin(local, noisy)
-    else:
-        grid = grid_of(local, _PER_CELL)
-    places, rows = grid.places, sound[grid.rows]
-    row_of = np.full(len(points), -1, np.int64)
-    row_of[sound] = grid.row_of
+    grid, begun, sound, origin = _grid_of(points, begin)
+    places = grid.places
     if len(places) < 4:
         raise GeometryError(tr("A cloud of {count} points has no facets.", count=len(places)))
+    rows, row_of = grid.rows, grid.row_of
+    if sound is not None:
+        rows, row_of = sound[rows], np.full(len(points), -1, np.int64)
+        row_of[sound] = grid.row_of
     open_ = np.arange(len(places)) if begun is None else np.flatnonzero(begun.open)
-    among = None if begun is None else np.flatnonzero(begun.shown)
     known = None if begun is None else _neighbours_for(begun, angle_deg)
-    around, seen = _around(places, open_, among, known, angle_deg, progress)
-    number = np.zeros(len(places), np.int64)
-    number[open_] = seen.near.shape[1]
+    few, lost, area = None, open_[:0], 0.0
+    if len(places) >= MANY:
+        few = grid.count_around() < FEWEST_AROUND
+        open_, lost, area = _without_scattered(grid, open_, few)
+    around, seen = seen_around(grid, open_, few, known, angle_deg, progress)
+    number = np.zeros(len(places) + 1, np.int64)
+    number[open_ + 1] = seen.near.shape[1]
     said: list[str] = []
     if begun is not None and begun.wide:
         around = 0
@@ -168,10 +174,16 @@ def _of_cloud(
         if np.isfinite(begun.wide):
             said.append(_wide(begun))
     else:
-        known_ = _surroundings(open_, around, seen, begun, len(places))
+        known_ = _surroundings(open_, seen, begun, len(places))
     normals, variation, areas, noise = known_
+    if around:
+        normals[lost], variation[lost], areas[lost], noise[lost] = np.nan, NO_SURFACE, area, 0.0
     if given is not None:
         normals = _given_or(np.asarray(given, np.float64)[rows], normals, variation, said)
+    fewer = None
+    if around and (seen.around < around).any():
+        fewer = np.zeros(len(places), np.bool_)
+        fewer[open_[seen.around < around]] = True
     return Elements(
         "point",
         origin,
@@ -182,59 +194,70 @@ def _of_cloud(
         variation,
         np.sqrt(areas),
         noise,
-        np.concatenate([[0], np.cumsum(number)]).astype(np.int64),
+        np.cumsum(number),
         seen.near.ravel(),
         rows,
         row_of,
         tuple(said),
         None if begun is None else begun.labels,
         around,
+        fewer,
     )
 
 
+def _grid_of(
+    points: Array, begin: Begin | None
+) -> tuple[CellGrid, Begun | None, Ints | None, Array]:
+    """The points in cells, what is begun on these, the rows of the points that have a place, where
+    these are not all, and the origin of the places."""
+    given = for_reading(points, np.float64)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    odd = bounds_of(given, low, high)
+    if len(points) - odd < 4:
+        raise GeometryError(tr("A cloud of {count} points has no facets.", count=len(points) - odd))
+    sound = np.flatnonzero(np.isfinite(points).all(axis=1)) if odd else None
+    origin = np.floor(low)
+    local = (given if sound is None else given[sound]) - origin
+    noisy = begin is not None and len(local) < MANY and drowned(local)
+    if begin is not None and (noisy or len(local) >= MANY):
+        return *begin(local, noisy), sound, origin
+    return grid_of(local, _PER_CELL), None, sound, origin
+
+
+def _without_scattered(grid: CellGrid, open_: Ints, few: Bools) -> tuple[Ints, Ints, float]:
+    """Of the open points those to be looked at, and those in cells with few points that scatter in
+    all directions, with the area of each of these."""
+    thin = few[grid.cells_of(open_)]
+    if thin.sum() < _FEWEST_SCATTERED:
+        return open_, open_[:0], 0.0
+    lost = np.zeros(len(open_), np.bool_)
+    lost[thin], area = scattered(grid.places[open_[thin]])
+    return open_[~lost], open_[lost], area
+
+
 def _surroundings(
-    open_: Ints, around: int, seen: _Seen, begun: Begun | None, n: int
+    open_: Ints, seen: Seen, begun: Begun | None, n: int
 ) -> tuple[Array, Array, Array, Array]:
     """Normals, variation, areas and noise of n points from what is around those that are open, and
     from cells around the others."""
     kept = seen.near.shape[1]
-    normals, variation, far = np.empty((n, 3)), np.empty(n), np.empty(n)
-    if begun is not None:
-        normals[:], variation[:] = begun.normals, begun.variation
-        far[:] = np.sqrt(kept * begun.areas / np.pi)
-    normals[open_], variation[open_], far[open_] = seen.normals, seen.variation, seen.far
-    usual = np.median(far[seen.near], axis=1)
-    lone = open_[far[open_] > 2.0 * _LONELY * usual]
-    far[open_] = np.minimum(far[open_], _LONELY * usual)
-    areas = np.pi * far**2 / kept
+    if begun is None:
+        normals, variation, areas, noise = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
+    else:
+        normals, variation, areas, noise = begun.normals, begun.variation, begun.areas, begun.noise
+    normals[open_], variation[open_] = seen.normals, seen.variation
+    far = seen.far
+    areas[open_] = np.pi * far**2 / kept
+    beside = np.sort(areas[seen.near], axis=1)
+    usual = (np.sqrt(beside[:, (kept - 1) // 2]) + np.sqrt(beside[:, kept // 2])) / 2.0
+    usual *= np.sqrt(kept / np.pi)
+    lone = open_[far > 2.0 * _LONELY * usual]
+    areas[open_] = np.pi * np.minimum(far, _LONELY * usual) ** 2 / kept
     # Of a disc of area A the variance along each diameter is A / (4 pi).
-    noise = np.sqrt(np.maximum(variation, 0.0) * around * areas / (2.0 * np.pi))
-    if begun is not None:
-        noise = np.where(begun.open, noise, begun.noise)
+    own = np.maximum(seen.variation, 0.0) * seen.around * areas[open_]
+    noise[open_] = np.sqrt(own / (2.0 * np.pi))
     normals[lone], variation[lone] = np.nan, NO_SURFACE
     return normals, variation, areas, noise
-
-
-def drowned(places: Array) -> bool:
-    """Whether the noise of points (n, 3) is so large beside their spacing that even the most
-    that normals are taken from fill a volume rather than a surface; of a part that is quiet every
-    point can be looked at by itself."""
-    from scipy.spatial import cKDTree
-
-    most = _AROUND[-1]
-    if len(places) < 4 * most:
-        return False
-    sample = np.arange(0, len(places), max(1, len(places) // _TRIED))
-    tree = cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
-    near = np.ascontiguousarray(tree.query(places[sample], k=most)[1], np.int32)
-    # Of the nearest alone as well: two sheets near each other are quiet each.
-    return all(
-        float(np.quantile(np.nan_to_num(variation), _QUIET_PART)) > _DROWNED
-        for _, variation in (
-            _planes(places, sample, np.ascontiguousarray(near[:, :count]))
-            for count in (_AROUND[0], most)
-        )
-    )
 
 
 def _wide(begun: Begun) -> str:
@@ -249,105 +272,20 @@ def _wide(begun: Begun) -> str:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """Of k points: near (k, kept) their nearest, far (k,) how far the last of these is, normals
-    (k, 3) and variation (k,) of the points around."""
-
-    near: Rows
-    far: Array
-    normals: Array
-    variation: Array
-
-
 def _neighbours_for(begun: Begun, angle_deg: float) -> int | None:
     """How many neighbours make quiet normals by the noise of what lies in planes; None where that
     is less than half of the cloud."""
-    closed = ~begun.open
     if begun.wide:
-        return _AROUND[0]
-    if 2 * int(closed.sum()) < len(closed):
+        return AROUND[0]
+    n = len(begun.open)
+    if 2 * int(begun.open.sum()) > n:
         return None
+    closed = np.flatnonzero(~begun.open)[:: max(1, n // _LOOKED_AT)]
     noise = float(np.median(begun.noise[closed] / np.sqrt(begun.areas[closed])))
     # The error of the normal of k points with that noise is 2 sqrt(pi) noise / (spacing k), and
     # normals of neighbours, which share points, differ by about as much at the median.
-    wanted = 2.0 * np.sqrt(np.pi) * noise / np.radians(_QUIET * angle_deg)
-    return next((count for count in _AROUND if count >= wanted), _AROUND[-1])
-
-
-def _around(
-    places: Array,
-    rows: Ints,
-    among: Ints | None,
-    known: int | None,
-    angle_deg: float,
-    progress: Progress,
-) -> tuple[int, _Seen]:
-    """How many points normals are taken from, `known` where that is, and what is around the points
-    of these rows; among : the rows of the points that are looked at, None for all."""
-    from scipy.spatial import cKDTree
-
-    progress.stage(tr("Finding neighbours"), None)
-    own, asked = places, rows
-    if among is not None and len(among) <= _AROUND[-1]:
-        among = None
-    if among is not None:
-        own, asked = for_kernels(places[among], np.float64), np.searchsorted(among, rows)
-    tree = cKDTree(own, leafsize=16, compact_nodes=False, balanced_tree=False)
-    # What lies in planes is quiet.
-    share = 1.0 - 0.5 * len(places) / len(rows) if 2 * len(rows) > len(places) else 0.0
-    known = known if len(rows) else _AROUND[0]
-    around = min(known, len(own)) if known else _wanted_neighbours(tree, own, angle_deg, share)
-    k, kept = len(rows), min(NEIGHBOURS, len(own) - 1)
-    seen = _Seen(np.empty((k, kept), np.int32), np.empty(k), np.empty((k, 3)), np.empty(k))
-    progress.stage(tr("Normals"), k)
-
-    def work(block: slice) -> None:
-        distance, near = tree.query(own[asked[block]], k=around)
-        near = np.ascontiguousarray(near, np.int32)
-        seen.normals[block], seen.variation[block] = _planes(own, asked[block], near)
-        seen.near[block] = near[:, 1 : kept + 1] if among is None else among[near[:, 1 : kept + 1]]
-        seen.far[block] = distance[:, kept]
-
-    in_blocks(work, k, progress, _BLOCK)
-    return around, seen
-
-
-def _planes(places: Array, rows: Ints, near: Rows) -> tuple[Array, Array]:
-    """Normal and variation of the points `near` (k, number) around those of the rows (k,)."""
-    found = np.empty((len(rows), 3)), np.empty(len(rows))
-    local_planes(places, for_kernels(places[rows], np.float64), near, *found)
-    return found
-
-
-def _wanted_neighbours(tree: object, places: Array, angle_deg: float, share: float) -> int:
-    """How many neighbours make normals that agree with those beside them, on a sample; share : of
-    the places that must agree, a half where they are all."""
-    n = len(places)
-    sample = np.arange(0, n, max(1, n // _TRIED))
-    wanted = min(_AROUND[0], n)
-    for count in _AROUND:
-        wanted = min(count, n)
-        _, rows = tree.query(places[sample], k=wanted)  # type: ignore[attr-defined]
-        # The fourth neighbour, and the plane around it.
-        beside = rows[:, min(4, wanted - 1)]
-        _, others = tree.query(places[beside], k=wanted)  # type: ignore[attr-defined]
-        sides = [
-            _planes(places, at, np.ascontiguousarray(near, np.int32))[0]
-            for at, near in ((sample, rows), (beside, others))
-        ]
-        cosine = np.abs((sides[0] * sides[1]).sum(axis=1))
-        cosine = cosine[np.isfinite(cosine)]
-        if not len(cosine):
-            break
-        if (
-            np.degrees(np.arccos(min(float(np.quantile(cosine, 1.0 - share)), 1.0)))
-            <= _QUIET * angle_deg
-        ):
-            break
-        if wanted == n:
-            break
-    return wanted
+    wanted = 2.0 * np.sqrt(np.pi) * noise / np.radians(QUIET * angle_deg)
+    return next((count for count in AROUND if count >= wanted), AROUND[-1])
 
 
 def _given_or(given: Array, found: Array, variation: Array, said: list[str]) -> Array:
@@ -481,7 +419,7 @@ def _quiet_normals(
     least = float(np.cos(np.radians(min(2.5 * angle_deg, 60.0))))
     for _ in range(_SMOOTHINGS):
         angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
-        if angle <= 0.5 * _QUIET * angle_deg:
+        if angle <= 0.5 * QUIET * angle_deg:
             break
         out = np.empty_like(normals)
         smoothed(normals, areas, starts, near, least, out)

@@ -13,7 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.elements import NO_SURFACE, Elements
+from vomstudio.extraction.elements import NO_SURFACE, Elements, middle_of
+from vomstudio.extraction.kernels import sums_in_cells
+from vomstudio.geometry.kernels.cells import tabulate
+from vomstudio.geometry.kernels.jit import for_kernels
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -70,30 +73,32 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
     points; colors : (n, 3) 0 to 255 of the elements, or None."""
     area = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     inside = labels >= 0
-    green = np.zeros(len(area), np.bool_) if colors is None else _green(colors)
-    variation = _mean_of_neighbours(elements, np.nan_to_num(elements.variation, nan=NO_SURFACE))
+    variation = _mean_of_neighbours(elements)
     volume = fills_volume(elements, variation)
     if volume.any() and not volume.all():
         # Of what fills a volume, or is far from all others, the distance to the next is no side of
         # a piece of a surface.
-        area[volume] = np.minimum(area[volume], np.median(area[~volume]))
-    total = float(area.sum())
-    plants = ~inside & (volume | (green & (variation > _ROUGH)))
-    plants |= green & inside & (variation > 2.0 * _ROUGH)
-    rubble = _jumbled_ground(elements, ~inside & ~plants)
-    rock = ~(plants | rubble)
-    exposed = float(area[rock].sum())
-    own = rock & large & inside
+        area[volume] = np.minimum(area[volume], middle_of(area[~volume]))
+    plants = ~inside & volume
+    if colors is not None:
+        green = _green(colors)
+        plants |= green & (variation > np.where(inside, 2.0 * _ROUGH, _ROUGH))
+    rubble = _jumbled_ground(elements, ~(inside | plants))
+    covers = np.where(inside, 0, 1).astype(np.int32)
+    covers[plants], covers[rubble] = 2, 3
+    by = np.bincount(covers + 4 * inside + 8 * large, area, 16).reshape(2, 2, 4)
+    total, exposed = float(by.sum()), float(by[..., :2].sum())
     count = max(int(labels.max(initial=-1)) + 1, 0)
+    own = np.where(large & (covers == 0), labels, -1)
     return Exposure(
         total,
-        float(area[inside].sum()) / total if total > 0.0 else None,
-        float(area[rock & large].sum()) / exposed if exposed > 0.0 else None,
-        float(area[plants].sum()) / total if total > 0.0 else 0.0,
-        float(area[rubble].sum()) / total if total > 0.0 else 0.0,
+        float(by[:, 1].sum()) / total if total > 0.0 else None,
+        float(by[1, :, :2].sum()) / exposed if exposed > 0.0 else None,
+        float(by[..., 2].sum()) / total if total > 0.0 else 0.0,
+        float(by[..., 3].sum()) / total if total > 0.0 else 0.0,
         exposed,
-        np.bincount(labels[own], area[own], count).astype(np.float64),
-        np.where(plants, 2, np.where(rubble, 3, np.where(inside, 0, 1))).astype(np.int32),
+        np.bincount(own + 1, area, count + 1)[1:].astype(np.float64),
+        covers,
     )
 
 
@@ -103,12 +108,16 @@ def fills_volume(elements: Elements, variation: Array | None = None, skin: bool 
     # Faces of a mesh at ledges face all directions as well.
     if elements.of != "point" or not elements.around:
         return np.zeros(len(elements), np.bool_)
-    own = np.nan_to_num(elements.variation, nan=NO_SURFACE)
     if variation is None:
-        variation = _mean_of_neighbours(elements, own)
-    limit = (_SKIN if skin else 1.0) * np.interp(elements.around, *_FILLED)
-    sparse = elements.areas > _SPARSE * np.median(elements.areas)
-    return np.asarray((variation > limit) | (own >= NO_SURFACE) | (sparse & (variation > _LOOSE)))
+        variation = _mean_of_neighbours(elements)
+    limit = np.asarray(np.interp(elements.around, *_FILLED))
+    if elements.fewer is not None:
+        limit = np.where(elements.fewer, _FILLED[1][0], limit)
+    limit = (_SKIN if skin else 1.0) * limit
+    none = ~(elements.variation < NO_SURFACE)
+    loose = np.flatnonzero((variation > _LOOSE) & ~none)
+    none[loose] |= elements.areas[loose] > _SPARSE * elements.usual_area
+    return np.asarray(none | (variation > limit))
 
 
 def _green(colors: Array) -> Bools:
@@ -117,11 +126,17 @@ def _green(colors: Array) -> Bools:
     return np.asarray((3.0 * colors[:, 1] - total) / total > _GREEN)
 
 
-def _mean_of_neighbours(elements: Elements, values: Array) -> Array:
+def _mean_of_neighbours(elements: Elements) -> Array:
+    """Of the variation of each and its neighbours."""
+    values = np.nan_to_num(elements.variation, nan=NO_SURFACE)
     number = np.diff(elements.starts)
-    source = np.repeat(np.arange(len(values)), number)
-    sums = np.bincount(source, values[elements.near], len(values))
-    return np.asarray((values + sums) / (number + 1.0))
+    rows = np.flatnonzero(number)
+    own = number[rows]
+    begins = np.cumsum(own) - own
+    if len(rows):
+        sums = np.add.reduceat(values[elements.near], begins)
+        values[rows] = (values[rows] + sums) / (own + 1.0)
+    return values
 
 
 def _jumbled_ground(elements: Elements, asked: Bools) -> Bools:
@@ -129,30 +144,30 @@ def _jumbled_ground(elements: Elements, asked: Bools) -> Bools:
     whole, and whose elements face all directions."""
     if not asked.any():
         return asked
-    side = _WIDE * float(np.median(elements.spacing))
-    cell = (elements.places * (1.0 / max(side, 1e-12))).astype(np.int64) & 0x1FFFFF
-    key = (cell[:, 0] << 42) | (cell[:, 1] << 21) | cell[:, 2]
-    named = np.unique(key[asked])
-    which = np.minimum(np.searchsorted(named, key), len(named) - 1)
-    rows = np.flatnonzero(named[which] == key)
-    which, count = which[rows], len(named)
-    known = np.isfinite(elements.normals[rows, 0])
-    places, normals = elements.places[rows], np.nan_to_num(elements.normals[rows])
-    weight = np.where(known, elements.areas[rows], 0.0)
-    total = np.maximum(np.bincount(which, weight, count), 1e-300)
+    spacing = np.sqrt(elements.usual_area * (2.0 if elements.of == "face" else 1.0))
+    per = 1.0 / max(_WIDE * float(spacing), 1e-12)
+    rows = np.flatnonzero(asked)
+    i, j, k = (elements.places[rows] * per).astype(np.int64).T & 0x1FFFFF
+    named, which = np.unique((i << 42) | (j << 21) | k, return_inverse=True)
+    count = len(named)
+    size = 1 << (2 * count + 1).bit_length()
+    names, ends = np.full(size, -1, np.int64), np.zeros((size, 2), np.int64)
+    tabulate(named, np.arange(count + 1), names, ends)
+    sums = np.zeros((count, 16))
+    sums_in_cells(
+        elements.places, for_kernels(elements.normals, np.float64),
+        for_kernels(elements.areas, np.float64), per, names, ends, sums,
+    )  # fmt: skip
+    means = sums[:, 1:] / np.maximum(sums[:, :1], 1e-300)
     tensor, spread = np.empty((count, 3, 3)), np.empty((count, 3, 3))
-    mean = np.stack([np.bincount(which, weight * places[:, i], count) / total for i in range(3)], 1)
-    off = places - mean[which]
-    for i in range(3):
-        for j in range(i, 3):
-            n = np.bincount(which, weight * normals[:, i] * normals[:, j], count) / total
-            s = np.bincount(which, weight * off[:, i] * off[:, j], count) / total
-            tensor[:, i, j] = tensor[:, j, i] = n
-            spread[:, i, j] = spread[:, j, i] = s
+    mean = means[:, 6:9]
+    for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+        tensor[:, i, j] = tensor[:, j, i] = means[:, at]
+        spread[:, i, j] = spread[:, j, i] = means[:, 9 + at] - mean[:, i] * mean[:, j]
     # The share of the normals' squares across their common axis.
     jumbled = 1.0 - np.linalg.eigvalsh(tensor)[:, 2] > _JUMBLED
     upward = np.abs(np.linalg.eigh(spread)[1][:, 2, 0])
     gentle = upward >= np.cos(np.radians(_GENTLE_DEG))
     result = np.zeros(len(elements), np.bool_)
-    result[rows] = (jumbled & gentle)[which]
-    return result & asked
+    result[rows[(jumbled & gentle)[which]]] = True
+    return result

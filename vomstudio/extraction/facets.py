@@ -14,15 +14,17 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.extraction.borders import polygon_of_faces, polygon_of_points, wkt
+from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
-from vomstudio.extraction.elements import Begun, Elements, elements_of
+from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
 from vomstudio.extraction.growing import grown, reach_of, share_going_over
+from vomstudio.extraction.kernels import grouped, powers_across
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.nearby.cell_grid import CellGrid
@@ -49,6 +51,8 @@ _WAVY, _WAVY_TURN = 0.5, 3.0
 _SLICE = 2.0
 # Ours; below this share of the spacing layers are no matter.
 _HUMPS, _TOLD = 0.72, 0.05
+# Ours: of the area, and by as much as areas of a dozen points each make it wider by chance.
+_THIN_PART, _CHANCE, _MANY = 0.9, 1.2, 5_000
 # In which facets are fitted, several at once.
 _PARTS = 64
 
@@ -146,6 +150,7 @@ def find_facets(
 
     elements = elements_of(data, limits.angle_deg, progress, begin)
     reach = reach_of(elements, limits.max_distance)
+    usual = middle_of(reach)
     mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
     fewest = limits.min_points or FEWEST
     # A mesh has about two faces for each vertex, and many fewer on a piece that is a few faces.
@@ -161,6 +166,7 @@ def find_facets(
         reach=reach,
         least_count=least_count,
         least_area=least_area,
+        usual=usual,
         progress=progress,
         begun=elements.begun,
     )
@@ -169,7 +175,7 @@ def find_facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
-    return _told(data, elements, found, labels, float(np.median(reach)), fewest, thresholds,
+    return _told(data, elements, found, labels, usual, fewest, thresholds,
                  wavy > _WAVY)  # fmt: skip
 
 
@@ -183,13 +189,12 @@ def _with_shared_corners(mesh: Mesh) -> Mesh:
 
 def _without_volumes(elements: Elements, labels: Labels) -> Labels:
     """Without facets most of whose points fill a volume: slices of it are no surface."""
-    inside = labels >= 0
-    if not inside.any():
+    filling = np.flatnonzero(fills_volume(elements, skin=True) & (labels >= 0))
+    if not len(filling):
         return labels
-    count = np.bincount(labels[inside])
-    filling = np.bincount(labels[inside], fills_volume(elements, skin=True)[inside], len(count))
-    none = np.append(2.0 * filling > count, False)
-    return np.where(none[labels], np.int32(-1), labels)
+    count = np.bincount(labels + 1)[1:]
+    none = np.append(2 * np.bincount(labels[filling], minlength=len(count)) > count, False)
+    return np.where(none[labels], np.int32(-1), labels) if none.any() else labels
 
 
 def facets_of_labels(
@@ -249,8 +254,8 @@ def _facets(
     """The facets that are large enough, numbered anew, and the elements' labels of them."""
     count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
-    order = np.argsort(labels, kind="stable")
-    cuts = np.searchsorted(labels[order], np.arange(count + 1))
+    cuts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
+    grouped(for_kernels(labels, np.int32), cuts, order)
     made: list[tuple[Facet, Ints]] = []
     flattest = limits.min_coplanarity
     flattest = thresholds.least_coplanarity if flattest is None else flattest
@@ -261,7 +266,6 @@ def _facets(
 
     def work(block: slice) -> None:
         for i in spread[block]:
-            pieces[i] = np.sort(pieces[i])
             fitted[i] = _facet(data, elements, pieces[i], thresholds)
 
     in_blocks(work, count, progress, max(1, count // _PARTS))
@@ -305,13 +309,14 @@ def _facet(
         corners = np.asarray(data.vertices[data.faces[rows]], np.float64)
         polygon, axes = polygon_of_faces(corners, fit.centroid, fit.normal)
     else:
-        polygon, axes = polygon_of_points(points, spacing, fit.centroid, fit.normal)
+        wide = max(spacing, _wide_spacing(elements.areas[own]))
+        polygon, axes = polygon_of_points(points, wide, fit.centroid, fit.normal)
         area = float(polygon.area)
     resolution = max(spacing, fit.rms or 0.0)
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
     )
-    if (fit.rms or 0.0) > _TOLD * spacing and _is_double((points - fit.centroid) @ fit.normal):
+    if (fit.rms or 0.0) > _TOLD * spacing and _is_double(points, fit):
         verdict = replace(
             verdict,
             quality="doubtful" if verdict.quality == "good" else verdict.quality,
@@ -321,11 +326,22 @@ def _facet(
     return Facet(fit, known, verdict, area, resolution, border, rows)
 
 
-def _is_double(off: Array) -> bool:
-    """Whether distances (n,) from a plane are in two humps, by Sarle's coefficient: 1/3 for a
-    normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for two values."""
-    square = float((off * off).mean())
-    skew, peak = float((off**3).mean()) / square**1.5, float((off**4).mean()) / square**2
+def _wide_spacing(areas: Array) -> float:
+    """Of points that stand for areas (n,): where they are thin they are few, but not the area."""
+    if len(areas) > _MANY:
+        areas = areas[:: len(areas) // _MANY]
+    lined = np.sort(areas)
+    upto = np.cumsum(lined)
+    return float(np.sqrt(lined[np.searchsorted(upto, _THIN_PART * upto[-1])])) / _CHANCE
+
+
+def _is_double(points: Array, fit: PlaneFit) -> bool:
+    """Whether the distances of points (n, 3) from their plane are in two humps, by Sarle's
+    coefficient: 1/3 for a normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for
+    two values."""
+    normal = for_kernels(fit.normal, np.float64)
+    two, three, four = powers_across(for_kernels(points, np.float64), fit.centroid, normal)
+    skew, peak = three / two**1.5, four / two**2
     return bool((skew * skew + 1.0) / peak > _HUMPS)
 
 

@@ -12,8 +12,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.elements import NEIGHBOURS, Elements
-from vomstudio.extraction.kernels import grow, settle, sums_of
+from vomstudio.extraction.elements import Elements, middle_of
+from vomstudio.extraction.kernels import grouped, grow, renumbered, settle, sums_of
+from vomstudio.extraction.points_around import NEIGHBOURS
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.progress import Progress
 from vomstudio.words import tr
@@ -22,7 +23,10 @@ Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Labels = npt.NDArray[np.int32]
 
+Bools = npt.NDArray[np.bool_]
+
 NONE, OUT = -1, -2
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 # Of the resolution around: what natural faces and the noise of their models need.
 _REACH_OF_SPACING = 1.0
 _REACH_OF_NOISE = 3.0
@@ -51,7 +55,8 @@ class Planes:
     """Of f facets, from the moments of their elements.
 
     centre (f, 3) from the elements' origin on, normal (f, 3), rms (f,), area (f,), count (f,)
-    scatter (f, 3, 3) covariance of their places, weighted by area
+    scatter (f, 3, 3) covariance of their places, weighted by area; squares (f,) sum of how far each
+        may lie off, squared, if that is told
     """
 
     centre: Array
@@ -60,6 +65,7 @@ class Planes:
     area: Array
     count: Ints
     scatter: Array
+    squares: Array
 
 
 def reach_of(elements: Elements, max_distance: float | None) -> Array:
@@ -70,10 +76,11 @@ def reach_of(elements: Elements, max_distance: float | None) -> Array:
     noise = np.nan_to_num(elements.noise)
     # At edges the local scatter is relief and no noise: no more than is usual around.
     # Around what has a normal: cells with a few scattered points may be many.
-    told = np.isfinite(elements.normals[:, 0])
-    usual = float(np.median(noise[told])) if told.any() else 0.0
-    noise = np.minimum(noise, 2.0 * usual)
-    wide = np.maximum(_REACH_OF_SPACING * elements.spacing, _REACH_OF_NOISE * noise)
+    told = noise[np.isfinite(elements.normals[:, 0])]
+    usual = middle_of(told) if len(told) else 0.0
+    wide = np.minimum(noise, 2.0 * usual)
+    wide *= _REACH_OF_NOISE
+    np.maximum(wide, _REACH_OF_SPACING * elements.spacing, out=wide)
     if elements.of == "face":
         # Large and small faces of one mesh are as true as each other.
         wide = np.minimum(wide, max(float(np.median(wide)), 1e-300))
@@ -87,106 +94,193 @@ def grown(
     reach: Array,
     least_count: int,
     least_area: float,
+    usual: float,
     progress: Progress,
     begun: Labels | None = None,
 ) -> Labels:
     """(n,) facet of each element, from 0 on, -1 for none.
 
-    reach : (n,) how far each element may lie from the plane; least_count, least_area : smaller
-        facets are left out unless they reach one of the two; begun : (n,) facets that are known
+    reach : (n,) how far each element may lie from the plane, `usual` their median; least_count,
+        least_area : smaller facets are left out unless they reach one of the two; begun : (n,)
+        facets that are known
     Raises Cancelled through `progress`, whose steps are seeds.
     """
     n = len(elements)
     labels = np.full(n, NONE, np.int32) if begun is None else for_kernels(begun, np.int32)
     usable = np.isfinite(elements.normals[:, 0]) & np.isfinite(reach)
     labels[~usable] = OUT
-    normals = for_kernels(np.nan_to_num(elements.normals), np.float64)
-    cosine = float(np.cos(np.radians(angle_deg)))
-    worth = np.where(usable, np.nan_to_num(elements.variation, nan=1.0), np.inf)
-    free = np.flatnonzero(labels == NONE)
-    order = free[np.argsort(worth[free], kind="stable")]
+    rows, amid = np.arange(n), None
+    if begun is not None:
+        listed = np.diff(elements.starts) > 0
+        rows, closed = np.flatnonzero(listed), np.flatnonzero(~listed)
+        amid = _sums(elements, labels, closed, _count(labels), reach=reach)
+    free = rows[labels[rows] == NONE]
+    worth = np.nan_to_num(elements.variation[free], nan=1.0)
+    order = free[np.argsort(worth, kind="stable")]
     queue, sums = np.empty(n, np.int32), np.zeros(10)
+    cosine = float(np.cos(np.radians(angle_deg)))
     progress.stage(tr("Growing facets"), len(order))
     label = _count(labels)
     for first in range(0, len(order), _SEEDS):
         last = min(first + _SEEDS, len(order))
         label = grow(
-            order, first, last, elements.places, normals, elements.areas, elements.inner, reach,
-            elements.starts, elements.near, cosine, least_count, least_area, labels, queue, label,
-            sums,
+            order, first, last, elements.places, elements.normals, elements.areas, elements.inner,
+            reach, elements.starts, elements.near, cosine, least_count, least_area, labels, queue,
+            label, sums,
         )  # fmt: skip
         progress.step(last)
     progress.stage(tr("Merging facets"), None)
     for _ in range(2):
-        labels = _settled(elements, normals, reach, cosine, labels)
-        labels = _merged(elements, reach, angle_deg, labels)
+        labels = _settled(elements, rows, amid, reach, usual, cosine, labels)
+        labels, amid = _merged(elements, rows, amid, reach, angle_deg, labels)
         progress.step(0)
-    labels = _settled(elements, normals, reach, cosine, labels)
-    return _without_small(elements, labels, least_count, least_area)
-
-
-def planes_of(elements: Elements, labels: Labels) -> Planes:
-    """The planes of facets 0 to the largest label, weighted by area."""
-    f = _count(labels)
-    about, known = np.zeros((f, 3)), np.zeros(f, np.bool_)
-    sums, count = np.zeros((f, 10)), np.zeros(f, np.int64)
-    own = for_kernels(labels, np.int32)
-    sums_of(elements.places, elements.areas, elements.inner, own, about, known, sums, count)
-    area = sums[:, 0]
-    means = sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
-    mean = means[:, :3]
-    scatter = np.empty((f, 3, 3))
-    for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-        scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + at] - mean[:, i] * mean[:, j]
-    values, vectors = np.linalg.eigh(scatter)
-    return Planes(
-        about + mean,
-        np.ascontiguousarray(vectors[:, :, 0]),
-        np.sqrt(np.maximum(values[:, 0], 0.0)),
-        area,
-        count,
-        scatter,
+    labels = _settled(elements, rows, amid, reach, usual, cosine, labels)
+    return _without_small(
+        elements, rows, planes_of(elements, labels, rows, amid), labels, least_count, least_area
     )
 
 
-def limits_of(planes: Planes, reach: Array) -> Array:
-    """(f,) how far from its plane an element of a facet may lie at most, by the facet's scatter."""
-    return for_kernels(np.maximum(_SCATTERS * planes.rms, 0.1 * float(np.median(reach))), "f8")
+@dataclass(frozen=True, eq=False)
+class _Sums:
+    """Of facets the sums of weight, first and second moments about places (f, 3) that are known
+    (f,), and of how far elements may lie off, squared (f, 11); and their number (f,)."""
+
+    about: Array
+    known: Bools
+    sums: Array
+    count: Ints
+
+    def longer(self, f: int) -> _Sums:
+        """A copy, for so many facets."""
+        more = f - len(self.known)
+        return _Sums(
+            np.concatenate([self.about, np.zeros((more, 3))]),
+            np.concatenate([self.known, np.zeros(more, np.bool_)]),
+            np.concatenate([self.sums, np.zeros((more, 11))]),
+            np.concatenate([self.count, np.zeros(more, np.int64)]),
+        )
+
+    def joined(self, number: Ints) -> _Sums:
+        """Of facets that are one where their numbers (f,) are the same."""
+        new = _no_sums(int(number.max(initial=-1)) + 1)
+        own = np.flatnonzero(self.known)
+        new.known[number[own]] = True
+        new.about[number[own][::-1]] = self.about[own][::-1]
+        shift, sums = self.about[own] - new.about[number[own]], self.sums[own].copy()
+        weight, first = sums[:, 0], sums[:, 1:4].copy()
+        for at, (i, j) in enumerate(_PAIRS):
+            sums[:, 4 + at] += (
+                first[:, i] * shift[:, j]
+                + first[:, j] * shift[:, i]
+                + weight * shift[:, i] * shift[:, j]
+            )
+        sums[:, 1:4] += weight[:, None] * shift
+        np.add.at(new.sums, number[own], sums)
+        np.add.at(new.count, number[own], self.count[own])
+        return new
+
+
+def _no_sums(f: int) -> _Sums:
+    return _Sums(np.zeros((f, 3)), np.zeros(f, np.bool_), np.zeros((f, 11)), np.zeros(f, np.int64))
+
+
+def _sums(
+    elements: Elements,
+    labels: Labels,
+    rows: Ints,
+    f: int,
+    amid: _Sums | None = None,
+    reach: Array | None = None,
+) -> _Sums:
+    found = _no_sums(f) if amid is None else amid.longer(f)
+    own = for_kernels(labels, np.int32)
+    sums_of(
+        rows, elements.places, elements.areas, elements.inner,
+        np.zeros(1) if reach is None else reach, own, found.about, found.known, found.sums,
+        found.count,
+    )  # fmt: skip
+    return found
+
+
+def planes_of(
+    elements: Elements,
+    labels: Labels,
+    rows: Ints | None = None,
+    amid: _Sums | None = None,
+    reach: Array | None = None,
+) -> Planes:
+    """The planes of facets 0 to the largest label, weighted by area. amid : the sums of all
+    elements but those of the rows, where they are known"""
+    rows = np.arange(len(labels)) if rows is None else rows
+    found = _sums(elements, labels, rows, _count(labels), amid, reach)
+    area = found.sums[:, 0]
+    means = found.sums[:, 1:] / np.where(area > 0.0, area, 1.0)[:, None]
+    mean = means[:, :3]
+    scatter = np.empty((len(area), 3, 3))
+    for at, (i, j) in enumerate(_PAIRS):
+        scatter[:, i, j] = scatter[:, j, i] = means[:, 3 + at] - mean[:, i] * mean[:, j]
+    values, vectors = np.linalg.eigh(scatter)
+    return Planes(
+        found.about + mean,
+        np.ascontiguousarray(vectors[:, :, 0]),
+        np.sqrt(np.maximum(values[:, 0], 0.0)),
+        area,
+        found.count,
+        scatter,
+        found.sums[:, 10],
+    )
+
+
+def limits_of(planes: Planes, usual: float) -> Array:
+    """(f,) how far from its plane an element of a facet may lie at most, by the facet's scatter.
+    usual : the median of how far elements may lie from a plane"""
+    return for_kernels(np.maximum(_SCATTERS * planes.rms, 0.1 * usual), np.float64)
 
 
 def _settled(
-    elements: Elements, normals: Array, reach: Array, cosine: float, labels: Labels
+    elements: Elements,
+    rows: Ints,
+    amid: _Sums | None,
+    reach: Array,
+    usual: float,
+    cosine: float,
+    labels: Labels,
 ) -> Labels:
     for _ in range(_SETTLED):
-        planes = planes_of(elements, labels)
+        planes = planes_of(elements, labels, rows, amid)
         if not len(planes.area):
             return labels
-        out = np.empty_like(labels)
+        out = np.empty(len(rows), np.int32)
         changed = settle(
-            elements.places, normals, reach, elements.starts, elements.near, cosine,
+            rows, elements.places, elements.normals, reach, elements.starts, elements.near, cosine,
             for_kernels(planes.centre, np.float64), for_kernels(planes.normal, np.float64),
-            limits_of(planes, reach), labels, out,
+            limits_of(planes, usual), labels, out,
         )  # fmt: skip
-        labels = out
+        labels[rows] = out
         if changed <= 1e-4 * len(labels):
             break
     return labels
 
 
-def _merged(elements: Elements, reach: Array, angle_deg: float, labels: Labels) -> Labels:
-    """Neighbours that are one plane become one."""
+def _merged(
+    elements: Elements,
+    rows: Ints,
+    amid: _Sums | None,
+    reach: Array,
+    angle_deg: float,
+    labels: Labels,
+) -> tuple[Labels, _Sums | None]:
+    """Neighbours that are one plane become one; the labels, and the sums of what is amid."""
     f = _count(labels)
     if f < 2:
-        return labels
-    pairs = _touching(elements, labels, f)
-    planes = planes_of(elements, labels)
+        return labels, amid
+    pairs = _touching(elements, labels, f, rows)
+    planes = planes_of(elements, labels, rows, amid, reach)
     owner = np.arange(f)
     weight = planes.area.copy()
     mean, normal, rms = planes.centre.copy(), planes.normal.copy(), planes.rms.copy()
     scatter = planes.scatter.copy()
-    limit = np.sqrt(
-        np.bincount(labels[labels >= 0], reach[labels >= 0] ** 2, f) / np.maximum(planes.count, 1)
-    )
+    limit = np.sqrt(planes.squares / np.maximum(planes.count, 1))
     cosine = np.abs((normal[pairs[:, 0]] * normal[pairs[:, 1]]).sum(axis=1))
     likely = cosine >= np.cos(np.radians(angle_deg))
     pairs = pairs[likely][np.argsort(-cosine[likely], kind="stable")]
@@ -222,10 +316,10 @@ def _merged(elements: Elements, reach: Array, angle_deg: float, labels: Labels) 
         weight[a], scatter[a], normal[a], rms[a] = total, joint, vectors[:, 0], common
     roots = np.array([_root(owner, i) for i in range(f)])
     _, number = np.unique(roots, return_inverse=True)
-    out = labels.copy()
-    inside = labels >= 0
-    out[inside] = number[labels[inside]]
-    return out
+    # The last two stand for NONE and OUT, which are counted from the end.
+    out = np.empty_like(labels)
+    renumbered(labels, np.append(number, [OUT, NONE]).astype(np.int32), out)
+    return out, None if amid is None else amid.longer(f).joined(number)
 
 
 def _root(owner: Ints, i: int) -> int:
@@ -235,9 +329,12 @@ def _root(owner: Ints, i: int) -> int:
     return i
 
 
-def _touching(elements: Elements, labels: Labels, f: int) -> Ints:
-    """(p, 2) facets that have neighbouring elements, each pair once."""
-    source = np.repeat(labels, np.diff(elements.starts))
+def _touching(elements: Elements, labels: Labels, f: int, rows: Ints | None = None) -> Ints:
+    """(p, 2) facets that have neighbouring elements, each pair once. rows : of those that have
+    neighbours, all where they are not told"""
+    number = np.diff(elements.starts)
+    own = (labels, number) if rows is None else (labels[rows], number[rows])
+    source = np.repeat(*own)
     target = labels[elements.near]
     border = (source != target) & (source >= 0) & (target >= 0)
     a, b = source[border].astype(np.int64), target[border].astype(np.int64)
@@ -246,30 +343,38 @@ def _touching(elements: Elements, labels: Labels, f: int) -> Ints:
 
 
 def _without_small(
-    elements: Elements, labels: Labels, least_count: int, least_area: float
+    elements: Elements,
+    rows: Ints,
+    planes: Planes,
+    labels: Labels,
+    least_count: int,
+    least_area: float,
 ) -> Labels:
     """Numbered by area, the largest first; -1 for elements of facets that are too small."""
-    planes = planes_of(elements, labels)
     kept = (planes.count >= least_count) | ((planes.area >= least_area) & (planes.area > 0.0))
-    kept &= _looseness(elements, labels, len(planes.area)) <= _LOOSE
+    kept &= _looseness(elements, rows, planes, labels) <= _LOOSE
     order = np.argsort(-np.where(kept, planes.area, -1.0), kind="stable")
-    number = np.full(len(planes.area) + 1, NONE, np.int32)
+    # The last two stand for NONE and OUT.
+    number = np.full(len(planes.area) + 2, NONE, np.int32)
     number[order[: int(kept.sum())]] = np.arange(int(kept.sum()))
-    return np.asarray(number[np.where(labels >= 0, labels, len(planes.area))])
+    out = np.empty_like(labels)
+    renumbered(labels, number, out)
+    return out
 
 
-def _looseness(elements: Elements, labels: Labels, f: int) -> Array:
+def _looseness(elements: Elements, rows: Ints, planes: Planes, labels: Labels) -> Array:
     """(f,) of the facets' neighbours in all, the share that is of no facet."""
+    f = len(planes.area)
     if elements.of != "point":
         return np.zeros(f)
-    number = np.diff(elements.starts)
-    source = np.repeat(labels, number)
+    source = np.repeat(labels[rows], np.diff(elements.starts)[rows])
     inside = source >= 0
     free = labels[elements.near[inside]] < 0
     own = source[inside]
+    listed = labels[rows]
     # Points without a list lie amid their facet.
-    amid = labels[(number == 0) & (labels >= 0)]
-    full = np.bincount(own, minlength=f) + NEIGHBOURS * np.bincount(amid, minlength=f)
+    amid = planes.count - np.bincount(listed[listed >= 0], minlength=f)
+    full = np.bincount(own, minlength=f) + NEIGHBOURS * amid
     return np.asarray(np.bincount(own, free, f) / np.maximum(full, 1))
 
 
@@ -299,9 +404,8 @@ def share_going_over(elements: Elements, labels: Labels, angle_deg: float) -> fl
         drawn = np.random.default_rng(0).choice(f, _MOST_FACETS, p=share)
         chosen = np.bincount(drawn, minlength=f) > 0
     pairs = pairs[chosen[pairs].any(axis=1)]
-    rows = np.flatnonzero((labels >= 0) & np.isfinite(elements.normals[:, 0]))
-    rows = rows[np.argsort(labels[rows], kind="stable")]
-    ends = np.searchsorted(labels[rows], np.arange(f + 1))
+    ends, rows = np.zeros(f + 1, np.int64), np.empty(len(labels), np.int64)
+    grouped(labels, ends, rows)
     some = [rows[a:b][:: max(1, (b - a) // _LOOKED_AT)] for a, b in pairwise(ends.tolist())]
     going = np.zeros(f, np.bool_)
     for one, two in pairs.tolist():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import eigen_of
+from vomstudio.geometry.kernels.cells import eigen_of, slot_of
 from vomstudio.geometry.kernels.jit import kernel, part
 
 
@@ -168,23 +168,26 @@ def grow(  # type: ignore[no-untyped-def]
 
 
 @kernel(
-    "i8(f8[:,::1], f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1], f8[:,::1], f8[::1],"
-    "i4[::1], i4[::1])"
+    "i8(i8[::1], f8[:,::1], f8[:,::1], f8[::1], i8[::1], i4[::1], f8, f8[:,::1], f8[:,::1],"
+    "f8[::1], i4[::1], i4[::1])"
 )
 def settle(  # type: ignore[no-untyped-def]
-    places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
+    rows, places, normals, reach, starts, near, least_cosine, centres, facing, limits, labels, out
 ):
-    """Give every element to the nearest plane among its own and its neighbours', or to none.
+    """Give every element of these rows to the nearest plane among its own and its neighbours', or
+    to none.
 
     centres, facing (f, 3), limits (f,) : of the facets' planes; beyond its limit or the element's
     own reach an element is none of it. Where its normal is off by more than the angle, as at an
-    edge that two faces share, it must lie twice as near. Returns how many have changed.
+    edge that two faces share, it must lie twice as near. out : (rows,) becomes the labels. Returns
+    how many have changed.
     """
     changed = 0
-    for e in range(len(labels)):
+    for i in range(len(rows)):
+        e = rows[i]
         best, least = -1, math.inf
         if labels[e] == -2:
-            out[e] = -2
+            out[i] = -2
             continue
         for turn in range(starts[e] - 1, starts[e + 1]):
             f = labels[e] if turn < starts[e] else labels[near[turn]]
@@ -207,19 +210,23 @@ def settle(  # type: ignore[no-untyped-def]
                     continue
             if off <= limit and off < least:
                 best, least = f, off
-        out[e] = best
+        out[i] = best
         if best != labels[e]:
             changed += 1
     return changed
 
 
-@kernel("void(f8[:,::1], f8[::1], f8[:,::1], i4[::1], f8[:,::1], b1[::1], f8[:,::1], i8[::1])")
+@kernel(
+    "void(i8[::1], f8[:,::1], f8[::1], f8[:,::1], f8[::1], i4[::1], f8[:,::1], b1[::1], f8[:,::1],"
+    "i8[::1])"
+)
 def sums_of(  # type: ignore[no-untyped-def]
-    places, areas, inner, labels, about, known, sums, count
+    rows, places, areas, inner, reach, labels, about, known, sums, count
 ):
-    """Add the moments of each facet's elements about the first of them: weight, first and second
-    moments (f, 10), and how many they are. `about` and `known` come as zeros."""
-    for e in range(len(labels)):
+    """Add the moments of each facet's elements of these rows: weight, first and second moments
+    about a place that is `known`, or the first of them, and the squares of `reach`, if that is of
+    all elements (f, 11); and how many they are."""
+    for e in rows:
         f = labels[e]
         if f < 0:
             continue
@@ -227,8 +234,90 @@ def sums_of(  # type: ignore[no-untyped-def]
             known[f] = True
             about[f, 0], about[f, 1], about[f, 2] = places[e, 0], places[e, 1], places[e, 2]
         count[f] += 1
+        if len(reach) > 1:
+            sums[f, 10] += reach[e] * reach[e]
         _add(
             sums[f], areas[e],
             places[e, 0] - about[f, 0], places[e, 1] - about[f, 1], places[e, 2] - about[f, 2],
             inner, e,
         )  # fmt: skip
+
+
+@kernel("void(i4[::1], i4[::1], i4[::1])")
+def renumbered(labels, number, out):  # type: ignore[no-untyped-def]
+    """Give each element the number of its label; labels below 0 count from the end."""
+    for e in range(len(labels)):
+        f = labels[e]
+        out[e] = number[f if f >= 0 else len(number) + f]
+
+
+@kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8, i8[::1], i8[:,::1], f8[:,::1])")
+def sums_in_cells(places, normals, areas, per, names, ends, sums):  # type: ignore[no-untyped-def]
+    """Add the elements with a normal to cubic cells, `per` of which are along a unit, that are in a
+    table (see `tabulate`): the area, and times that the products of the normals (xx, yy, zz, xy,
+    xz, yz), the places from the corner of the cell on, and the products of these."""
+    for e in range(len(places)):
+        x, y, z = places[e, 0] * per, places[e, 1] * per, places[e, 2] * per
+        i, j, k = int(x), int(y), int(z)
+        slot = slot_of(names, cell_name(i, j, k))
+        u, v, w = normals[e, 0], normals[e, 1], normals[e, 2]
+        if names[slot] == -1 or u != u:
+            continue
+        row, area = sums[ends[slot, 0]], areas[e]
+        x, y, z = x - i, y - j, z - k
+        row[0] += area
+        row[1] += area * u * u
+        row[2] += area * v * v
+        row[3] += area * w * w
+        row[4] += area * u * v
+        row[5] += area * u * w
+        row[6] += area * v * w
+        row[7] += area * x
+        row[8] += area * y
+        row[9] += area * z
+        row[10] += area * x * x
+        row[11] += area * y * y
+        row[12] += area * z * z
+        row[13] += area * x * y
+        row[14] += area * x * z
+        row[15] += area * y * z
+
+
+@part
+def cell_name(i, j, k):  # type: ignore[no-untyped-def]
+    """One number of three, the same for cells that are far apart by 2 million."""
+    return ((i & 0x1FFFFF) << 42) | ((j & 0x1FFFFF) << 21) | (k & 0x1FFFFF)
+
+
+@kernel("void(i4[::1], i8[::1], i8[::1])")
+def grouped(labels, starts, order):  # type: ignore[no-untyped-def]
+    """The elements of each facet in their order: those of f become order[starts[f]:starts[f + 1]].
+    starts : (facets + 1,) zeros; elements of no facet are left out"""
+    for e in range(len(labels)):
+        if labels[e] >= 0:
+            starts[labels[e] + 1] += 1
+    for f in range(1, len(starts)):
+        starts[f] += starts[f - 1]
+    for e in range(len(labels)):
+        if labels[e] >= 0:
+            order[starts[labels[e]]] = e
+            starts[labels[e]] += 1
+    for f in range(len(starts) - 1, 0, -1):
+        starts[f] = starts[f - 1]
+    starts[0] = 0
+
+
+@kernel("Tuple((f8,f8,f8))(f8[:,::1], f8[::1], f8[::1])")
+def powers_across(points, centre, normal):  # type: ignore[no-untyped-def]
+    """The means of the second, third and fourth power of the distances from a plane."""
+    x, y, z = normal[0], normal[1], normal[2]
+    two, three, four = 0.0, 0.0, 0.0
+    for p in range(len(points)):
+        off = (
+            (points[p, 0] - centre[0]) * x
+            + (points[p, 1] - centre[1]) * y
+            + (points[p, 2] - centre[2]) * z
+        )
+        square = off * off
+        two, three, four = two + square, three + square * off, four + square * square
+    return two / len(points), three / len(points), four / len(points)

@@ -18,6 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.kernels.jit import for_kernels, for_reading
+from vomstudio.geometry.kernels.patch_cells import cell_sums, turned, weighted_spread
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 
@@ -31,8 +33,10 @@ CELLS = 6
 POINTS_PER_CELL = 4
 _CHANCE, _MARGIN, _FEWEST_CELLS = 1e-4, 1.4, 9
 _LOOKED_AT = 40_000
-_MANY = 10_000
-"""The bounds between more points are taken from about so many of them."""
+_MANY = 4_000
+"""Of more points cells are found by their bounds."""
+_BOUNDED = 5_000
+"""By about so many points."""
 
 
 @dataclass(frozen=True)
@@ -65,34 +69,55 @@ def moments(
         places = np.empty((len(weight), 3))
         places[which] = xyz
     n = len(weight)
+    if n > _MANY:
+        return _many_moments(for_reading(places, np.float64), weight)
     weight = weight * (n / weight.sum())
     first = places[0]
     local = places - first
     mean = (weight[:, None] * local).sum(axis=0) / n
     local = local - mean
     scatter = (weight[:, None] * local).T @ local
+    r, v, u = (local @ np.linalg.eigh(scatter / n)[1]).T
     return Moments(
         n,
         _triple(first + mean),
         (_triple(scatter[0]), _triple(scatter[1]), _triple(scatter[2])),
-        _effective(local, scatter / n),
+        _effective(u, v, r),
     )
 
 
-def _effective(local: Floats, covariance: Floats) -> float:
-    """Number of independent points, from the scatter of the means of equal cells."""
-    n = len(local)
+def _many_moments(places: Floats, weight: Floats) -> Moments:
+    """Of so many that it takes long to go over them time and again."""
+    n, centre, scatter = len(places), places[0].copy(), np.zeros((3, 3))
+    if float(np.ptp(weight)) == 0.0:
+        weight = np.ones(1)
+    else:
+        weight = for_kernels(weight * (n / weight.sum()), np.float64)
+    weighted_spread(places, weight, centre, scatter)
+    axes = for_kernels(np.linalg.eigh(scatter / n)[1].T[::-1], np.float64)
+    u, v, r = (np.empty(n) for _ in range(3))
+    turned(places, centre, axes, u, v, r)
+    return Moments(
+        n,
+        _triple(centre),
+        (_triple(scatter[0]), _triple(scatter[1]), _triple(scatter[2])),
+        _effective(u, v, r),
+    )
+
+
+def _effective(u: Floats, v: Floats, r: Floats) -> float:
+    """Number of independent points, from the scatter of the means of equal cells. u, v, r : (n,)
+    places along the axes of the points, from the longest on."""
+    n = len(u)
     fine = min(2 * CELLS, 2 * int(np.sqrt(n / POINTS_PER_CELL) / 2))
     if fine < 6:
         return float(n)
-    axes = np.linalg.eigh(covariance)[1]
-    r, v, u = (local @ axes).T
     white = float((r * r).mean()) * n / (n - 3.0)
     if white <= 0.0:
         return float(n)
     # The last step of Richardson: neighbours across a border between cells are left out of the
     # means' scatter, the more of them the smaller the cell, so sqrt(excess) rises with its width.
-    coarse, finer = (np.sqrt(_excess(u, v, r, side) / white) for side in (fine // 2, fine))
+    finer, coarse = (np.sqrt(x / white) for x in _excesses(u, v, r, fine))
     excess = max(float(2.0 * coarse - finer), 1.0) ** 2
     free = fine * fine / 4.0 - 3.0
     # q is 2 F / dof times the variance of one independent witness over l3, as plane_errors has it.
@@ -104,12 +129,23 @@ def _effective(local: Floats, covariance: Floats) -> float:
     return float(min(3.0 - 2.0 * np.log(LEVEL) / np.log1p(q), n))
 
 
-def _excess(u: Floats, v: Floats, r: Floats, side: int) -> float:
+def _excesses(u: Floats, v: Floats, r: Floats, side: int) -> tuple[float, float]:
     """Variance that one independent point must have for its means to scatter as those of the
-    side x side cells of equal count do."""
-    cell = _cells(u, v, side)
-    sums, count = np.bincount(cell, r), np.maximum(np.bincount(cell), 1)
-    return float((sums * sums / count).sum()) / (side * side - 3.0)
+    side x side cells of equal count do, and of cells twice as wide."""
+    if len(u) > _MANY:
+        count, sums = _sums(u, v, u, v, r, side)
+        four = (side // 2, 2, side // 2, 2)
+        wide, heights = (x.reshape(four).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2]))
+        return _excess(count, sums[:, 2]), _excess(wide, heights)
+    fine, coarse = (_cells(u, v, k) for k in (side, side // 2))
+    of_fine, of_coarse = (_excess(np.bincount(c), np.bincount(c, r)) for c in (fine, coarse))
+    return of_fine, of_coarse
+
+
+def _excess(count: npt.NDArray[np.generic], sums: npt.NDArray[np.generic]) -> float:
+    own = np.asarray(sums, np.float64)
+    each = np.maximum(np.asarray(count, np.float64), 1.0)
+    return float((own * own / each).sum()) / (len(own) - 3.0)
 
 
 def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
@@ -121,10 +157,7 @@ def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
     # In a lattice whole rows are at one place but for the tilt of the plane, and by that the height
     # of a point would choose its cell.
     rows, columns = (np.round(x / max(1e-3 * float(x.std()), 1e-300)) for x in (u, v))
-    cell = _cells(rows, columns, side)
-    count = np.maximum(np.bincount(cell), 1)
-    a, b, h = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, r))
-    aa, ab, bb, ah, bh = (np.bincount(cell, x) for x in (a * a, a * b, b * b, a * h, b * h))
+    aa, ab, bb, ah, bh = _products(rows, columns, u, v, r, side)
     area = aa * bb - ab * ab
     sound = area > 1e-6 * aa * bb
     slopes = np.stack([bb * ah - ab * bh, aa * bh - ab * ah])[:, sound] / area[sound]
@@ -142,6 +175,41 @@ def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
     return float(_MARGIN**2 * (lean**2 @ spread))
 
 
+def _products(
+    rows: Floats, columns: Floats, u: Floats, v: Floats, r: Floats, side: int
+) -> tuple[Floats, ...]:
+    """Of cells by rows and columns the sums of uu, uv, vv, ur and vr about their means."""
+    if len(u) > _MANY:
+        count, sums = _sums(rows, columns, u, v, r, side)
+        a, b, h = (sums[:, :3] / np.maximum(count, 1)[:, None]).T
+        less = a * a, a * b, b * b, a * h, b * h
+        return tuple(np.asarray(sums[:, 3 + i] - count * x) for i, x in enumerate(less))
+    cell = _cells(rows, columns, side)
+    count = np.maximum(np.bincount(cell), 1)
+    a, b, h = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, r))
+    products = a * a, a * b, b * b, a * h, b * h
+    return tuple(np.asarray(np.bincount(cell, x), np.float64) for x in products)
+
+
+def _sums(
+    rows: Floats, columns: Floats, u: Floats, v: Floats, r: Floats, side: int
+) -> tuple[Ints, Floats]:
+    """Of side x side cells of nearly equal count, see `cell_sums`."""
+    some = slice(None, None, max(1, len(u) // _BOUNDED))
+    order = np.argsort(rows[some])
+    slabs = np.array_split(columns[some][order], side)
+    parts = np.empty((side, side - 1))
+    for own, bounds in zip(slabs, parts, strict=True):
+        own.sort()
+        bounds[:] = [own[len(own) * i // side] for i in range(1, side)]
+    ends = np.cumsum([len(own) for own in slabs])[:-1]
+    count, sums = np.zeros(side * side, np.int64), np.zeros((side * side, 8))
+    across, along, *given = (for_kernels(x, np.float64) for x in (rows, columns, u, v, r))
+    slab_bounds = for_kernels(rows[some][order][ends], np.float64)
+    cell_sums(across, along, slab_bounds, parts, *given, count, sums)
+    return count, sums
+
+
 def _cells(u: Floats, v: Floats, side: int) -> Ints:
     """Which of side x side cells of equal count each point is in."""
     slab = _equal_parts(u, side)
@@ -153,15 +221,10 @@ def _cells(u: Floats, v: Floats, side: int) -> Ints:
 
 
 def _equal_parts(values: Floats, parts: int) -> Ints:
-    """Which of that many parts of equal count each value is in; of many, of nearly equal count."""
-    n = len(values)
-    if n > _MANY:
-        some = np.sort(values[:: n // _MANY])
-        bounds = some[[len(some) * i // parts for i in range(1, parts)]]
-        return np.asarray(np.searchsorted(bounds, values, side="right"))
-    part = np.empty(n, np.int64)
+    """Which of that many parts of equal count each value is in."""
+    part = np.empty(len(values), np.int64)
     part[np.argsort(values, kind="stable")] = np.repeat(
-        np.arange(parts), [len(own) for own in np.array_split(np.empty(n), parts)]
+        np.arange(parts), [len(own) for own in np.array_split(np.empty(len(values)), parts)]
     )
     return part
 

@@ -5,67 +5,10 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geometry.kernels.cells import eigen_of
 from vomstudio.geometry.kernels.jit import kernel
 
 _FEW = 4
 """A cell with so many times fewer points than its neighbour is clutter beside it."""
-
-
-@kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
-def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
-    """Of each cell's points the mean, and the covariance about it (xx, yy, zz, xy, xz, yz)."""
-    for c in range(len(begins) - 1):
-        first, last = begins[c], begins[c + 1]
-        n = last - first
-        x, y, z = points[first, 0], points[first, 1], points[first, 2]
-        sx, sy, sz = 0.0, 0.0, 0.0
-        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for p in range(first + 1, last):
-            dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
-            sx, sy, sz = sx + dx, sy + dy, sz + dz
-            xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
-            xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
-        sx, sy, sz = sx / n, sy / n, sz / n
-        means[c, 0], means[c, 1], means[c, 2] = x + sx, y + sy, z + sz
-        inner[c, 0], inner[c, 1], inner[c, 2] = (
-            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz
-        )  # fmt: skip
-        inner[c, 3], inner[c, 4], inner[c, 5] = (
-            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz
-        )  # fmt: skip
-
-
-@kernel(
-    "void(i8, i8, i8[::1], f8[:,::1], f8[:,::1], i8[::1], i4[::1], i8[::1], f8[:,::1], f8[:,::1])"
-)
-def block_planes(  # type: ignore[no-untyped-def]
-    first, last, begins, means, inner, starts, near, count, normals, spreads
-):
-    """Of the points in each of the cells first to last and those around it: how many, the unit
-    normal of their plane, and the eigenvalues of their covariance, from the least on."""
-    for c in range(first, last):
-        x, y, z = means[c, 0], means[c, 1], means[c, 2]
-        n = 0.0
-        sx, sy, sz = 0.0, 0.0, 0.0
-        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for at in range(starts[c] - 1, starts[c + 1]):
-            o = c if at < starts[c] else near[at]
-            w = float(begins[o + 1] - begins[o])
-            dx, dy, dz = means[o, 0] - x, means[o, 1] - y, means[o, 2] - z
-            n += w
-            sx, sy, sz = sx + w * dx, sy + w * dy, sz + w * dz
-            xx, yy = xx + w * (dx * dx + inner[o, 0]), yy + w * (dy * dy + inner[o, 1])
-            zz, xy = zz + w * (dz * dz + inner[o, 2]), xy + w * (dx * dy + inner[o, 3])
-            xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
-        sx, sy, sz = sx / n, sy / n, sz / n
-        found = eigen_of(
-            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
-            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
-        )  # fmt: skip
-        count[c] = int(n)
-        normals[c, 0], normals[c, 1], normals[c, 2] = found[0], found[1], found[2]
-        spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(found[3], 0.0), found[4], found[5]
 
 
 @kernel(
@@ -124,3 +67,46 @@ def hand_down(  # type: ignore[no-untyped-def]
                     best, least = f, off
             out[p] = best
             open_[p] = mixed or best < 0
+
+
+@kernel("void(i8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
+def to_points(  # type: ignore[no-untyped-def]
+    begins, normals, variation, areas, noise, own_normals, own_variation, own_areas, own_noise
+):
+    """Give each point what its cell has, and its share of the area."""
+    for c in range(len(begins) - 1):
+        x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
+        share = areas[c] / (begins[c + 1] - begins[c])
+        for p in range(begins[c], begins[c + 1]):
+            own_normals[p, 0], own_normals[p, 1], own_normals[p, 2] = x, y, z
+            own_variation[p], own_areas[p], own_noise[p] = variation[c], share, noise[c]
+
+
+@kernel(
+    "void(i8[::1], i8[::1], f8[:,::1], f8[:,::1], i8, f8, f8[:,::1], f8[::1], f8[::1], f8[::1])"
+)
+def cell_figures(  # type: ignore[no-untyped-def]
+    begins, count, inner, spreads, fewest, thin, normals, area, variation, noise
+):
+    """Of each cell the area that a point stands for, the variation and the scatter about the plane
+    of its surroundings, with their number of points and eigenvalues; points on a line tell no
+    normal. fewest, thin : with so many points, and so flat, a cell tells its scatter itself"""
+    for c in range(len(count)):
+        least, middle, most = spreads[c, 0], spreads[c, 1], spreads[c, 2]
+        x, y, z = normals[c, 0], normals[c, 1], normals[c, 2]
+        # Of a disc of area A the variance along each diameter is A / (4 pi).
+        area[c] = 4.0 * math.pi * math.sqrt(max(middle * most, 0.0)) / count[c]
+        variation[c] = least / max(least + middle + most, 1e-300)
+        square = least
+        points = begins[c + 1] - begins[c]
+        if not middle > 1e-9 * most:
+            normals[c, 0], normals[c, 1], normals[c, 2] = math.nan, math.nan, math.nan
+            x, y, z = 0.0, 0.0, 0.0
+        if points >= fewest and variation[c] <= thin:
+            # The scatter around is also relief, but where the cell cuts it.
+            own = (
+                inner[c, 0] * x * x + inner[c, 1] * y * y + inner[c, 2] * z * z
+                + 2.0 * (inner[c, 3] * x * y + inner[c, 4] * x * z + inner[c, 5] * y * z)
+            )  # fmt: skip
+            square = min(square, own * points / max(points - 3.0, 1.0))
+        noise[c] = math.sqrt(max(square, 0.0))

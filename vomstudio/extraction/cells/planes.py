@@ -11,9 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.extraction.cells.kernels import block_planes, cell_moments, hand_down
-from vomstudio.extraction.elements import Begun, Elements, drowned
+from vomstudio.extraction.cells.kernels import cell_figures, hand_down, to_points
+from vomstudio.extraction.elements import FEWEST_AROUND, Begun, Elements, middle_of
 from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
+from vomstudio.extraction.points_around import drowned
+from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
@@ -29,7 +31,6 @@ _WIDER = 2.5
 _QUIET, _SHARP = 0.02, 0.06
 # Below it a tenth of the cell's side is more than one standard deviation of the scatter.
 _THIN = 0.007
-_FEWEST_AROUND = 20
 _LEAST_CELLS = 40
 _FEWEST_WITHIN = 6
 # The same where noise is larger than the spacing: of cells of a few hundred points a face has
@@ -38,7 +39,7 @@ _NOISY_PER_CELL, _NOISY_WIDER = 100.0, 1.5
 _NOISY_QUIET, _NOISY_SHARP = 0.035, 0.07
 _NOISY_LEAST_CELLS = 9
 _STEADY = 1.5
-_SYMMETRIC = [0, 3, 4, 3, 1, 5, 4, 5, 2]
+_RUN, _RUNS, _BY_FAR = 64, 100, 1.25
 _BLOCK = 10_000
 
 
@@ -64,11 +65,12 @@ def begun_on_cells(
     # In a cloud whose cells have no normals every point is looked at.
     if wide > found.width or (not wide and found.usual > _QUIET):
         sharp = -1.0
-    cells.normals[(found.count < _FEWEST_AROUND) | (cells.variation > sharp)] = np.nan
+    cells.normals[(found.count < FEWEST_AROUND) | (cells.variation > sharp)] = np.nan
     reach = reach_of(cells, max_distance)
+    usual = middle_of(reach)
     labels = grown(
         cells, angle_deg=angle_deg, reach=reach, least_count=least_cells, least_area=np.inf,
-        progress=progress,
+        usual=usual, progress=progress,
     )  # fmt: skip
     planes = planes_of(cells, labels)
     inside = labels >= 0
@@ -79,25 +81,16 @@ def begun_on_cells(
     own, open_ = np.empty(n, np.int32), np.empty(n, np.bool_)
     hand_down(
         grid.places, grid.begins, cells.starts, cells.near, labels,
-        for_kernels(np.nan_to_num(cells.normals), np.float64), reach,
+        for_kernels(cells.normals, np.float64), reach,
         float(np.cos(np.radians(angle_deg))), for_kernels(planes.centre, np.float64),
-        for_kernels(planes.normal, np.float64), limits_of(planes, reach), own, open_,
+        for_kernels(planes.normal, np.float64), limits_of(planes, usual), own, open_,
     )  # fmt: skip
-    of = np.repeat(np.arange(len(cells)), np.diff(grid.begins))
-    shown = np.zeros(len(cells), np.bool_)
-    shown[of[open_]] = True
-    shown[cells.near[np.repeat(shown, np.diff(cells.starts))]] = True
-    per_point = cells.areas / np.diff(grid.begins)
-    return grid, Begun(
-        own,
-        open_,
-        shown[of],
-        cells.normals[of],
-        cells.variation[of],
-        per_point[of],
-        cells.noise[of],
-        wide,
-    )
+    given = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
+    to_points(
+        grid.begins, for_kernels(cells.normals, np.float64), cells.variation, cells.areas,
+        cells.noise, *given,
+    )  # fmt: skip
+    return grid, Begun(own, open_, *given, wide)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,21 +112,25 @@ def _quiet_cells(
     most, least = 10.0 * per_cell, np.inf
     while True:
         grid = grid_of(local, per_cell)
-        cells, count = _cells(grid, progress)
-        of = np.diff(grid.begins)
-        usual = float(np.median(np.repeat(cells.variation, of)))
         per_cell *= wider
-        noise = float(np.median(np.repeat(cells.noise, of)))
+        found = _cells(grid, quiet if quiet <= _QUIET and per_cell <= most else np.inf, progress)
+        if found is None:
+            continue
+        cells, count = found
+        of = np.diff(grid.begins)
+        usual = middle_of(np.repeat(cells.variation, of))
+        noise = middle_of(np.repeat(cells.noise, of))
         least = min(least, noise)
         if quiet > _QUIET and noise > _STEADY * least:
             usual = np.inf
         if usual <= quiet or per_cell > most:
-            width = float(np.median(np.repeat(np.sqrt(cells.areas / of * count), of)))
+            width = middle_of(np.repeat(np.sqrt(cells.areas / of * count), of))
             return _Found(grid, cells, count, usual, width)
 
 
-def _cells(grid: CellGrid, progress: Progress) -> tuple[Elements, Ints]:
-    """The cells as elements, and how many points are in each and around it."""
+def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, Ints] | None:
+    """The cells as elements, and how many points are in each and around it; None where some of them
+    tell that they are by far not quiet."""
     m = len(grid.keys)
     starts, near = grid.around()
     means, inner = np.empty((m, 3)), np.empty((m, 6))
@@ -146,20 +143,20 @@ def _cells(grid: CellGrid, progress: Progress) -> tuple[Elements, Ints]:
             spreads,
         )  # fmt: skip
 
-    in_blocks(work, m, progress, _BLOCK)
-    # Points on a line tell no plane.
-    normals[~(spreads[:, 1] > 1e-9 * spreads[:, 2])] = np.nan
-    total = np.maximum(spreads.sum(axis=1), 1e-300)
-    # Of a disc of area A the variance along each diameter is A / (4 pi).
-    area = 4.0 * np.pi * np.sqrt(np.maximum(spreads[:, 1] * spreads[:, 2], 0.0)) / count
-    variation = spreads[:, 0] / total
-    # The scatter within a cell, since that around it is also relief, but where the cell cuts it.
-    unit = np.nan_to_num(normals)
-    own = np.einsum("ci,cij,cj->c", unit, inner[:, _SYMMETRIC].reshape(-1, 3, 3), unit)
     points = np.diff(grid.begins)
-    enough = (points >= _FEWEST_WITHIN) & (variation <= _THIN)
-    own = np.where(enough, own * points / np.maximum(points - 3.0, 1.0), np.inf)
-    noise = np.sqrt(np.maximum(np.minimum(own, spreads[:, 0]), 0.0))
+    if np.isfinite(quiet) and m > 2 * _RUN * _RUNS:
+        runs = np.linspace(0, m - _RUN, _RUNS).astype(np.int64)
+        for first in runs.tolist():
+            work(slice(first, first + _RUN))
+        some = (runs[:, None] + np.arange(_RUN)).ravel()
+        flat = spreads[some, 0] / np.maximum(spreads[some].sum(axis=1), 1e-300)
+        if float(np.median(np.repeat(flat, points[some]))) > _BY_FAR * quiet:
+            return None
+    in_blocks(work, m, progress, _BLOCK)
+    area, variation, noise = np.empty(m), np.empty(m), np.empty(m)
+    cell_figures(
+        grid.begins, count, inner, spreads, _FEWEST_WITHIN, _THIN, normals, area, variation, noise
+    )
     return Elements(
         "cell", np.zeros(3), means, normals, area * points, inner,
         variation, np.sqrt(area), noise, starts, near,

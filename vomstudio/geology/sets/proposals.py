@@ -85,7 +85,7 @@ class DescribedSet(Arrangement, ProposedSet):
 
 @dataclass(frozen=True, repr=False)
 class SetProposal(Shown):
-    """n planes, of which `unassigned` are in no set; criteria : integrated completed likelihood of
+    """n planes, of which `unassigned` are in no set; criteria : by which their number is chosen, of
     0, 1, 2... sets, the less the better, empty where seeds were given; assignment : (n,) of the
     rows that were used, the name of the set, "" for none, with its probability; rows : (n,) their
     places in the table; discontinuities : of all sets, where places are known; discontinuity :

@@ -3,7 +3,13 @@ points[begins[c]:begins[c + 1]]."""
 
 from __future__ import annotations
 
-from vomstudio.geometry.kernels.jit import kernel
+import math
+
+from vomstudio.geometry.kernels.cells import eigen_of
+from vomstudio.geometry.kernels.jit import kernel, part
+
+_ODD = 0x9E3779B97F4A7C15 - (1 << 64)
+"""Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4)."""
 
 
 @kernel("i8(i8[::1], i8, i8, i8[::1], i8[::1], i4[::1])")
@@ -45,3 +51,189 @@ def has_twins(points, begins):  # type: ignore[no-untyped-def]
                 ):
                     return True
     return False
+
+
+@kernel("i8(f8[:,::1], f8[::1], f8[::1])")
+def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
+    """How many points are not finite; low and high, which come as inf and -inf, become the bounds
+    of the others."""
+    odd = 0
+    ax, ay, az = low[0], low[1], low[2]
+    bx, by, bz = high[0], high[1], high[2]
+    for p in range(len(points)):
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        if not math.isfinite(x + y + z) and not (
+            math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
+        ):
+            odd += 1
+            continue
+        ax, ay, az = min(ax, x), min(ay, y), min(az, z)
+        bx, by, bz = max(bx, x), max(by, y), max(bz, z)
+    low[0], low[1], low[2] = ax, ay, az
+    high[0], high[1], high[2] = bx, by, bz
+    return odd
+
+
+@part
+def _number(points, p, per, row, layer):  # type: ignore[no-untyped-def]
+    return (
+        int(points[p, 0] * per) + 1
+        + row * (int(points[p, 1] * per) + 1) + layer * (int(points[p, 2] * per) + 1)
+    )  # fmt: skip
+
+
+@kernel("void(f8[:,::1], f8, i8, i8, i8[::1])")
+def cell_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
+    """Of points from 0 on, in cells `per` of which are along a unit: i + row j + layer k, each
+    counted from 1 on."""
+    for p in range(len(points)):
+        keys[p] = _number(points, p, per, row, layer)
+
+
+@kernel("i8(f8[:,::1], f8, i8, i8, i8[::1])")
+def some_numbers(points, per, row, layer, keys):  # type: ignore[no-untyped-def]
+    """The same of the points in every sixteenth cell, wherever it lies; how many they are."""
+    count = 0
+    for p in range(len(points)):
+        key = _number(points, p, per, row, layer)
+        if (key * _ODD) >> 60 == 0:
+            keys[count] = key
+            count += 1
+    return count
+
+
+@kernel("void(i8[::1], i8, i8, i8[::1], i8[::1])")
+def sort_upper(values, first, last, other, counts):  # type: ignore[no-untyped-def]
+    """Sort by the bits first to last, from the lowest on, those that are equal in them as they
+    come (Knuth, The Art of Computer Programming 3, 5.2.5). other : as long, working space; counts :
+    (512,) as well"""
+    n, turns = len(values), 0
+    for shift in range(first, last, 9):
+        mask = (1 << min(9, last - shift)) - 1
+        one, two = (values, other) if turns % 2 == 0 else (other, values)
+        turns += 1
+        counts[:] = 0
+        for i in range(n):
+            counts[(one[i] >> shift) & mask] += 1
+        total = 0
+        for k in range(mask + 1):
+            counts[k], total = total, total + counts[k]
+        for i in range(n):
+            k = (one[i] >> shift) & mask
+            two[counts[k]] = one[i]
+            counts[k] += 1
+    if turns % 2 == 1:
+        values[:] = other
+
+
+@kernel("i8(i8[::1], i8, f8[:,::1], i8[::1], i8[::1], f8[:,::1], i8[::1], i8[::1])")
+def lined_up(packed, bits, points, rows, row_of, places, keys, begins):  # type: ignore[no-untyped-def]
+    """Of sorted numbers of cells with the point's own in the lower bits: the points in their order,
+    their rows, the place of each row, the number of each cell and where it begins; how many cells
+    there are."""
+    cells, last = 0, -1
+    low = (1 << bits) - 1
+    for at in range(len(packed)):
+        key, row = packed[at] >> bits, packed[at] & low
+        rows[at], row_of[row] = row, at
+        places[at, 0], places[at, 1], places[at, 2] = points[row, 0], points[row, 1], points[row, 2]
+        if key != last:
+            keys[cells], begins[cells] = key, at
+            cells, last = cells + 1, key
+    begins[cells] = len(packed)
+    return cells
+
+
+@kernel(
+    "void(f8[:,::1], i8[::1], i8[::1], i4[::1], i8[::1], i8, i8, f8, i8[::1], i8[::1],"
+    "i4[:,::1], f8[:,::1], b1[::1])"
+)
+def nearest_in_block(  # type: ignore[no-untyped-def]
+    points, begins, starts, near_cells_, keys, row, layer, side, rows, cells, near, squares, known
+):
+    """Of each row its nearest points in its cell (cells) and those around, itself the first, and
+    the squares of how far they are. known becomes whether there are as many as are asked for, and
+    none can be nearer in another cell."""
+    most = near.shape[1]
+    for i in range(len(rows)):
+        x, y, z = points[rows[i], 0], points[rows[i], 1], points[rows[i], 2]
+        c = cells[i]
+        count, worst = 0, math.inf
+        for turn in range(starts[c] - 1, starts[c + 1]):
+            o = c if turn < starts[c] else near_cells_[turn]
+            for p in range(begins[o], begins[o + 1]):
+                dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+                square = dx * dx + dy * dy + dz * dz
+                if square >= worst:
+                    continue
+                j = min(count, most - 1)
+                while j > 0 and squares[i, j - 1] > square:
+                    squares[i, j], near[i, j] = squares[i, j - 1], near[i, j - 1]
+                    j -= 1
+                squares[i, j], near[i, j] = square, p
+                count = min(count + 1, most)
+                if count == most:
+                    worst = squares[i, most - 1]
+        # To the border of the block from where the point stands in its cell.
+        a = x - (keys[c] % row - 1) * side
+        b = y - (keys[c] % layer // row - 1) * side
+        d = z - (keys[c] // layer - 1) * side
+        free = min(min(a, side - a), min(b, side - b), min(d, side - d))
+        free = side * (1.0 - 1e-9) + free
+        known[i] = count == most and worst <= free * free
+
+
+@kernel("void(f8[:,::1], i8[::1], f8[:,::1], f8[:,::1])")
+def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
+    """Of each cell's points the mean, and the covariance about it (xx, yy, zz, xy, xz, yz)."""
+    for c in range(len(begins) - 1):
+        first, last = begins[c], begins[c + 1]
+        n = last - first
+        x, y, z = points[first, 0], points[first, 1], points[first, 2]
+        sx, sy, sz = 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for p in range(first + 1, last):
+            dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
+            sx, sy, sz = sx + dx, sy + dy, sz + dz
+            xx, yy, zz = xx + dx * dx, yy + dy * dy, zz + dz * dz
+            xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
+        sx, sy, sz = sx / n, sy / n, sz / n
+        means[c, 0], means[c, 1], means[c, 2] = x + sx, y + sy, z + sz
+        inner[c, 0], inner[c, 1], inner[c, 2] = (
+            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz
+        )  # fmt: skip
+        inner[c, 3], inner[c, 4], inner[c, 5] = (
+            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz
+        )  # fmt: skip
+
+
+@kernel(
+    "void(i8, i8, i8[::1], f8[:,::1], f8[:,::1], i8[::1], i4[::1], i8[::1], f8[:,::1], f8[:,::1])"
+)
+def block_planes(  # type: ignore[no-untyped-def]
+    first, last, begins, means, inner, starts, near, count, normals, spreads
+):
+    """Of the points in each of the cells first to last and those around it: how many, the unit
+    normal of their plane, and the eigenvalues of their covariance, from the least on."""
+    for c in range(first, last):
+        x, y, z = means[c, 0], means[c, 1], means[c, 2]
+        n = 0.0
+        sx, sy, sz = 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for at in range(starts[c] - 1, starts[c + 1]):
+            o = c if at < starts[c] else near[at]
+            w = float(begins[o + 1] - begins[o])
+            dx, dy, dz = means[o, 0] - x, means[o, 1] - y, means[o, 2] - z
+            n += w
+            sx, sy, sz = sx + w * dx, sy + w * dy, sz + w * dz
+            xx, yy = xx + w * (dx * dx + inner[o, 0]), yy + w * (dy * dy + inner[o, 1])
+            zz, xy = zz + w * (dz * dz + inner[o, 2]), xy + w * (dx * dy + inner[o, 3])
+            xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
+        sx, sy, sz = sx / n, sy / n, sz / n
+        found = eigen_of(
+            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
+            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
+        )  # fmt: skip
+        count[c] = int(n)
+        normals[c, 0], normals[c, 1], normals[c, 2] = found[0], found[1], found[2]
+        spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(found[3], 0.0), found[4], found[5]

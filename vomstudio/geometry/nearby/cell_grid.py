@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geometry.coincident_points import welded
-from vomstudio.geometry.kernels.cell_lists import has_twins, near_cells
+from vomstudio.geometry.kernels.cell_lists import (
+    bounds_of,
+    cell_numbers,
+    has_twins,
+    lined_up,
+    near_cells,
+    some_numbers,
+    sort_upper,
+)
 from vomstudio.geometry.kernels.jit import for_kernels
 
 Array = npt.NDArray[np.float64]
@@ -16,7 +25,8 @@ Ints = npt.NDArray[np.int64]
 
 _MOST_CELLS = 1_000_000
 """Along an axis, so that the number of a cell fits into 63 bits."""
-_ODD = np.int64(0x9E3779B97F4A7C15 - (1 << 64))
+_FEW = 10_000
+"""Of more points a sixteenth tells the size of cells."""
 _MOST_TWINS = 200
 """In cells with more points it takes too long to compare each with each."""
 
@@ -25,7 +35,8 @@ _MOST_TWINS = 200
 class CellGrid:
     """rows : (n,) of the points given, one of each place, sorted by cells; places : (n, 3) theirs;
     begins : (cells + 1,) where those of each cell begin; keys : (cells,) sorted numbers of the
-    cells, i + row j + layer k; row_of : (points given,) the place of each"""
+    cells, i + row j + layer k, counted from 1 on; row_of : (points given,) the place of each;
+    side : of a cell"""
 
     rows: Ints
     places: Array
@@ -34,20 +45,38 @@ class CellGrid:
     row: int
     layer: int
     row_of: Ints
+    side: float
 
-    def around(self) -> tuple[Ints, npt.NDArray[np.int32]]:
-        """The up to 26 cells around each, as starts and list."""
+    @cached_property
+    def _around(self) -> tuple[Ints, npt.NDArray[np.int32]]:
         starts = np.empty(len(self.keys) + 1, np.int64)
         near = np.empty(26 * len(self.keys), np.int32)
         total = near_cells(self.keys, self.row, self.layer, np.zeros(9, np.int64), starts, near)
         return starts, near[:total].copy()
 
+    def around(self) -> tuple[Ints, npt.NDArray[np.int32]]:
+        """The up to 26 cells around each, as starts and list."""
+        return self._around
+
+    def count_around(self) -> Ints:
+        """(cells,) how many points are in each cell and those around it."""
+        starts, near = self._around
+        count = np.diff(self.begins)
+        return np.asarray(np.diff(np.append(0, np.cumsum(count[near]))[starts]) + count)
+
+    def cells_of(self, places: Ints) -> Ints:
+        """The cell of each of these places."""
+        return np.asarray(np.searchsorted(self.begins, places, side="right") - 1)
+
 
 def grid_of(local: Array, per_cell: float) -> CellGrid:
     """Of points (n, 3) from 0 on, with about that many in the cell in which the median point lies.
     Points at one place become one."""
-    side = _side(local, per_cell)
-    grid = _sorted(local, side)
+    local = for_kernels(local, np.float64)
+    high = np.full(3, -np.inf)
+    bounds_of(local, np.full(3, np.inf), high)
+    side = _side(local, high, per_cell)
+    grid = _sorted(local, high, side)
     crowded = int(np.diff(grid.begins).max()) > _MOST_TWINS
     if not crowded and not has_twins(grid.places, grid.begins):
         return grid
@@ -56,23 +85,27 @@ def grid_of(local: Array, per_cell: float) -> CellGrid:
     first[which[::-1]] = np.arange(len(which))[::-1]
     if len(first) == len(local):
         return grid
-    own = _sorted(local[first], side)
+    own = _sorted(for_kernels(local[first], np.float64), high, side)
     return CellGrid(
         first[own.rows], own.places, own.begins, own.keys, own.row, own.layer,
-        own.row_of[which],
+        own.row_of[which], side,
     )  # fmt: skip
 
 
-def _side(local: Array, per_cell: float) -> float:
+def _side(local: Array, high: Array, per_cell: float) -> float:
     """By trial: on a surface the points of a cell are as the square of its side."""
     n = len(local)
-    size = np.sort(local.max(axis=0))[::-1]
+    size = np.sort(high)[::-1]
     least = max(float(size[0]) / _MOST_CELLS, 1e-12)
     side = max(float(np.sqrt(size[0] * max(size[1], 1e-12) * per_cell / n)), least)
+    room = np.empty(n, np.int64)
     for _ in range(4):
-        keys = _keys(local, side)[0]
-        # Of every sixteenth cell, wherever it lies.
-        some = keys[(keys * _ODD).view(np.uint64) >> np.uint64(60) == 0] if n > 10_000 else keys
+        row, layer = _steps(high, side)
+        if n > _FEW:
+            some = room[: some_numbers(local, 1.0 / side, row, layer, room)]
+        else:
+            some = room
+            cell_numbers(local, 1.0 / side, row, layer, room)
         count = np.sort(np.unique(some, return_counts=True)[1])
         usual = count[np.searchsorted(np.cumsum(count), 0.5 * len(some))] if len(count) else 1
         ratio = float(np.sqrt(per_cell / usual))
@@ -82,23 +115,30 @@ def _side(local: Array, per_cell: float) -> float:
     return side
 
 
-def _keys(local: Array, side: float) -> tuple[Ints, int, int]:
-    cell = (local * (1.0 / side)).astype(np.int64)
+def _steps(high: Array, side: float) -> tuple[int, int]:
+    """From a cell to those in the next row and in the next layer."""
     # An empty cell at both ends, so that the neighbours of a cell are not those beyond a row.
-    row, rows = int(cell[:, 0].max()) + 3, int(cell[:, 1].max()) + 3
-    layer = row * rows
-    return cell[:, 0] + 1 + row * (cell[:, 1] + 1) + layer * (cell[:, 2] + 1), row, layer
+    row, rows = (int(high[i] * (1.0 / side)) + 3 for i in range(2))
+    return row, row * rows
 
 
-def _sorted(local: Array, side: float) -> CellGrid:
-    keys, row, layer = _keys(local, side)
-    order = np.argsort(keys)
-    keys = keys[order]
-    changes = np.flatnonzero(keys[1:] != keys[:-1]) + 1
-    row_of = np.empty(len(order), np.int64)
-    row_of[order] = np.arange(len(order))
-    begins = np.concatenate([[0], changes, [len(keys)]]).astype(np.int64)
-    return CellGrid(
-        order, for_kernels(local[order], np.float64), begins,
-        for_kernels(keys[begins[:-1]], np.int64), row, layer, row_of,
-    )  # fmt: skip
+def _sorted(local: Array, high: Array, side: float) -> CellGrid:
+    n = len(local)
+    row, layer = _steps(high, side)
+    numbers, room = np.empty(n, np.int64), np.empty(n, np.int64)
+    cell_numbers(local, 1.0 / side, row, layer, numbers)
+    bits = max(n - 1, 1).bit_length()
+    length = int(numbers.max()).bit_length()
+    if bits + length < 63:
+        numbers <<= bits
+        numbers |= np.arange(n)
+        sort_upper(numbers, bits, bits + length, room, np.zeros(512, np.int64))
+    else:
+        order = np.argsort(numbers, kind="stable")
+        named, which = np.unique(numbers, return_inverse=True)
+        numbers = (which[order] << bits) | order
+    rows, row_of, keys = np.empty(n, np.int64), np.empty(n, np.int64), room
+    places, begins = np.empty((n, 3)), np.empty(n + 1, np.int64)
+    count = lined_up(numbers, bits, local, rows, row_of, places, keys, begins)
+    keys = keys[:count].copy() if bits + length < 63 else named
+    return CellGrid(rows, places, begins[: count + 1].copy(), keys, row, layer, row_of, side)

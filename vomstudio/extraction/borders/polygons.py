@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.extraction.borders.kernels import flattened, into_cells, rolled_around, thin_out
 from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.kernels.jit import for_kernels
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -16,21 +19,22 @@ Ints = npt.NDArray[np.int64]
 
 _CHANCE_GAPS = 0.1
 """As many gaps of a random facet may be taken for holes or bays by chance."""
-_MOST_CORNERS = 20_000
-# Of more points only those beside gaps are looked at: in cells of so many spacings that hardly one
+# Of more points only gaps beside empty cells are some: in cells of so many spacings that hardly one
 # is empty by chance.
 _FEW_POINTS = 4_000
 _CELL = 2.5
 _MOST_CELLS = 4_000_000
 _LONGEST_TEXT = 100_000
+_SECTOR_SQUARES = 32
+# Of cells with more points one of each square is enough.
+_CROWDED, _SQUARES = 64, 8
 
 
-def in_plane(points: Array, centre: Array, normal: Array) -> tuple[Array, Array]:
-    """Coordinates (k, 2) of points (k, 3) in a plane, and the two axes (2, 3) of it."""
+def axes_in(normal: Array) -> Array:
+    """Two axes (2, 3) in a plane."""
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     u /= np.linalg.norm(u)
-    axes = np.stack([u, np.cross(normal, u)])
-    return (points - centre) @ axes.T, axes
+    return np.stack([u, np.cross(normal, u)])
 
 
 def polygon_of_faces(corners: Array, centre: Array, normal: Array) -> tuple[Any, Array]:
@@ -38,8 +42,8 @@ def polygon_of_faces(corners: Array, centre: Array, normal: Array) -> tuple[Any,
     coordinates, and these axes (2, 3)."""
     nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
     ends = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2)
-    flat, axes = in_plane(corners.reshape(-1, 3), centre, normal)
-    flat = flat.reshape(-1, 3, 2)
+    axes = axes_in(normal)
+    flat = ((corners.reshape(-1, 3) - centre) @ axes.T).reshape(-1, 3, 2)
     lines = np.stack([flat, np.roll(flat, -1, axis=1)], axis=2).reshape(-1, 2, 2)
     return _around(lines[_free(ends)]), axes
 
@@ -47,30 +51,76 @@ def polygon_of_faces(corners: Array, centre: Array, normal: Array) -> tuple[Any,
 def polygon_of_points(
     points: Array, spacing: float, centre: Array, normal: Array
 ) -> tuple[Any, Array]:
-    """The same of points (k, 3) with that mean spacing: the union of the triangles of their
-    Delaunay triangulation whose circles hold no gap (an alpha shape; Edelsbrunner, Kirkpatrick &
-    Seidel 1983)."""
-    import shapely
+    """The same of points (k, 3) with that mean spacing: what their alpha shape goes around
+    (Edelsbrunner, Kirkpatrick & Seidel 1983), which leaves out what a disc without points can reach
+    that is larger than chance makes gaps."""
+    axes = axes_in(normal)
+    flat, ends = np.empty((len(points), 2)), np.zeros((2, 2))
+    flattened(for_kernels(points, np.float64), axes, for_kernels(centre, np.float64), flat, ends)
+    radius = _gap_radius(len(points)) * spacing
+    lines = _lines_of(flat, ends, spacing, radius)
+    return _around(_lines_by_triangles(flat, radius) if lines is None else lines), axes
+
+
+def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array | None:
+    """Of the border: its lines (k, 2, 2), from a disc that rolls around the points. None where that
+    does not close, as where rounding decides whether four points are on one circle."""
+    low, size = ends[0], ends[1] - ends[0]
+    side = max(_CELL * spacing, float(np.sqrt(size[0] * size[1] / _MOST_CELLS)))
+    if side <= 0.0 or not (size < 1e4 * side).all():
+        return None
+    n, reach = len(flat), int(2.0 * radius / side) + 1
+    columns, rows = ((size / side).astype(np.int64) + 2 * reach + 4).tolist()
+    grid = float(low[0]) - (reach + 1) * side, float(low[1]) - (reach + 1) * side, 1.0 / side
+    begins, own = np.zeros(columns * rows + 1, np.int64), np.empty((n, 2))
+    into_cells(flat, *grid, columns, begins, np.empty(n, np.int64), own)
+    squares = np.zeros((_SQUARES, _SQUARES), np.bool_)
+    own = own[: thin_out(own, begins, *grid, columns, _CROWDED, squares)]
+    edges = np.empty((6 * len(own), 2), np.int32)
+    count = rolled_around(
+        own, *grid, columns, begins, reach, radius, n > _FEW_POINTS, _sectors(),
+        np.zeros(len(own), np.bool_), *(np.empty(len(own), np.int32) for _ in range(2)),
+        np.empty((len(own), 2)), edges,
+    )  # fmt: skip
+    if count < 0:
+        return None
+    pairs = edges[:count].astype(np.int64)
+    pairs = pairs[_free(pairs)] if count else pairs
+    if (np.bincount(pairs.ravel(), minlength=1) % 2).any():
+        return None
+    return np.asarray(own[pairs])
+
+
+@cache
+def _sectors() -> Ints:
+    """Where a neighbour lies, in squares over twice the radius to each side, and of 64 sectors of
+    directions, as bits, those that it forbids a disc from anywhere in its square."""
+    edge = np.linspace(-2.0, 2.0, _SECTOR_SQUARES + 1)
+    corner = np.stack(np.meshgrid(edge, edge, indexing="ij"), axis=-1)
+    turn = 2.0 * np.pi * np.arange(65) / 64.0
+    middle = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    held = np.linalg.norm(corner[:, :, None] - middle, axis=-1) < 1.0 - 1e-9
+    held = held[:-1, :-1] & held[1:, :-1] & held[:-1, 1:] & held[1:, 1:]
+    bits = (held[..., :-1] & held[..., 1:]).astype(np.uint64)
+    return np.asarray((bits << np.arange(64, dtype=np.uint64)).sum(axis=-1).view(np.int64))
+
+
+def _lines_by_triangles(flat: Array, radius: float) -> Array:
+    """The same lines from a Delaunay triangulation: the free edges of the triangles whose circles
+    have no larger radius."""
     from scipy.spatial import Delaunay, QhullError
 
-    flat, axes = in_plane(points, centre, normal)
-    beside, amid = _beside_gaps(flat, spacing)
-    thinned, side = _thinned(beside, spacing)
     try:
-        triangles = Delaunay(thinned).simplices.astype(np.int64)
+        triangles = Delaunay(flat).simplices.astype(np.int64)
     except (QhullError, ValueError):
-        return shapely.Polygon(), axes
-    a, b, c = (thinned[triangles[:, i]] for i in range(3))
+        return np.zeros((0, 2, 2))
+    a, b, c = (flat[triangles[:, i]] for i in range(3))
     ab, bc, ca = (np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a)))
     cross = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
     with np.errstate(divide="ignore", invalid="ignore"):
-        radius = ab * bc * ca / (2.0 * cross)
-    near = radius <= _gap_radius(len(points)) * max(spacing, side)
-    kept = triangles[near | amid((a + b + c) / 3.0)]
-    if not len(kept):
-        return shapely.Polygon(), axes
+        kept = triangles[ab * bc * ca / (2.0 * cross) <= radius]
     ends = np.stack([kept, np.roll(kept, -1, axis=1)], axis=2).reshape(-1, 2)
-    return _around(thinned[ends[_free(ends)]]), axes
+    return flat[ends[_free(ends)]] if len(kept) else np.zeros((0, 2, 2))
 
 
 def _gap_radius(count: int) -> float:
@@ -81,35 +131,6 @@ def _gap_radius(count: int) -> float:
     for _ in range(5):
         x = float(np.log(2.0 * max(count, 1) * (1.0 + x) / _CHANCE_GAPS))
     return float(np.sqrt(x / np.pi))
-
-
-def _beside_gaps(flat: Array, spacing: float) -> tuple[Array, Callable[[Array], Bools]]:
-    """Of many points those in cells beside an empty one and in the cells beside these, and whether
-    places (k, 2) are in a cell amid full ones. All points where they are few."""
-    low, size = flat.min(axis=0), np.ptp(flat, axis=0)
-    side = max(_CELL * spacing, float(np.sqrt(size[0] * size[1] / _MOST_CELLS)))
-    if len(flat) <= _FEW_POINTS or not (size < 1e4 * side).all() or side <= 0.0:
-        return flat, lambda places: np.zeros(len(places), np.bool_)
-    shape = (size / side).astype(np.int64) + 5
-
-    def cells_of(places: Array) -> Ints:
-        i, j = ((places - low) / side).astype(np.int64).T + 2
-        return np.asarray(i * shape[1] + j)
-
-    own = cells_of(flat)
-    full = np.zeros(int(shape[0] * shape[1]), np.bool_)
-    full[own] = True
-    amid = _shrunk(full.reshape(shape))
-    deep = _shrunk(amid).ravel()
-    amid = amid.ravel()
-    return flat[~deep[own]], lambda places: np.asarray(amid[cells_of(places)])
-
-
-def _shrunk(full: Bools) -> Bools:
-    """Cells of which all eight around are full as well."""
-    for axis in (0, 1):
-        full = full & np.roll(full, 1, axis) & np.roll(full, -1, axis)
-    return full
 
 
 def wkt(polygon: Any, axes: Array, centre: Array, tolerance: float) -> str | None:
@@ -148,7 +169,7 @@ def _around(lines: Array) -> Any:
 
     if not len(lines):
         return shapely.Polygon()
-    whole = shapely.MultiLineString(list(lines))
+    whole = shapely.multilinestrings(shapely.linestrings(lines))
     # Lines that cross each other, as those of a folded piece do, are cut there first.
     ways: tuple[Callable[[Any], Any], ...] = (lambda lines: lines, shapely.node, _on_grid)
     for prepared in ways:
@@ -168,13 +189,3 @@ def _on_grid(lines: Any) -> Any:
 
     low_x, low_y, high_x, high_y = lines.bounds
     return shapely.union_all(lines, grid_size=max(high_x - low_x, high_y - low_y) * 1e-6)
-
-
-def _thinned(flat: Array, spacing: float) -> tuple[Array, float]:
-    """At most some ten thousand points, one of each cell, and the spacing that is left."""
-    if len(flat) <= _MOST_CORNERS:
-        return flat, spacing
-    side = spacing * float(np.sqrt(len(flat) / _MOST_CORNERS)) * 1.5
-    cell = np.floor((flat - flat.min(axis=0)) / side).astype(np.int64)
-    _, first = np.unique(cell[:, 0] * (int(cell[:, 1].max()) + 1) + cell[:, 1], return_index=True)
-    return flat[first], side

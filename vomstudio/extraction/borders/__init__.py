@@ -1,0 +1,1 @@
+"""Borders of facets in their planes."""

@@ -1,0 +1,202 @@
+"""Compiled search for the points of a plane that a disc without points touches.
+
+A disc of the radius R rolls around a point where its middle may be at the distance R from it with
+no other point inside. Each neighbour nearer than 2 R forbids an arc of directions. What is not
+forbidden is a gap: at both its ends the disc touches a neighbour (the alpha shape of Edelsbrunner,
+Kirkpatrick & Seidel 1983, edge by edge).
+"""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.geometry.kernels.jit import kernel, part
+
+_WHOLE = 2.0 * math.pi
+_NO_ARC = 1e-12
+
+
+@kernel("void(f8[:,::1], f8[:,::1], f8[::1], f8[:,::1], f8[:,::1])")
+def flattened(points, axes, centre, flat, ends):  # type: ignore[no-untyped-def]
+    """Coordinates of points along two axes (2, 3) from a centre on, and their least and largest
+    (2, 2)."""
+    cx, cy, cz = centre[0], centre[1], centre[2]
+    a, b, c = axes[0, 0], axes[0, 1], axes[0, 2]
+    d, e, f = axes[1, 0], axes[1, 1], axes[1, 2]
+    for i in range(len(points)):
+        x, y, z = points[i, 0] - cx, points[i, 1] - cy, points[i, 2] - cz
+        u, v = a * x + b * y + c * z, d * x + e * y + f * z
+        flat[i, 0], flat[i, 1] = u, v
+        if i == 0:
+            ends[0, 0], ends[0, 1], ends[1, 0], ends[1, 1] = u, v, u, v
+        ends[0, 0], ends[0, 1] = min(ends[0, 0], u), min(ends[0, 1], v)
+        ends[1, 0], ends[1, 1] = max(ends[1, 0], u), max(ends[1, 1], v)
+
+
+@kernel("void(f8[:,::1], f8, f8, f8, i8, i8[::1], i8[::1], f8[:,::1])")
+def into_cells(flat, x, y, per, columns, begins, cell, out):  # type: ignore[no-untyped-def]
+    """Sort points by the square cells of a grid, row by row, with its corner at x, y and `per`
+    cells along a unit. begins : (cells + 1,) zeros, which become where the points of each begin;
+    cell : (points,) working space; out : the points sorted"""
+    for i in range(len(flat)):
+        c = int((flat[i, 0] - x) * per) + columns * int((flat[i, 1] - y) * per)
+        cell[i] = c
+        begins[c + 1] += 1
+    for c in range(1, len(begins)):
+        begins[c] += begins[c - 1]
+    for i in range(len(flat) - 1, -1, -1):
+        c = cell[i]
+        # From behind, so that what ends as the beginning of a cell has been its end.
+        begins[c + 1] -= 1
+        at = begins[c + 1]
+        out[at, 0], out[at, 1] = flat[i, 0], flat[i, 1]
+    for c in range(len(begins) - 1):
+        begins[c] = begins[c + 1]
+    begins[len(begins) - 1] = len(flat)
+
+
+@kernel("i8(f8[:,::1], i8[::1], f8, f8, f8, i8, i8, b1[:,::1])")
+def thin_out(points, begins, x, y, per, columns, most, taken):  # type: ignore[no-untyped-def]
+    """Of points that `into_cells` has sorted, leave one in each square of cells with more than
+    `most`, and how many are left. taken : of the squares of one cell, False"""
+    squares, total, first = len(taken), 0, 0
+    for c in range(len(begins) - 1):
+        last = begins[c + 1]
+        crowded = last - first > most
+        if crowded:
+            taken[:] = False
+        u, v = c % columns, c // columns
+        begins[c] = total
+        for p in range(first, last):
+            a, b = points[p, 0], points[p, 1]
+            if crowded:
+                i = min(max(int(((a - x) * per - u) * squares), 0), squares - 1)
+                j = min(max(int(((b - y) * per - v) * squares), 0), squares - 1)
+                if taken[i, j]:
+                    continue
+                taken[i, j] = True
+            points[total, 0], points[total, 1] = a, b
+            total += 1
+        first = last
+    begins[len(begins) - 1] = total
+    return total
+
+
+@part
+def _is_amid(begins, columns, c):  # type: ignore[no-untyped-def]
+    """A full cell among eight full ones."""
+    for row in range(-1, 2):
+        for column in range(-1, 2):
+            at = c + row * columns + column
+            if begins[at] == begins[at + 1]:
+                return False
+    return True
+
+
+@part
+def _surrounded(points, begins, columns, c, p, reach, radius, table):  # type: ignore[no-untyped-def]
+    """Whether the neighbours forbid all of 64 sectors of directions, each one by itself."""
+    bins = table.shape[0]
+    x, y = points[p, 0], points[p, 1]
+    per, half = bins / (4.0 * radius), bins / 2.0
+    sectors = 0
+    for row in range(reach + 1):
+        # The nearest rows of cells first.
+        for side in range(1 if row == 0 else 2):
+            first = c + (row if side == 0 else -row) * columns
+            for q in range(begins[first - reach], begins[first + reach + 1]):
+                i = int((points[q, 0] - x) * per + half)
+                j = int((points[q, 1] - y) * per + half)
+                if i >= 0 and j >= 0 and i < bins and j < bins:
+                    sectors |= table[i, j]
+            if sectors == -1:
+                return True
+    return False
+
+
+@part
+def _arcs(points, begins, columns, c, p, reach, radius, near, arcs):  # type: ignore[no-untyped-def]
+    """The neighbours, where the arc that each forbids begins, and how wide it is; how many."""
+    x, y = points[p, 0], points[p, 1]
+    number = 0
+    for row in range(-reach, reach + 1):
+        first = c + row * columns
+        for q in range(begins[first - reach], begins[first + reach + 1]):
+            dx, dy = points[q, 0] - x, points[q, 1] - y
+            far = math.sqrt(dx * dx + dy * dy)
+            if far >= 2.0 * radius or far == 0.0 or number == len(near):
+                continue
+            half = math.acos(far / (2.0 * radius))
+            near[number] = q
+            arcs[number, 0], arcs[number, 1] = math.atan2(dy, dx) - half, 2.0 * half
+            number += 1
+    return number
+
+
+@part
+def _turn(angle):  # type: ignore[no-untyped-def]
+    return angle - _WHOLE * math.floor(angle / _WHOLE)
+
+
+@kernel(
+    "i8(f8[:,::1], f8, f8, f8, i8, i8[::1], i8, f8, b1, i8[:,::1], b1[::1], i4[::1], i4[::1],"
+    "f8[:,::1], i4[:,::1])"
+)
+def rolled_around(  # type: ignore[no-untyped-def]
+    points, x, y, per, columns, begins, reach, radius, sparing, table, seen, queue, near, arcs,
+    edges,
+):  # fmt: skip
+    """The pairs of points between which a disc without points rolls over, and how many; -1 where
+    there are more than fit.
+
+    points to begins : as `into_cells` has them, with `reach` and one empty cells around all;
+    sparing : gaps that reach no cell beside an empty one are none; table : of the sectors, see
+    polygons.py; seen : (points,) False; queue, near, arcs : working space of that many
+    """
+    tail, total = 0, 0
+    rows = (len(begins) - 1) // columns
+    for row in range(reach + 1, rows - reach - 1):
+        for c in range(row * columns + reach + 1, (row + 1) * columns - reach - 1):
+            if begins[c] == begins[c + 1] or (sparing and _is_amid(begins, columns, c)):
+                continue
+            for p in range(begins[c], begins[c + 1]):
+                seen[p] = True
+                queue[tail] = p
+                tail += 1
+    head = 0
+    while head < tail:
+        p = queue[head]
+        head += 1
+        c = int((points[p, 0] - x) * per) + columns * int((points[p, 1] - y) * per)
+        if _surrounded(points, begins, columns, c, p, reach, radius, table):
+            continue
+        number = _arcs(points, begins, columns, c, p, reach, radius, near, arcs)
+        if number == 0:
+            continue
+        last, passed = near[0], 0.0
+        end = arcs[0, 0] + arcs[0, 1]
+        while passed < _WHOLE - 1e-9:
+            gain, further, gap, next_ = _NO_ARC, -1, 2.0 * _WHOLE, -1
+            for k in range(number):
+                inside = _turn(end - arcs[k, 0])
+                if arcs[k, 1] - inside > gain:
+                    gain, further = arcs[k, 1] - inside, k
+                elif further < 0 and _WHOLE - inside < gap:
+                    gap, next_ = _WHOLE - inside, k
+            if further >= 0:
+                last, end, passed = near[further], end + gain, passed + gain
+                continue
+            if passed + gap > _WHOLE + 1e-9:
+                break
+            if total == len(edges):
+                return -1
+            edges[total, 0], edges[total, 1] = p, near[next_]
+            total += 1
+            for q in (last, near[next_]):
+                if not seen[q]:
+                    seen[q] = True
+                    queue[tail] = q
+                    tail += 1
+            last, passed = near[next_], passed + gap + arcs[next_, 1]
+            end += gap + arcs[next_, 1]
+    return total

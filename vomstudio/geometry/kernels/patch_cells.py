@@ -1,0 +1,77 @@
+"""Compiled sums over cells of nearly equal count, by which a patch's points are told apart."""
+
+from __future__ import annotations
+
+from vomstudio.geometry.kernels.jit import kernel, part
+
+
+@part
+def _not_above(bounds, value):  # type: ignore[no-untyped-def]
+    """How many of a few bounds are not above a value."""
+    count = 0
+    for k in range(len(bounds)):
+        count += value >= bounds[k]
+    return count
+
+
+@kernel("void(f8[::1], f8[::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1], i8[::1], f8[:,::1])")
+def cell_sums(across, along, slabs, parts, u, v, r, count, sums):  # type: ignore[no-untyped-def]
+    """Of each cell how many points, and the sums of u, v, r, uu, uv, vv, ur and vr.
+
+    across, along : by which a point is in a cell; slabs : (k - 1,) sorted bounds of the first;
+    parts : (k, k - 1) those of the second in each slab; count : (k k,), sums : (k k, 8), zeros
+    """
+    side = len(parts)
+    for i in range(len(u)):
+        slab = _not_above(slabs, across[i])
+        at = slab * side + _not_above(parts[slab], along[i])
+        a, b, h = u[i], v[i], r[i]
+        count[at] += 1
+        sums[at, 0] += a
+        sums[at, 1] += b
+        sums[at, 2] += h
+        sums[at, 3] += a * a
+        sums[at, 4] += a * b
+        sums[at, 5] += b * b
+        sums[at, 6] += a * h
+        sums[at, 7] += b * h
+
+
+@kernel("void(f8[:,::1], f8[::1], f8[::1], f8[:,::1])")
+def weighted_spread(points, weights, centre, scatter):  # type: ignore[no-untyped-def]
+    """The sum of the points' outer products about their mean. weights : (k,), or (1,) for all;
+    centre : a place near the points, which becomes their mean; scatter : zeros"""
+    x, y, z = centre[0], centre[1], centre[2]
+    for turn in range(2):
+        w, sx, sy, sz = 0.0, 0.0, 0.0, 0.0
+        xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(len(points)):
+            one = weights[i] if len(weights) > 1 else weights[0]
+            dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
+            ax, ay, az = one * dx, one * dy, one * dz
+            w, sx, sy, sz = w + one, sx + ax, sy + ay, sz + az
+            if turn == 1:
+                xx, yy, zz = xx + ax * dx, yy + ay * dy, zz + az * dz
+                xy, xz, yz = xy + ax * dy, xz + ax * dz, yz + ay * dz
+        if turn == 0:
+            x, y, z = x + sx / w, y + sy / w, z + sz / w
+            continue
+        centre[0], centre[1], centre[2] = x, y, z
+        scatter[0, 0], scatter[1, 1], scatter[2, 2] = xx, yy, zz
+        scatter[0, 1] = scatter[1, 0] = xy
+        scatter[0, 2] = scatter[2, 0] = xz
+        scatter[1, 2] = scatter[2, 1] = yz
+
+
+@kernel("f8(f8[:,::1], f8[::1], f8[:,::1], f8[::1], f8[::1], f8[::1])")
+def turned(points, centre, axes, u, v, r):  # type: ignore[no-untyped-def]
+    """Coordinates along three axes, the rows, from a centre on; the sum of the squares of r."""
+    x, y, z = centre[0], centre[1], centre[2]
+    total = 0.0
+    for i in range(len(points)):
+        dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
+        u[i] = dx * axes[0, 0] + dy * axes[0, 1] + dz * axes[0, 2]
+        v[i] = dx * axes[1, 0] + dy * axes[1, 1] + dz * axes[1, 2]
+        r[i] = dx * axes[2, 0] + dy * axes[2, 1] + dz * axes[2, 2]
+        total += r[i] * r[i]
+    return total
