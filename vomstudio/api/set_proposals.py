@@ -65,9 +65,10 @@ def sets(
     vs.errors.GeometryError for tables without planes; vs.errors.UsageError for seeds that are alike
     or more than ``max_sets``, and for ``exactly`` with either; vs.errors.InputError as `stats`.
 
-    A mixture of Bingham distributions and an even scatter, its number by the integrated completed
-    likelihood (Biernacki, Celeux & Govaert 2000); means and kappa after Fisher (1953).
-    Discontinuities, spacing and persistence after Riquelme et al. (2014, 2015, 2018).
+    A mixture of Bingham distributions and an even scatter, its number by Schwarz's
+    criterion with a price on sets that overlap (after Biernacki, Celeux & Govaert 2000); means and
+    kappa after Fisher (1953). Discontinuities, spacing and persistence after Riquelme et al. (2014,
+    2015, 2018).
 
     Examples
     --------

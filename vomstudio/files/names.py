@@ -19,6 +19,12 @@ def in_unicode(name: str) -> str:
     return name
 
 
+def writable(text: str) -> str:
+    """For files and databases that take only what UTF-8 can write: a question mark in place of
+    each half of a character, as in the name of a file whose bytes are no UTF-8."""
+    return text.encode("utf-8", "replace").decode()
+
+
 @contextlib.contextmanager
 def utf8_name(path: Path) -> Iterator[Path]:
     """A name of an existing file in UTF-8: its own, or that of a link where it is none. A name on

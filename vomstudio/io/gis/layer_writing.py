@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import TargetError
+from vomstudio.files.names import writable
 from vomstudio.geometry.units import WORLD
 from vomstudio.words import tr
 
@@ -39,7 +40,7 @@ def write_layer(
         write(
             str(part),
             shapely.to_wkb(geometry),
-            list(columns.values()),
+            [_writable(values) for values in columns.values()],
             np.array(list(columns), dtype=object),
             layer=layer,
             driver="GPKG",
@@ -55,3 +56,11 @@ def write_layer(
             tr("The layer {layer} cannot be written ({error}).", layer=layer, error=error),
             file=part,
         ) from error
+
+
+def _writable(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Texts as any program reads them; numbers as they are."""
+    if values.dtype.kind not in "OU":
+        return values
+    texts = [writable(value) if isinstance(value, str) else value for value in values.tolist()]
+    return np.array(texts, object)

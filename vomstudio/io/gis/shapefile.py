@@ -63,7 +63,7 @@ def column(name: str, values: Array) -> Column:
 
 
 def _cut(text: str) -> bytes:
-    encoded = " ".join(text.split()).encode()
+    encoded = " ".join(text.split()).encode("utf-8", "replace")
     return encoded[:LONGEST_TEXT].decode(errors="ignore").encode()
 
 

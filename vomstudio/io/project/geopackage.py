@@ -16,6 +16,7 @@ import numpy.typing as npt
 from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
+from vomstudio.files.names import writable
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.qgis_project import MapLayer, qgs
@@ -71,14 +72,14 @@ def write_layers(
             ]
             order = ("point", "line", "ring")
             shown.sort(key=lambda each: order.index(each.style.geometry))
-            parts[1].write_text(qgs(out.stem, out.name, shown, crs), encoding="utf-8")
+            parts[1].write_text(writable(qgs(out.stem, out.name, shown, crs)), encoding="utf-8")
     return paths
 
 
 def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
     """The table from which QGIS takes how layers look when they are added to a map."""
     rows = [
-        ("", "", name, "geom", name, qml(style), "", True, "VOM Studio", "", None)
+        ("", "", name, "geom", name, writable(qml(style)), "", True, "VOM Studio", "", None)
         for name, style in zip(names, styles, strict=True)
     ]
     try:

@@ -19,6 +19,7 @@ from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside
+from vomstudio.files.names import writable
 from vomstudio.files.regular import require_regular
 from vomstudio.io.project.journal_connection import JournalConnection
 from vomstudio.io.project.journal_ground import (
@@ -42,7 +43,6 @@ from vomstudio.io.project.journal_rows import (
     read_head,
     read_rows,
     text_of,
-    writable,
 )
 from vomstudio.io.project.journal_shape import require_plain
 from vomstudio.io.project.journal_trouble import NotWritten, Trouble
@@ -165,6 +165,7 @@ class SqliteJournal:
             seq,
             kind,
             of_seq,
+            # The records keep what is no UTF-8, as JSON's escapes.
             writable(label),
             dump_json(before),
             dump_json(after),

@@ -136,9 +136,3 @@ def _missing(first: int, last: int) -> str:
 def text_of(raw: bytes) -> str:
     """Damaged bytes become a row that its checksum tells apart, not an error of the whole file."""
     return raw.decode("utf-8", "replace")
-
-
-def writable(label: str) -> str:
-    """The name of a file whose bytes are no UTF-8 has characters that SQLite refuses. The records
-    keep them, as JSON's escapes; for the words of a step a question mark will do."""
-    return label.encode("utf-8", "replace").decode()

@@ -323,7 +323,7 @@ class SetsPanel(QWidget):
         self.count.setToolTip(
             tr("Each seed makes a set.")
             if seeded
-            else tr("Chosen by the integrated completed likelihood, or as you say.")
+            else tr("Chosen by the likelihood, less for sets that overlap, or as you say.")
         )
 
     def _preview(self) -> None:
