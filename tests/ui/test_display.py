@@ -157,6 +157,20 @@ def test_choosing_a_field_shows_it(window, studio):
     assert panel.mode.currentData() == "field"
 
 
+def test_a_field_that_is_no_longer_there_is_named(window, studio):
+    attach(studio, cloud(fields={"intensity": np.arange(50)}))
+    panel = window.display_panel
+    window.docks.bring_forward("display")
+    style = FieldStyle("distance to a plane", -0.052350204440, 1234567.891)
+    studio.display.show_field("m1", style)
+    panel.refresh()
+    assert panel.field.currentText() == "distance to a plane: not there, calculate it again"
+    assert panel.low.text() == "-0.0523502"
+    assert panel.high.text() == "1234567.891"
+    assert panel.low.cursorPosition() == 0
+    assert studio.display.styles["m1"] == style
+
+
 def test_faces_of_the_box_are_typed_and_do_not_pass_each_other(window, studio):
     attach(studio, cloud())
     studio.display.set_clip(BOX, True)

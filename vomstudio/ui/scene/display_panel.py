@@ -363,6 +363,13 @@ class DisplayPanel(QWidget):
                     tr("Elevation (Z)") if name == ELEVATION else title_of(name), name
                 )
         style = self._style_now()[1]
+        if self.field.findData(style.name) < 0:
+            # A project keeps how a field is shown, and the field itself only where a file has it.
+            with QSignalBlocker(self.field):
+                self.field.addItem(
+                    tr("{field}: not there, calculate it again", field=title_of(style.name)),
+                    style.name,
+                )
         self.field.setCurrentIndex(self.field.findData(style.name))
         scale = self._scale()
         kind = scale.kind if scale is not None else "sequential"
@@ -381,7 +388,8 @@ class DisplayPanel(QWidget):
             (self.high, style.high, ends[1]),
         ):
             if not edit.hasFocus() or not edit.isModified():
-                edit.setText("" if value is None else f"{value:.10g}")
+                edit.setText("" if value is None else _short(value))
+                edit.setCursorPosition(0)
             edit.setPlaceholderText(text)
         for spin, percent in zip((self.first, self.last), style.percentiles, strict=True):
             with QSignalBlocker(spin):
@@ -403,6 +411,11 @@ class DisplayPanel(QWidget):
             with QSignalBlocker(spin):
                 spin.setSingleStep(max(0.01, round(span / 100.0, 2)))
                 spin.setValue((box.low, box.high)[side][axis])
+
+
+def _short(value: float) -> str:
+    """No more digits than a narrow field shows; of large numbers those behind the point as well."""
+    return f"{value:.6g}" if abs(value) < 1e5 else f"{value:.10g}"
 
 
 def _pair(first: QWidget, second: QWidget, between: str, after: QWidget | None = None) -> QWidget:
