@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from tests import driver
@@ -141,3 +141,11 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     path = tmp_path / "traces.csv"
     shown.save_to(path)
     assert path.read_text().splitlines()[3] == "bed,line,x,y,z,error95_m"
+    lines = window.viewport.features
+    assert {"extended plane:edges", "extended plane:traces"} <= lines.drawings.keys()
+    driver.click(shown.painted, QPoint(10, shown.painted.height() // 2))
+    assert studio.display.mode == "textured"
+    driver.settled(window)
+    driver.keep_picture(window, "extended-plane-over-texture")
+    shown.close()
+    driver.wait(lambda: "extended plane:edges" not in lines.drawings, "no lines")

@@ -10,7 +10,7 @@ import pytest
 
 from tests.extraction.planes_by_construction import grid_mesh, normal_of
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
+from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit, repeated
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -58,6 +58,18 @@ def test_the_band_ends_where_the_distance_is_the_error() -> None:
         points = pieces.reshape(-1, 3)
         half = belief.t95 * belief.sd(points)
         assert belief.distances(points) == pytest.approx(side * half, abs=1e-3)
+
+
+def test_the_band_of_a_repeated_bed_is_wider_by_the_error_of_the_thickness() -> None:
+    mesh = hilly(0.1)
+    belief = belief_of_attitude(Plane(*ATTITUDE), np.array([4.0, 4.0, 0.2]), 1.0, 0.02)
+    beds = repeated(belief, mesh.vertices, 1.5, 0.05)
+    for number in beds.numbers.tolist():
+        for side, pieces in zip((1.0, -1.0), band_edges(mesh, belief, beds, number), strict=True):
+            points = pieces.reshape(-1, 3)
+            sd = np.hypot(belief.sd(points), number * 0.05 / 1.959964)
+            expected = 1.5 * number + side * belief.t95 * sd
+            assert belief.distances(points) == pytest.approx(expected, abs=1e-3)
 
 
 def test_a_bed_that_is_known_lies_in_its_band_on_the_outcrop() -> None:

@@ -157,12 +157,17 @@ def extend(
     )
 
 
-def band_edges(mesh: Mesh, belief: PlaneBelief) -> tuple[Array, ...]:
-    """Lines (k, 2, 3) on a mesh of World along which the band of the plane ends: pieces, one for
-    each triangle that an edge of it crosses."""
-    away = belief.distances(mesh.vertices)
-    half = belief.t95 * belief.sd(mesh.vertices)
-    return tuple(_level_pieces(mesh, away + side * half) for side in (-1.0, 1.0))
+_THE_PLANE = Repeats(np.zeros(1, np.int64), None)
+
+
+def band_edges(
+    mesh: Mesh, belief: PlaneBelief, repeats: Repeats = _THE_PLANE, number: int = 0
+) -> tuple[Array, Array]:
+    """Lines (k, 2, 3) on a mesh of World along which the band of the plane ends, above and below
+    it: pieces, one for each triangle that an edge of it crosses. number : of the repeated plane"""
+    away = belief.distances(mesh.vertices) - repeats.offset(number)
+    half = _error95(mesh.vertices, belief, repeats, number)
+    return _level_pieces(mesh, away - half), _level_pieces(mesh, away + half)
 
 
 def _level_pieces(mesh: Mesh, values: Array) -> Array:
@@ -229,8 +234,12 @@ def _crossings(points: Array, away: Array, spacing: float) -> Array:
 
 
 def _trace(line: Array, belief: PlaneBelief, repeats: Repeats, number: int) -> Trace:
-    variance = belief.sd(line) ** 2 + number**2 * repeats.of_thickness
-    return Trace(number, line, belief.t95 * np.sqrt(variance))
+    return Trace(number, line, _error95(line, belief, repeats, number))
+
+
+def _error95(points: Array, belief: PlaneBelief, repeats: Repeats, number: int) -> Array:
+    variance = belief.sd(points) ** 2 + number**2 * repeats.of_thickness
+    return np.asarray(belief.t95 * np.sqrt(variance))
 
 
 def _half_angles(belief: PlaneBelief) -> tuple[float, float]:

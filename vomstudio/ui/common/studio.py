@@ -38,6 +38,8 @@ class Studio(QObject):
     """Of a preview on the net: names with the ids of their planes, None where it ends."""
     surface_wanted = Signal(str)
     """A page of the dock of the surface is asked for: "fields", "facets" or "traces"."""
+    extension_shown = Signal(object)
+    """ExtendedLines of a plane that is carried on, None where none is shown any more."""
     surface_clicked = Signal(object)
     """Hit: a click on the outcrop where no feature is, while no tool is active."""
     notice = Signal(object)  # Notice

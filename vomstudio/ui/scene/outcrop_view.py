@@ -14,6 +14,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.camera_view import CameraView
+from vomstudio.ui.scene.extended_plane_drawings import ExtendedPlaneDrawings
 from vomstudio.ui.scene.face_grid_drawings import FaceGridDrawings
 from vomstudio.ui.scene.proposed_trace_drawings import ProposedTraceDrawings
 from vomstudio.ui.scene.scene_presenter import ScenePresenter
@@ -50,6 +51,7 @@ class OutcropView(QObject):
         self._presenter.rebuild()
         self._grids = FaceGridDrawings(self._studio, viewport)
         self._proposed = ProposedTraceDrawings(self._studio, viewport)
+        self._extended = ExtendedPlaneDrawings(self._studio, viewport)
         elements = self._studio.workspace.elements
         elements.look = viewport.looking
         self._studio.hidden_elements_changed.connect(

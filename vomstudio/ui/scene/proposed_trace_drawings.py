@@ -63,9 +63,13 @@ class ProposedTraceDrawings:
 def line_area(lines: Sequence[npt.NDArray[np.float64]]) -> Area | None:
     """Lines (n, 3), World, as they are drawn on the outcrop; None where there are none."""
     pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
-    if not pieces:
+    return piece_area(np.concatenate(pieces)) if pieces else None
+
+
+def piece_area(pieces: npt.NDArray[np.float64]) -> Area | None:
+    """The same of pieces of lines (k, 2, 3)."""
+    if not len(pieces):
         return None
-    edges = np.concatenate(pieces)
-    origin = np.floor(edges[0, 0])
+    origin = np.floor(pieces[0, 0])
     none = np.zeros((0, 3, 3), np.float32)
-    return Area(origin, none, (edges - origin).astype(np.float32))
+    return Area(origin, none, (pieces - origin).astype(np.float32))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
+    QCheckBox,
     QDialog,
     QDialogButtonBox,
     QFormLayout,
@@ -20,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.records import Feature, Model
 from vomstudio.errors import VomError
-from vomstudio.geology.beds.extended import belief_of_fit
+from vomstudio.geology.beds.extended import belief_of_fit, repeated
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
@@ -29,7 +30,7 @@ from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import point_spacing
-from vomstudio.products.section.extension import ExtendedPlane, extend, write_traces
+from vomstudio.products.section.extension import ExtendedPlane, band_edges, extend, write_traces
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
@@ -37,6 +38,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
+from vomstudio.ui.scene.extended_plane_drawings import ExtendedLines
 from vomstudio.words import tr, tr_n
 
 FIELD = "extended_plane_m"
@@ -62,9 +64,18 @@ class ExtendDialog(QDialog):
         unit = unit_of(axes_of(studio))
         form.addRow(tr("Repeat at a thickness of ({unit})", unit=unit), self.thickness)
         form.addRow(tr("95 % error of the thickness ({unit})", unit=unit), self.error)
+        self.painted = QCheckBox(tr("Colour the band by the distance from the plane"))
+        self.painted.setToolTip(
+            tr("Without colours the outcrop keeps its texture under the lines, so that the plane "
+               "can be held against the beds.")
+        )  # fmt: skip
+        self.painted.setChecked(True)
+        self.painted.toggled.connect(self._paint)
+        form.addRow(self.painted)
         self.said = Label(
             tr("Places on the outcrop that lie within the 95 % error of the plane are coloured by "
-               "their distance from it.")
+               "their distance from it. Lines show the plane and the edges of its band while this "
+               "window is open.")
         )  # fmt: skip
         self.said.setWordWrap(True)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -82,6 +93,8 @@ class ExtendDialog(QDialog):
         layout.addWidget(buttons)
         self._background = Background(self)
         self._busy = False
+        self._mode_before = studio.display.mode
+        self._reach: float | None = None
         self._refresh_buttons()
 
     def start(self) -> None:
@@ -114,24 +127,41 @@ class ExtendDialog(QDialog):
             self.said.setText(made.message)
             self._refresh_buttons()
             return
-        assert isinstance(made, ExtendedPlane)
-        self.found = made
+        assert isinstance(made, tuple)
+        self.found, lines = made
         self.said.setText(
-            "\n".join([*_lines(made, metric=axes_of(self._studio).metric), *made.warnings])
-        )
+            "\n".join([*_lines(self.found, metric=axes_of(self._studio).metric),
+                       *self.found.warnings])
+        )  # fmt: skip
         self._refresh_buttons()
-        opened = self._studio.models.get(self._model_id)
-        bands = made.bands
+        self._studio.extension_shown.emit(ExtendedLines(self._model_id, *lines))
+        opened, bands = self._studio.models.get(self._model_id), self.found.bands
         if opened is None or bands is None:
             return
         values = np.where(bands.inside, bands.distance_m, np.nan).astype(np.float32)
-        reach = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
-        if opened.give_fields({FIELD: values}):
-            self._studio.display.show_field(
-                self._model_id, FieldStyle(FIELD, -reach, reach, palette="PuOr_r")
-            )
-        else:
+        if not opened.give_fields({FIELD: values}):
             self._studio.warn(tr("The model is too large to show the plane on it."))
+            return
+        self._reach = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
+        self._paint()
+
+    def _paint(self) -> None:
+        """Colours of the band, or the outcrop as it was shown before."""
+        display = self._studio.display
+        if self._reach is None:
+            return
+        if self.painted.isChecked():
+            style = FieldStyle(FIELD, -self._reach, self._reach, palette="PuOr_r")
+            display.show_field(self._model_id, style)
+        elif display.mode == "field":
+            display.set_mode(self._mode_before)
+
+    def done(self, result: int) -> None:
+        """However it is closed."""
+        try:
+            self._studio.extension_shown.emit(None)
+        finally:
+            super().done(result)
 
     def _refresh_buttons(self) -> None:
         busy = tr("The plane is being carried on.") if self._busy else ""
@@ -170,15 +200,18 @@ def _carry_on(
     try:
         world = moved(data, model.to_world)
         spacing = 0.0 if isinstance(world, Mesh) else point_spacing(world)
-        return extend(
-            world,
-            belief_of_fit(fit),
-            thickness_m=thickness,
-            thickness_error_m=error,
-            spacing=spacing,
+        belief = belief_of_fit(fit)
+        found = extend(
+            world, belief, thickness_m=thickness, thickness_error_m=error, spacing=spacing
         )
     except VomError as problem:
         return problem
+    edges = [np.zeros((0, 2, 3))]
+    if isinstance(world, Mesh):
+        beds = repeated(belief, world.vertices, thickness, error)
+        for bed in found.beds:
+            edges += band_edges(world, belief, beds, bed.bed)
+    return found, ([trace.points for trace in found.traces], np.concatenate(edges))
 
 
 def _lines(found: ExtendedPlane, *, metric: bool) -> list[str]:
