@@ -165,8 +165,7 @@ class SqliteJournal:
             seq,
             kind,
             of_seq,
-            # The records keep what is no UTF-8, as JSON's escapes.
-            writable(label),
+            writable(label),  # The records keep what is no UTF-8, as JSON's escapes.
             dump_json(before),
             dump_json(after),
             time,
