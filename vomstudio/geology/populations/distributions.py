@@ -7,8 +7,10 @@ Embleton 1987, 6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 =
 1 / (2 n (Si - Sj) (ki - kj)), as Tanaka (1999) corrected the factor which is often quoted. All of
 them are joint, 95 %, with F(2, n - 2) in place of chi-square (free of a model F(2, m - 2) for the
 first axis and F(2, m - 3) for the others, m being the effective number of weighted axes, and
-residuals of the jackknife: simulated coverage of clusters and girdles is 93 to 98 %), and mean
-nothing where two eigenvalues are nearly the same: the axes are then any two of a plane.
+residuals of the jackknife: simulated coverage of clusters and girdles is 93 to 98 %). Where two
+eigenvalues may be the same, the axes may be any two of a plane, and have no region: by the test of
+rotational symmetry (Fisher, Lewis & Embleton 1987, 6.3.1) and by their ratio (F), which few axes of
+a narrow girdle show better.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.geology.orientation import Array, Line
-from vomstudio.geology.populations.chances import chi2_tail
+from vomstudio.geology.populations.chances import chi2_tail, f_tail
 from vomstudio.geology.populations.sphere_models import (
     FEW_FOR_FIT,
     Bingham,
@@ -33,6 +35,10 @@ from vomstudio.geology.statistics import effective_number
 from vomstudio.words import tr
 
 _MOST_SHARE = 0.9
+
+APART_P, APART_RATIO_P = 0.05, 0.005
+"""Below this two eigenvalues are not the same: by their difference, and by their ratio, whose test
+is of axes that stray normally."""
 
 ELONGATED_P = 0.05
 """Below this a cluster is called elongated, and Kent's distribution is given."""
@@ -124,17 +130,17 @@ def uniformity(v: Array, directed: bool) -> UniformityFigures:
 def axes_confidence(
     v: Array, values: Array, axes: Array, weights: Array | None = None
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
-    """Of the tensor's axes, from the data alone (n, 3): None of fewer than 5, and where two
-    eigenvalues are the same."""
+    """Of the tensor's axes, from the data alone (n, 3): None of fewer than 5, and of an axis whose
+    eigenvalue may be that of another."""
     n = len(v)
     w = np.ones(n) if weights is None else weights / weights.mean()
     along = v @ axes.T
 
     def of(i: int) -> AxisConfidence | None:
         j, k = (other for other in range(3) if other != i)
-        apart = np.array([values[i] - values[j], values[i] - values[k]])
-        if n < 5 or float(np.abs(apart).min()) < 1e-12:
+        if n < 5 or not all(_is_apart(values, along, i, other, w) for other in (j, k)):
             return None
+        apart = np.array([values[i] - values[j], values[i] - values[k]])
         pull = along[:, [i]] * along[:, [j, k]] / apart * w[:, None]
         # Each by as much as the axis would be off without it: what has a large share in it shows
         # less of its error (MacKinnon & White 1985, Journal of Econometrics 29, 305).
@@ -144,6 +150,18 @@ def axes_confidence(
         return _confidence(pull.T @ pull / n**2, axes[[j, k]], free)
 
     return of(0), of(1), of(2)
+
+
+def _is_apart(values: Array, along: Array, i: int, j: int, weights: Array) -> bool:
+    """Whether the eigenvalues i and j differ by more than chance."""
+    large, small = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
+    if large - small < 1e-12:
+        return False
+    length = np.average((along[:, i] ** 2 + along[:, j] ** 2) ** 2, weights=weights)
+    if math.exp(-effective_number(weights) * (large - small) ** 2 / length) < APART_P:
+        return True
+    free = len(along) - 1.0
+    return small == 0.0 or f_tail(free, free, large / small) < APART_RATIO_P
 
 
 def _confidence(covariance: Array, across: Array, free: float) -> AxisConfidence | None:
@@ -165,21 +183,25 @@ def bingham(
     model = bingham_of(values)
     if model is None:
         return None, tr("all lie in one plane or line: the concentration is infinite")
+    w = np.ones(n) if weights is None else weights
     fit = None if n < FEW_FOR_FIT or weights is not None else bingham_fit(model, v @ axes.T)
     return BinghamFigures(
-        model.k1, model.k2, _bingham_confidence(model, values, axes, n), fit
+        model.k1, model.k2, _bingham_confidence(model, v, values, axes, w), fit
     ), None
 
 
 def _bingham_confidence(
-    model: Bingham, values: Array, axes: Array, n: int
+    model: Bingham, v: Array, values: Array, axes: Array, weights: Array
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
     k = np.array([0.0, model.k2, model.k1])
+    n, along = len(v), v @ axes.T
 
     def of(i: int) -> AxisConfidence | None:
         others = [j for j in range(3) if j != i]
         apart = np.array([(values[i] - values[j]) * (k[i] - k[j]) for j in others])
         if n < 5 or float(apart.min()) < 1e-12:
+            return None
+        if not all(_is_apart(values, along, i, j, weights) for j in others):
             return None
         return _confidence(np.diag(1.0 / (2.0 * (n - 2.0) * apart)), axes[others], n - 2.0)
 
