@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from vomstudio.errors import UsageError
-from vomstudio.io.control.observation_tables import Pairs, ScaleBar
+from vomstudio.io.control.observation_tables import Pairs, ScaleBar, read_scale_bars
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.length_evidence import said_of_lengths
+from vomstudio.registration.length_evidence import lengths_of, said_of_lengths
 
 TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 
@@ -64,6 +66,17 @@ def test_sound_lengths_are_not_named() -> None:
 def test_a_bar_whose_label_is_written_otherwise_is_refused_with_the_nearest() -> None:
     with pytest.raises(UsageError, match=r"p1 \(P1\?\)"):
         register(Evidence(pairs=survey(4, 1, 0.02), bars=[ScaleBar("P0", "p1", 3.0)]))
+
+
+@pytest.mark.parametrize(("row", "said"), [("P0,Q", "Q, which is not"), ("P1,P0", "one place")])
+def test_a_wrong_bar_is_named_by_file_and_line(tmp_path: Path, row: str, said: str) -> None:
+    path = tmp_path / "bars.csv"
+    path.write_text(f"from,to,length_m,use\nP0,P2,3,check\nP2,P3,3,\n{row},3,\n")
+    pairs = survey(4, 1, 0.02)
+    pairs.model[1] = pairs.model[0]
+    with pytest.raises(UsageError, match=said) as refusal:
+        lengths_of(read_scale_bars(path), [], pairs)
+    assert (refusal.value.file, refusal.value.line) == (str(path), 4)
 
 
 def test_several_lengths_of_one_unit_are_told_together() -> None:

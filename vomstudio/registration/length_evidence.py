@@ -47,6 +47,8 @@ def lengths_of(
                         "Add it, with its place on the model.",
                         label=label if near is None else f"{label} ({near}?)",
                     ),
+                    file=bar.file,
+                    line=bar.line,
                     field="--scale-bars",
                 )
         if bar.check:
@@ -68,9 +70,13 @@ def lengths_of(
     short = ~(np.linalg.norm(ends[1] - ends[0], axis=1) > 0)
     if short.any():
         number = int(np.argmax(short))
+        used = [bar for bar in bars if not bar.check]
+        at = used[number] if number < len(used) else None
         raise UsageError(
             tr("Both ends of a length are at one place of the model. Choose two places."),
-            field="--scale-bars" if number < len(labels) - len(segments) else "--scale",
+            file=None if at is None else at.file,
+            line=None if at is None else at.line,
+            field="--scale" if at is None else "--scale-bars",
         )
     return [Lengths(labels, *ends, np.array(length), np.array(sigma))]
 

@@ -69,13 +69,16 @@ class Pairs:
 
 @dataclass(frozen=True)
 class ScaleBar:
-    """Between two points of the pairs; sigma_m : None where not stated; check : it judges only"""
+    """Between two points of the pairs; sigma_m : None where not stated; check : it judges only;
+    file, line : where it stands, None where it was not read"""
 
     first: str
     second: str
     length_m: float
     sigma_m: float | None = None
     check: bool = False
+    file: Path | None = None
+    line: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +187,18 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
             )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
     return [
-        ScaleBar(a, b, float(length), None if np.isnan(s) else float(s), bool(check))
-        for a, b, length, s, check in zip(first, second, lengths, sigma, table.uses(), strict=True)
+        ScaleBar(
+            a,
+            b,
+            float(length),
+            None if np.isnan(s) else float(s),
+            bool(check),
+            table.path,
+            int(line),
+        )
+        for a, b, length, s, check, line in zip(
+            first, second, lengths, sigma, table.uses(), table.table.line_numbers, strict=True
+        )
     ]
 
 
