@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QTextBrowser,
     QVBoxLayout,
+    QWidget,
 )
 
 from tests import driver
@@ -66,6 +67,22 @@ def test_nothing_of_a_dialog_is_lost_at_its_sides(qtbot):
     driver.pause(50)
     (area,) = dialog.findChildren(QScrollArea)
     assert area.viewport().width() >= dialog.button.minimumSizeHint().width()
+
+
+def test_a_dialog_that_scrolls_has_all_the_height_that_there_is(qtbot):
+    """One with an owner tells a height of 30 pixels until it is shown, and stayed a slit."""
+    owner = QWidget()
+    qtbot.addWidget(owner)
+    dialog = QDialog(owner)
+    column = QVBoxLayout(dialog)
+    column.addWidget(lines := QLabel("\n".join(map(str, range(300)))))
+    column.addWidget(QPushButton("Do it"))
+    lines.setMinimumSize(lines.sizeHint())
+    fit_to_screen(dialog)
+    dialog.show()
+    driver.pause(50)
+    assert on_screen(dialog)
+    assert dialog.height() > 0.9 * QGuiApplication.primaryScreen().availableGeometry().height()
 
 
 def test_the_list_of_shortcuts_fits_the_screen(window):

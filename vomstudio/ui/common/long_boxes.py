@@ -31,13 +31,18 @@ def make_room_for_text(window: QWidget) -> None:
     layout = window.layout()
     if layout is None or not layout.hasHeightForWidth():
         return
-    size = window.size()
-    if not window.isVisible() and not window.testAttribute(Qt.WidgetAttribute.WA_Resized):
-        size = window.sizeHint().expandedTo(window.minimumSize())
+    size = _size_when_shown(window)
     layout.activate()
     needed = layout.totalHeightForWidth(size.width())
     if needed > size.height():
         window.resize(size.width(), min(needed, room_for(window).height()))
+
+
+def _size_when_shown(window: QWidget) -> QSize:
+    """Before a window is shown, Qt tells a size that it will not have."""
+    if window.isVisible() or window.testAttribute(Qt.WidgetAttribute.WA_Resized):
+        return window.size()
+    return window.sizeHint().expandedTo(window.minimumSize())
 
 
 def _polish(widget: QWidget) -> None:
@@ -88,7 +93,7 @@ def _make_room(dialog: QDialog) -> None:
 
 def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
     """Put all but the buttons at the end, which stay in sight, into a place that scrolls."""
-    size = dialog.size()
+    size = _size_when_shown(dialog)
     margins = layout.contentsMargins()
     buttons = _buttons_at_end(layout)
     page = QWidget()
@@ -103,7 +108,8 @@ def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
         column.addLayout(below)
     # Until then the dialog may be no smaller than all its contents.
     column.activate()
-    dialog.resize(size.boundedTo(room.size()))
+    # All of the room: its contents would need more.
+    dialog.resize(min(size.width(), room.width()), room.height())
 
 
 def _needed_height(dialog: QDialog, layout: QLayout) -> int:
