@@ -60,6 +60,13 @@ class Graph:
         """(n,)"""
         return self.rough()
 
+    @cached_property
+    def usual_arc(self) -> float:
+        """Median length of the arcs, 0 where there are none."""
+        source = np.repeat(np.arange(len(self.places)), np.diff(self.starts))
+        arcs = np.linalg.norm(self.places[self.near] - self.places[source], axis=1)
+        return float(np.median(arcs)) if len(arcs) else 0.0
+
 
 class SurfaceGraph:
     """data : in World or in the file's frame; lengths are in its unit. Raises GeometryError where
