@@ -157,7 +157,7 @@ def coverage(n: int, arc_deg: float, noise_deg: float, runs: int, seed: int) -> 
     return held / runs, float(np.median(sizes))
 
 
-@pytest.mark.parametrize(("n", "arc", "noise"), [(40, 120, 8), (8, 180, 3)])
+@pytest.mark.parametrize(("n", "arc", "noise"), [(15, 90, 3), (40, 120, 8), (8, 180, 3)])
 def test_the_region_holds_the_true_axis_in_93_to_97_percent(
     n: int, arc: float, noise: float
 ) -> None:
