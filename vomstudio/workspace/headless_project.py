@@ -66,10 +66,12 @@ Named = TypeVar("Named", Model, FeatureType)
 
 @dataclass(frozen=True, eq=False)
 class Picks:
-    """Points along one line on a model: (n, 3) in World."""
+    """Points along one line on a model: (n, 3) in World. kind : where it is another than that of
+    most"""
 
     name: str
     points: Array
+    kind: FeatureType | None = None
 
 
 @dataclass(frozen=True)
@@ -211,9 +213,10 @@ class HeadlessProject:
                 continue
             to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
             points = transform.apply(to_file, pick.points)
-            trace = trace_through(pick.name, points, model, kind.id, set_name, surface)
+            own = pick.kind or kind
+            trace = trace_through(pick.name, points, model, own.id, set_name, surface)
             if not trace.name:
-                trace = replace(trace, name=edits.next_name(records, kind, added))
+                trace = replace(trace, name=edits.next_name(records, own, added))
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:

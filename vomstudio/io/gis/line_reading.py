@@ -18,12 +18,15 @@ from vomstudio.words import tr, tr_n
 Array = npt.NDArray[np.float64]
 
 _NAMES = ("name", "label", "id", "title")
+NO_LAYERS = ("", "0", "defpoints", "entities")
+"""Layers of CAD on which lies what nobody put on one."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReadLine:
     """points : (n, 2) or, where the file has heights and they are wanted, (n, 3); of an outline the
-    first is repeated at the end; crs : of its layer, None where that states none"""
+    first is repeated at the end; crs : of its layer, None where that states none. layer : of a
+    drawing for CAD that of the entity"""
 
     layer: str
     name: str
@@ -78,7 +81,10 @@ def read_gis_lines(path: str | Path) -> ReadLines:
                 warnings += said
                 shapes, fields = shapes[keep], [values[keep] for values in fields]
             names = _names(told["fields"], fields, len(shapes))
-            lines, others = _lines(str(layer), names, shapes, crs)
+            homes = [str(layer)] * len(shapes)
+            if path.suffix.lower() == ".dxf":
+                homes = _column(told["fields"], fields, "layer") or homes
+            lines, others = _lines(homes, names, shapes, crs)
             found += lines
             skipped += others
     if skipped:
@@ -119,21 +125,28 @@ def _unreadable(path: Path) -> InputError:
 
 
 def _names(keys: Any, fields: Any, count: int) -> list[str]:
-    lower = {str(key).casefold(): k for k, key in enumerate(keys)}
     for name in _NAMES:
-        if name in lower:
-            return ["" if value is None else str(value) for value in fields[lower[name]]]
+        if (found := _column(keys, fields, name)) is not None:
+            return found
     return [""] * count
 
 
+def _column(keys: Any, fields: Any, name: str) -> list[str] | None:
+    """By its name in small letters."""
+    lower = {str(key).casefold(): k for k, key in enumerate(keys)}
+    if name not in lower:
+        return None
+    return ["" if value is None else str(value) for value in fields[lower[name]]]
+
+
 def _lines(
-    layer: str, names: list[str], shapes: Any, crs: str | None
+    layers: list[str], names: list[str], shapes: Any, crs: str | None
 ) -> tuple[list[ReadLine], int]:
     import shapely
 
     found: list[ReadLine] = []
     skipped = 0
-    for name, shape in zip(names, shapely.from_wkb(shapes), strict=True):
+    for layer, name, shape in zip(layers, names, shapely.from_wkb(shapes), strict=True):
         parts = _parts(shape)
         skipped += not parts
         for points, closed in parts:
