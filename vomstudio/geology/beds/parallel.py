@@ -26,6 +26,7 @@ from vomstudio.geometry.plane_errors import joint_quantile, quantiles
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 FEWEST = 3
 """Points of a trace whose scatter counts."""
@@ -200,7 +201,7 @@ def parallel_beds(
     )
 
 
-def _errors(flat: Floats, counts: npt.NDArray[np.int64], starts: Floats, ordered: bool) -> _Traces:
+def _errors(flat: Floats, counts: Ints, starts: Ints, ordered: bool) -> _Traces:
     """flat : (n, 3) points about their own middles, in the axes of the common plane"""
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
@@ -248,7 +249,7 @@ def _errors(flat: Floats, counts: npt.NDArray[np.int64], starts: Floats, ordered
 
 
 def _with_width(
-    turned: Floats, sums: Floats, leans: Floats, counts: npt.NDArray[np.int64], starts: Floats
+    turned: Floats, sums: Floats, leans: Floats, counts: Ints, starts: Ints
 ) -> npt.NDArray[np.bool_]:
     """(G, 2) which of its own axes tell something of how a trace's plane is turned: of a straight
     one that is no wider than it strays from the common plane, what it strays lies in the face that

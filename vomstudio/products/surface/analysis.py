@@ -298,16 +298,12 @@ def _trim(
 
 
 def _roughness(
-    deviations: Array,
-    plan: HeightPlan,
-    plane: Plane,
-    noise_and_lack: tuple[float, float],
-    edge: float,
-    rounding: float,
-) -> dict[str, Any]:
-    """bent_share, hurst, smoothest and their reasons. noise_and_lack : standard deviation of the
-    model's own heights, m, and variance that the map lacks, m2; rounding : of the heights, m"""
-    noise, lack = noise_and_lack
+    deviations: Array, plan: HeightPlan, plane: Plane, own: tuple[float, float],
+    edge: float, rounding: float,
+) -> dict[str, Any]:  # fmt: skip
+    """bent_share, hurst, smoothest and their reasons. own : noise of the model, m, and variance
+    that its map lacks, m2; rounding : of the heights, m"""
+    noise, lack = own
     flat, bent = _without_bend(deviations)
     shortest = SHORTEST * edge
     made: dict[str, Any] = {
