@@ -132,16 +132,6 @@ def _refuse_names_without_end(path: Path) -> None:
                 )
 
 
-def wanted_columns(named: Path, layer: str | None, wanted: Iterable[str]) -> list[str]:
-    """Of the columns of a layer those of these names, small letters, and the layer of entities: the
-    others may be any number. Within `layers_of`."""
-    import pyogrio
-
-    names = {*wanted, "layer"}
-    fields = pyogrio.read_info(named, layer=layer)["fields"]
-    return [str(field) for field in fields if str(field).casefold() in names]
-
-
 def symbol_layers(names: Iterable[str]) -> set[str]:
     """Of the layers of a drawing those that only hold symbols: `bedding_symbols` beside `bedding`
     or `bedding_planes`."""

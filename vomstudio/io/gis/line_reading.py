@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,16 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, features_of, why_unreadable
-from vomstudio.io.gis.layer_reading import layers_of, symbol_layers, wanted_columns
+from vomstudio.io.gis.layer_reading import symbol_layers
+from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
+from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
 _NAMES = ("name", "label", "id", "title")
+_LOOKED_AT = 10_000
+"""Shapes between two looks at whether the work is still wanted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,43 +48,43 @@ class ReadLines:
 
 
 @np.errstate(all="ignore")
-def read_gis_lines(path: str | Path) -> ReadLines:
+def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLines:
     """All lines and polygons of all layers of a GeoPackage, GeoJSON, shapefile or DXF; rings of a
     polygon and parts of a collection are lines of their own. Symbols, hidden layers of a drawing
     for CAD, and lines without length or with coordinates that are no numbers are none. Raises
-    InputError where the file cannot be read."""
-    import pyogrio
-
+    InputError where the file cannot be read, and Cancelled."""
     path = Path(path)
     found: list[ReadLine] = []
     described: dict[str, str] = {}
     systems: list[str] = []
     warnings: list[str] = []
     skipped = 0
-    with layers_of(path, lambda: _unreadable(path)) as named:
-        layers = pyogrio.list_layers(named)
-        symbols = symbol_layers(str(layer) for layer, _ in layers)
-        for layer, kind in layers:
-            if kind is None or str(layer).casefold() in symbols:
-                continue
-            wanted = wanted_columns(named, str(layer), (*_NAMES, *OF_ENTITIES))
-            told, _, shapes, fields = pyogrio.raw.read(
-                named, layer=layer, force_2d=True, columns=wanted
-            )
-            crs = None if told["crs"] is None else str(told["crs"])
-            systems += [] if crs is None else [crs]
-            info = pyogrio.read_info(named, layer=layer)
-            told_of = (info.get("layer_metadata") or {}).get("DESCRIPTION", "")
-            described[str(layer)] = str(told_of)
-            if path.suffix.lower() == ".dxf":
-                columns = dict(zip(map(str, told["fields"]), fields, strict=True))
-                keep, said = features_of(path, columns, len(shapes))
-                warnings += said
-                shapes, fields = shapes[keep], [values[keep] for values in fields]
-            names = _names(told["fields"], fields, len(shapes))
-            lines, others = _lines(str(layer), names, shapes, crs)
-            found += lines
-            skipped += others
+
+    def unreadable() -> InputError:
+        return _unreadable(path)
+
+    layers = list_layers(path, unreadable, progress)
+    symbols = symbol_layers(layer.name for layer in layers)
+    names = [n.name for n in layers if n.kind is not None and n.name.casefold() not in symbols]
+    read = (
+        read_layers(path, names, (*_NAMES, *OF_ENTITIES, "layer"), unreadable, progress)
+        if names
+        else []
+    )
+    for layer in read:
+        systems += [] if layer.crs is None else [layer.crs]
+        described[layer.name] = layer.described
+        columns, shapes = dict(layer.columns or {}), layer.shapes
+        if shapes is None:
+            continue
+        if path.suffix.lower() == ".dxf":
+            keep, said = features_of(path, columns, len(shapes))
+            warnings += said
+            shapes = shapes[keep]
+            columns = {name: values[keep] for name, values in columns.items()}
+        lines, others = _lines(layer, _names(columns, len(shapes)), shapes, unreadable, progress)
+        found += lines
+        skipped += others
     if skipped:
         warnings.append(
             tr_n(
@@ -118,26 +122,36 @@ def _unreadable(path: Path) -> InputError:
     )
 
 
-def _names(keys: Any, fields: Any, count: int) -> list[str]:
-    lower = {str(key).casefold(): k for k, key in enumerate(keys)}
+def _names(columns: Mapping[str, npt.NDArray[Any]], count: int) -> list[str]:
+    lower = {key.casefold(): values for key, values in columns.items()}
     for name in _NAMES:
         if name in lower:
-            return ["" if value is None else str(value) for value in fields[lower[name]]]
+            return ["" if value is None else str(value) for value in lower[name]]
     return [""] * count
 
 
 def _lines(
-    layer: str, names: list[str], shapes: Any, crs: str | None
+    layer: VectorLayer,
+    names: list[str],
+    shapes: Any,
+    unreadable: Callable[[], InputError],
+    progress: Progress | None,
 ) -> tuple[list[ReadLine], int]:
     import shapely
 
     found: list[ReadLine] = []
     skipped = 0
-    for name, shape in zip(names, shapely.from_wkb(shapes), strict=True):
+    try:
+        given = shapely.from_wkb(shapes)
+    except shapely.GEOSException as error:
+        raise unreadable() from error
+    for number, (name, shape) in enumerate(zip(names, given, strict=True)):
+        if progress is not None and not number % _LOOKED_AT:
+            progress.step(number)
         parts = _parts(shape)
         skipped += not parts
         for points, closed in parts:
-            found.append(ReadLine(layer, name, points, closed, crs))
+            found.append(ReadLine(layer.name, name, points, closed, layer.crs))
     return found, skipped
 
 
