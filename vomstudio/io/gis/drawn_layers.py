@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.files.regular import is_there
+from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
-from vomstudio.io.gis.vector_layers import list_layers, read_layers
+from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
 
@@ -123,11 +123,14 @@ def _read(
 ) -> DrawnLayer:
     import shapely
 
-    if not is_there(path):
+    if not is_there(path) or is_folder(path):
         raise InputError(tr("There is no such file. Check its name."), file=path)
     layer = layer or _layer_of(path, wanted, progress)
     names = {name.casefold() for name in (*attributes, *OF_ENTITIES, "layer")}
-    (read,) = read_layers(path, [layer], names, lambda: _unreadable(path), progress)
+    read = next(
+        iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress)),
+        VectorLayer("", None),
+    )
     # A table without geometry has none at all.
     shapes = shapely.from_wkb([] if read.shapes is None else read.shapes, on_invalid="ignore")
     columns = dict(read.columns or {})

@@ -135,6 +135,8 @@ def layers_read(named: Path, asked: Mapping[str, Any]) -> list[VectorLayer]:
     known = [(str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(named)]
     if not asked["wanted"]:
         return [VectorLayer(name, kind) for name, kind in known]
+    if not known:
+        return []
     kinds = dict(known)
     found = []
     for layer in asked["wanted"]:

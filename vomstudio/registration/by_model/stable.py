@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.io.gis.layer_reading import names_no_crs
-from vomstudio.io.gis.vector_layers import read_layers
+from vomstudio.io.gis.vector_layers import VectorLayer, read_layers
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -47,7 +47,10 @@ def in_polygons(
     that the layer states. Raises InputError where it cannot be read or has none."""
     import shapely
 
-    (layer,) = read_layers(path, [None], (), lambda: _unreadable(path), progress)
+    layer = next(
+        iter(read_layers(path, [None], (), lambda: _unreadable(path), progress)),
+        VectorLayer("", None),
+    )
     try:
         shapes = shapely.from_wkb([] if layer.shapes is None else layer.shapes)
     except shapely.GEOSException as error:
