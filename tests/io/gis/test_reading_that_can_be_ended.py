@@ -50,6 +50,7 @@ def _nested(path: Path, inside: int, times: int) -> Path:
     block = "".join(f"0\nLINE\n8\n0\n10\n{i}\n20\n0\n11\n{i + 1}\n21\n1\n" for i in range(inside))
     places = "".join(f"0\nINSERT\n8\n0\n2\nB\n10\n{i}\n20\n{i}\n" for i in range(times))
     path.write_text(
+        "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n0\nENDSEC\n"
         f"0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n8\n0\n2\nB\n10\n0\n20\n0\n{block}0\nENDBLK\n0\nENDSEC\n"
         f"0\nSECTION\n2\nENTITIES\n{places}0\nENDSEC\n0\nEOF\n"
     )
@@ -110,7 +111,7 @@ def test_a_drawing_of_many_places_tells_of_progress_and_is_ended_at_once(tmp_pat
         token.cancel()
 
     threading.Timer(0.0, cancel).start()
-    threading.Timer(1.5, told.set).start()
+    threading.Timer(1.0, told.set).start()
     with pytest.raises(Cancelled):
         read_gis_lines(path, progress)
     assert time.monotonic() - asked_at[0] < 3.0
