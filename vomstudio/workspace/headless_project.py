@@ -253,6 +253,7 @@ class HeadlessProject:
         found = read_listed(
             path, model, self.session.records, world_crs(frame.crs, frame.unit_m),
             None if surface is None else surface.area_inside, self._bounds.get(model.id),
+            self._progress,
         )  # fmt: skip
         edit = edits.add_features(self.session.records, found.features)
         self.session.apply(edit)

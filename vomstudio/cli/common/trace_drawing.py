@@ -73,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         raise UsageError(_type_wanted(), field="--into")
     check_target(args.output, force=args.force, inputs=[args.model, args.from_ortho, args.sidecar])
     sidecar = drawing_back.read_sidecar(args.sidecar)
-    lines, said = drawing_back.read_drawing(args.from_ortho, sidecar)
+    lines, said = drawing_back.read_drawing(args.from_ortho, sidecar, progress_of(args))
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     try:
         brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)

@@ -16,6 +16,7 @@ from itertools import repeat
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import is_regular, read_pipe
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.io.text.commented_rows import commented_rows, said_of_commented
 from vomstudio.words import to_translate, tr, tr_n
@@ -199,6 +200,8 @@ def read_bytes(path: Path) -> bytes:
             file=path,
         )
     try:
+        if not is_regular(path):
+            return read_pipe(path, LARGEST_FILE)
         return path.read_bytes()
     except PermissionError as error:
         raise InputError(

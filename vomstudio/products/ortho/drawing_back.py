@@ -20,6 +20,7 @@ from vomstudio.io.gis.line_reading import NO_LAYERS, ReadLine, ReadLines, read_g
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
 from vomstudio.products.ortho.shown_surface import shown_depths
+from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -125,7 +126,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
 
 @np.errstate(all="ignore")
 def read_drawing(
-    path: str | Path, sidecar: Sidecar
+    path: str | Path, sidecar: Sidecar, progress: Progress | None = None
 ) -> tuple[tuple[ReadLine, ...], tuple[str, ...]]:
     """The lines of a drawing in pixels (column, row) of the picture, and what must be said. Raises
     InputError where the file cannot be read, holds no line, or was drawn on another picture."""
@@ -137,7 +138,7 @@ def read_drawing(
         to_pixels = _page_to_pixels(drawing, sidecar, path)
         lines = [_through(line, to_pixels) for line in drawing.lines]
     else:
-        lines, said = _gis_lines(path, sidecar)
+        lines, said = _gis_lines(path, sidecar, progress)
         warnings += said
         if path.suffix.lower() == ".dxf":
             # CAD has no names of lines: what a line is is said by its layer.
@@ -249,9 +250,11 @@ def _is_like(box: Array, sidecar: Sidecar) -> bool:
     return down > 0 and abs(across / down / ratio - 1) <= limit
 
 
-def _gis_lines(path: Path, sidecar: Sidecar) -> tuple[list[ReadLine], list[str]]:
+def _gis_lines(
+    path: Path, sidecar: Sidecar, progress: Progress | None
+) -> tuple[list[ReadLine], list[str]]:
     """The lines of a GIS layer or a drawing for CAD in pixels, and what must be said."""
-    read = read_gis_lines(path)
+    read = read_gis_lines(path, progress)
     warnings = list(read.warnings)
     _check_marks((_head_of(path),), sidecar, path)
     lines, said = _in_picture(read, sidecar, path)
