@@ -203,6 +203,7 @@ class HeadlessProject:
             warnings = (f"{warnings[0]} {unknown}",)
         records = self.session.records
         added: dict[str, Record] = {}
+        names = edits.NextNames(records)
         traces: list[Trace] = []
         skipped: list[tuple[str, str]] = []
         for pick in picks:
@@ -213,7 +214,7 @@ class HeadlessProject:
             points = transform.apply(to_file, pick.points)
             trace = trace_through(pick.name, points, model, kind.id, set_name, surface)
             if not trace.name:
-                trace = replace(trace, name=edits.next_name(records, kind, added))
+                trace = replace(trace, name=names.of(kind))
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
@@ -222,6 +223,7 @@ class HeadlessProject:
             named = get(edit.after, trace.id, Trace)
             assert named is not None
             added[trace.id] = named
+            names.take(named)
             traces.append(named)
         if not traces:
             message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 from PySide6.QtCore import (
@@ -115,6 +115,13 @@ class TablePanel(QWidget):
         studio.settings_changed.connect(self._settings_changed)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._show_selection)
+        studio.filters.append((self, self._filtered_out))
+
+    def _filtered_out(self, ids: Iterable[str]) -> set[str]:
+        """Those of these features that the filter hides."""
+        if self._filter.test is None:
+            return set()
+        return {id_ for id_ in ids if self._sorted.row_of(self.model.place(id_)) is None}
 
     def _explained(self, column: int) -> Explained | None:
         if not 0 <= column < len(COLUMNS):
