@@ -1,4 +1,4 @@
-"""Selected traces as parallel beds, in words: how far apart they lie, and whether two are of one."""
+"""Selected traces as parallel beds, in words: how far apart they are, and whether two are one."""
 
 from __future__ import annotations
 
