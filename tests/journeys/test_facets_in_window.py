@@ -97,8 +97,12 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     panel.colours.setCurrentIndex(panel.colours.findData("label"))
     panel.colours.activated.emit(panel.colours.currentIndex())
     left -= 1
+    measured = [found.measured[row] for row in sorted(panel._facets.open)]
     driver.click(panel.accept_all, panel.accept_all.rect().center())
     assert len(patches(window)) == left + 1
+    # The window does not wait until hundreds are measured once more.
+    others = [p.id for p in patches(window) if p.id != patch.id]
+    assert [*map(id, studio.measured(others).values())] == [*map(id, measured)]
     assert not panel._facets.open
     assert not panel.accept_all.isEnabled()
     assert "There is no facet" in panel.accept_all.toolTip()

@@ -108,6 +108,7 @@ class Workspace:
             self.jobs,
             lambda: settings.thresholds,
             hand_over,
+            self.derived.foresee,
         )
         self.proposed_traces = TraceProposals(
             self.projects,

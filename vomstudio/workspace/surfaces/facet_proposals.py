@@ -16,7 +16,14 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
-from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model
+from vomstudio.document.records import (
+    SURROUNDINGS_RULE,
+    Feature,
+    FeatureType,
+    Model,
+    Record,
+    limits_of,
+)
 from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
@@ -69,10 +76,12 @@ class FacetLimits:
 class Proposals:
     """What was found on a model. patches : without names or type, the largest facet first;
     measured : their figures; label, covers : (points,) int32 of the model; exposed_m2 : of each
-    patch; whole : all of the model was looked at"""
+    patch; model, judged_by : as they were then; whole : all of the model was looked at"""
 
     model_id: str
     to_world: object
+    model: Model
+    judged_by: Thresholds
     limits: FacetLimits
     told: FoundFacets
     patches: tuple[Patch, ...]
@@ -120,7 +129,9 @@ class FacetProposals:
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
         hand_over: Callable[[Callable[[], object]], object],
+        foresee: Callable[[list[tuple[Feature, Measurement]], Thresholds], None],
     ) -> None:
+        self._foresee = foresee
         self.changed: Signal[()] = Signal()
         self._projects, self._models, self._editing = projects, models, editing
         self._display, self._mode_before = display, ""
@@ -300,7 +311,17 @@ class FacetProposals:
         ]  # fmt: skip
         # Its own edit is no reason to forget the others.
         self.open -= set(chosen)
-        if not self._editing.attempt(edits.add_features, patches):
+        measured = [found.measured[row] for row in chosen]
+
+        def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
+            edit = edits.add_features(records, features)
+            if records.get(found.model_id) is found.model:
+                # Hundreds need not be measured once more while the window waits.
+                named = [f for f in edit.after.values() if isinstance(f, Feature)]
+                self._foresee(list(zip(named, measured, strict=True)), found.judged_by)
+            return edit
+
+        if not self._editing.attempt(added, patches):
             self.open |= set(chosen)
             return []
         self.accepted |= set(chosen)
@@ -387,8 +408,8 @@ def _proposals(
         )  # fmt: skip
     measured = measure_all(records, patches, thresholds)
     return Proposals(
-        model.id, model.to_world, limits, told, tuple(patches), tuple(measured), of["label"],
-        of["covers"], of["exposed_m2"], whole,
+        model.id, model.to_world, model, limits_of(records, thresholds), limits, told,
+        tuple(patches), tuple(measured), of["label"], of["covers"], of["exposed_m2"], whole,
     )  # fmt: skip
 
 
