@@ -205,6 +205,7 @@ class HeadlessProject:
             warnings = (f"{warnings[0]} {unknown}",)
         records = self.session.records
         added: dict[str, Record] = {}
+        names = edits.NextNames(records)
         traces: list[Trace] = []
         skipped: list[tuple[str, str]] = []
         for pick in picks:
@@ -216,7 +217,7 @@ class HeadlessProject:
             own = pick.kind or kind
             trace = trace_through(pick.name, points, model, own.id, set_name, surface)
             if not trace.name:
-                trace = replace(trace, name=edits.next_name(records, own, added))
+                trace = replace(trace, name=names.of(own))
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
@@ -225,6 +226,7 @@ class HeadlessProject:
             named = get(edit.after, trace.id, Trace)
             assert named is not None
             added[trace.id] = named
+            names.take(named)
             traces.append(named)
         if not traces:
             message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))

@@ -184,8 +184,10 @@ def analyse(
     deviations = np.asarray(heights, np.float64) - float(base)
     if int(np.isfinite(deviations).sum()) < FEWEST_CELLS:
         raise GeometryError(
-            tr("The patch is too small: {count} cells of its map are known; {least} are needed.",
-               count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS)
+            tr("The patch is too small: its map has {count} cells of {cell:.3g} m in which the "
+               "surface is known, and {least} are needed. Enlarge the patch, or choose one on a "
+               "finer part of the model.",
+               count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS, cell=plan.grid.gsd)
         )  # fmt: skip
     row = _row(fit, area, edge, model, frame, thresholds)
     found = where_it_holds(deviations, noise)
@@ -319,7 +321,7 @@ def _roughness(
     if found is None:
         reason = tr(
             "The patch is too small for its resolution: the shortest distance that the model can "
-            "tell is {shortest:.3g} m.",
+            "tell is {shortest:.3g} m. Enlarge the patch, or use a finer model.",
             shortest=shortest,
         )
         return {**made, "hurst_reason": reason, "smoothest_reason": reason}
