@@ -1,8 +1,8 @@
 """Where the program begins, as a command and as `python -m vomstudio`."""
 
-from vomstudio import early_stop
+from vomstudio.early_stop import hear
 
-early_stop.hear()
+hear()
 
 from vomstudio.app import main  # noqa: E402 - reading it takes longer than all that is before it
 

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from vomstudio import early_stop
+from vomstudio.early_stop import stop as stop_early
 from vomstudio.failures import asked_to_stop
 
 _STOPPING = [
@@ -45,7 +45,7 @@ def _hear_stop_signals() -> dict[int, Any]:
     if threading.current_thread() is not threading.main_thread():
         return {}
     asked_to_stop.forget()
-    usual = (signal.SIG_DFL, signal.default_int_handler, early_stop.stop)
+    usual = (signal.SIG_DFL, signal.default_int_handler, stop_early)
     before = {n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in usual}
     for number in before:
         signal.signal(number, asked_to_stop.stop)
