@@ -128,7 +128,7 @@ def test_cad_shows_ticks_and_texts_that_are_no_traces_when_read(make, tmp_path: 
                     lines[0].dxf.end.y - lines[0].dxf.start.y])  # fmt: skip
     assert way / np.linalg.norm(way) == pytest.approx((bar[1] - bar[0]) / 2.0)
     assert len(space.query("POINT")) == len(planes)
-    assert [line.layer for line in read_gis_lines(path).lines] == ["entities"]
+    assert [line.layer for line in read_gis_lines(path).lines] == ["traces"]
     assert len(read_lines(path).shapes) == 1
 
 
