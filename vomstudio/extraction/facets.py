@@ -19,11 +19,12 @@ from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
 from vomstudio.extraction.growing import grown, reach_of, share_going_over
-from vomstudio.extraction.kernels import grouped, powers_across
+from vomstudio.extraction.kernels import grouped
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.heights.levels import level_gap
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -50,7 +51,7 @@ _WAVY, _WAVY_TURN = 0.5, 3.0
 # Ours, of standard deviations: a strip of even width is 3.5 of its own wide.
 _SLICE = 2.0
 # Ours; below this share of the spacing layers are no matter.
-_HUMPS, _TOLD = 0.72, 0.05
+_TOLD = 0.05
 # Ours: of the area, and by as much as areas of a dozen points each make it wider by chance.
 _THIN_PART, _CHANCE, _MANY = 0.9, 1.2, 5_000
 # In which facets are fitted, several at once.
@@ -77,7 +78,7 @@ class Limits:
 class Facet:
     """One facet. fit, verdict : of its plane in World; moments : of its points, World; area : m2;
     resolution : m, around it; border : polygon with holes in the plane, as WKT in World; rows : of
-    the faces or points"""
+    the faces or points; level_gap : m between the levels in which its points lie, None for one"""
 
     fit: PlaneFit
     moments: Moments
@@ -86,6 +87,7 @@ class Facet:
     resolution: float
     border: str | None
     rows: Ints
+    level_gap: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,17 +315,14 @@ def _facet(
         polygon, axes = polygon_of_points(points, wide, fit.centroid, fit.normal)
         area = float(polygon.area)
     resolution = max(spacing, fit.rms or 0.0)
+    thick = (fit.rms or 0.0) > _TOLD * spacing
+    gap = level_gap(points, fit.normal) if thick else None
     verdict = judge(
-        fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
-    )
-    if (fit.rms or 0.0) > _TOLD * spacing and _is_double(points, fit):
-        verdict = replace(
-            verdict,
-            quality="doubtful" if verdict.quality == "good" else verdict.quality,
-            reasons=(*verdict.reasons, _double(fit.rms or 0.0)),
-        )
+        fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds,
+        level_gap_m=gap,
+    )  # fmt: skip
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
-    return Facet(fit, known, verdict, area, resolution, border, rows)
+    return Facet(fit, known, verdict, area, resolution, border, rows, gap)
 
 
 def _wide_spacing(areas: Array) -> float:
@@ -333,25 +332,6 @@ def _wide_spacing(areas: Array) -> float:
     lined = np.sort(areas)
     upto = np.cumsum(lined)
     return float(np.sqrt(lined[np.searchsorted(upto, _THIN_PART * upto[-1])])) / _CHANCE
-
-
-def _is_double(points: Array, fit: PlaneFit) -> bool:
-    """Whether the distances of points (n, 3) from their plane are in two humps, by Sarle's
-    coefficient: 1/3 for a normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for
-    two values."""
-    normal = for_kernels(fit.normal, np.float64)
-    two, three, four = powers_across(for_kernels(points, np.float64), fit.centroid, normal)
-    skew, peak = three / two**1.5, four / two**2
-    return bool((skew * skew + 1.0) / peak > _HUMPS)
-
-
-def _double(rms: float) -> str:
-    return tr(
-        "Its points lie in two layers some {gap:.2g} m apart, as of two scans that do not fit or "
-        "of two surfaces, and the plane is between them. Allow less distance to have each by "
-        "itself.",
-        gap=2.0 * rms,
-    )
 
 
 def _is_slice(fit: PlaneFit) -> bool:

@@ -38,7 +38,8 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     """element, runs, n, mean, outline: as in Painted. scatter, n_effective: with n and mean the
     moments of its points in the file frame (geometry/patches.py), so that the plane survives a
     missing model. area: of the faces, in file units squared, None for points. rule: by which the
-    resolution was measured. Other fields as in Trace.
+    resolution was measured. level_gap: how far apart the levels are in which its points lie
+    (geometry/heights/levels.py), file units, None where they lie in one. Other fields as in Trace.
     """
 
     id: str
@@ -61,6 +62,7 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     rule: int = 0
     repeat_of: str | None = None
     interpreter: str | None = None
+    level_gap: float | None = None
 
 
 def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
@@ -95,6 +97,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         kind="patch",
         thresholds=at.thresholds,
         registration_deg=tilt,
+        level_gap_m=in_world(patch.level_gap, rows),
     )
     verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
     return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)

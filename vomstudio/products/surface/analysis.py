@@ -17,6 +17,7 @@ from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.heights.levels import level_gap
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import face_areas, face_points, moments
@@ -186,7 +187,7 @@ def analyse(
             tr("The patch is too small: {count} cells of its map are known; {least} are needed.",
                count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS)
         )  # fmt: skip
-    row = _row(fit, area, edge, model, frame, thresholds)
+    row = _row(fit, points, area, edge, model, frame, thresholds)
     found = where_it_holds(deviations, noise)
     trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
     rounding = _ROUNDINGS * max(
@@ -229,12 +230,19 @@ def _fitted(data: Mesh | PointCloud) -> tuple[Array, PlaneFit, float | None]:
 
 
 def _row(
-    fit: PlaneFit, area: float | None, edge: float, model: str, frame: str, thresholds: Thresholds
+    fit: PlaneFit,
+    points: Array,
+    area: float | None,
+    edge: float,
+    model: str,
+    frame: str,
+    thresholds: Thresholds,
 ) -> Row:
     resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
     verdict = judge(
-        fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds
-    )
+        fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds,
+        level_gap_m=level_gap(points[np.isfinite(points).all(axis=1)], fit.normal),
+    )  # fmt: skip
     return plane_row(
         fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, model=model, frame=frame
     )
@@ -288,7 +296,7 @@ def _trim(
     except GeometryError:
         return None, np.ones(len(points), np.bool_)
     turn = math.degrees(math.acos(min(abs(float(rest.normal @ fit.normal)), 1.0)))
-    made = _row(rest, None, edge, model, frame, thresholds)
+    made = _row(rest, points[holds], None, edge, model, frame, thresholds)
     return Trim(found.departs, found.limit, turn, made), holds
 
 
