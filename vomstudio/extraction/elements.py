@@ -28,7 +28,7 @@ from vomstudio.geometry.kernels.cell_lists import bounds_of
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.shared_corners import counted_once, say_apart, snapped
+from vomstudio.geometry.nearby.shared_corners import across_gaps, counted_once, say_apart, snapped
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -353,8 +353,8 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     rows, nodes = rows[first], nodes[first]
     row_of = np.full(len(faces), -1, np.int64)
     row_of[rows] = np.arange(len(rows))
-    starts, near = _face_neighbours(nodes)
     own = corners[rows]
+    starts, near = _face_neighbours(nodes, own)
     places = own.mean(axis=1)
     areas = double[rows] / 2.0
     normals = cross[rows] / double[rows, None]
@@ -386,9 +386,9 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     )
 
 
-def _face_neighbours(nodes: Ints) -> tuple[Ints, Rows]:
-    """Neighbours across edges of faces (k, 3 numbers of places); the faces of an edge that more
-    than two share follow each other in a ring."""
+def _face_neighbours(nodes: Ints, corners: Array) -> tuple[Ints, Rows]:
+    """Neighbours across edges of faces (k, 3 numbers of places), and across gaps; the faces of an
+    edge that more than two share follow each other in a ring."""
     k = len(nodes)
     a = nodes.ravel()
     b = np.roll(nodes, -1, axis=1).ravel()
@@ -396,8 +396,9 @@ def _face_neighbours(nodes: Ints) -> tuple[Ints, Rows]:
     order = np.argsort(key, kind="stable")
     same = np.diff(key[order]) == 0
     one, two = order[:-1][same] // 3, order[1:][same] // 3
-    source = np.concatenate([one, two])
-    target = np.concatenate([two, one])
+    before, _, beyond = across_gaps(nodes, corners)
+    source = np.concatenate([one, two, before, beyond])
+    target = np.concatenate([two, one, beyond, before])
     by = np.argsort(source, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(source, minlength=k))]).astype(np.int64)
     return starts, for_kernels(target[by], np.int32)
