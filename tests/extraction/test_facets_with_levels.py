@@ -90,3 +90,45 @@ def test_coordinates_on_a_grid_are_no_levels(dip: float) -> None:
     found = find_facets(PointCloud(points))
     assert found.facets[0].level_gap is None
     assert found.facets[0].verdict.quality == "good"
+
+
+def worn_cube(rng: np.random.Generator, radius: float) -> np.ndarray:
+    """2 m wide, its edges and corners rounded, with 4 mm of noise."""
+    points = rng.uniform(0.0, 2.0, (30_000, 3))
+    side = np.arange(30_000) % 6
+    points[np.arange(30_000), side // 2] = 2.0 * (side % 2)
+    core = np.clip(points, radius, 2.0 - radius)
+    off = points - core
+    length = np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
+    return core + radius * off / length + NOISE * rng.standard_normal(points.shape)
+
+
+@pytest.mark.parametrize("seed", range(715, 718))
+def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    flat = find_facets(PointCloud(worn_cube(rng, 0.3)))
+    assert [f.bent for f in flat.facets[:6]] == [False] * 6
+    assert all(f.verdict.quality == "good" for f in flat.facets[:6])
+    assert not any("wavy or curved" in said for said in flat.warnings)
+    ball = rng.standard_normal((30_000, 3))
+    ball *= (1.0 + NOISE * rng.standard_normal((30_000, 1))) / np.linalg.norm(ball, axis=1)[:, None]
+    x, y = rng.uniform(0.0, 8.0, (2, 26_000))
+    egg_box = 0.3 * np.sin(np.pi * x) * np.sin(np.pi * y) + 0.003 * rng.standard_normal(26_000)
+    for points, share in ((ball, 0.6), (np.stack([x, y, egg_box], axis=1), 0.5)):
+        found = find_facets(PointCloud(points))
+        assert any("wavy or curved" in said for said in found.warnings)
+        area = sum(f.area for f in found.facets)
+        assert sum(f.area for f in found.facets if f.bent) > share * area
+        assert not any(f.bent and f.verdict.quality == "good" for f in found.facets)
+
+
+@pytest.mark.parametrize("seed", range(718, 721))
+@pytest.mark.parametrize("times", [0.5, 0.75, 1.0])
+def test_a_mesh_whose_noise_is_as_long_as_its_sides_is_one_plane(times: float, seed: int) -> None:
+    heights = times * 0.02 * np.random.default_rng(seed).standard_normal((100, 100))
+    mesh = grid_mesh(heights, 0.02)
+    found = find_facets(Mesh(turned(*mesh.vertices.T), mesh.faces))
+    assert len(found.facets) == 1
+    assert found.exposure.coverage is not None
+    assert found.exposure.coverage > 0.97
+    assert angle_deg(found.facets[0].fit.normal, normal_of(*ATTITUDE)) < 0.1

@@ -19,6 +19,7 @@ from vomstudio.extraction.points_around import (
     QUIET,
     Seen,
     drowned,
+    normals_of_places,
     scattered,
     seen_around,
 )
@@ -39,6 +40,8 @@ Rows = npt.NDArray[np.int32]
 Labels = npt.NDArray[np.int32]
 
 _SMOOTHINGS = 12
+# Ours: neighbours of faces are turned by 30 degrees and more.
+_FEWEST_NOISY, _NOISY = 1_000, 0.12
 _PER_CELL = 16.0
 FEWEST_AROUND = 20
 """Points in a cell and those around it that tell a plane."""
@@ -362,16 +365,20 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     inner = np.stack([(off[..., a] * off[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1)
     progress.stage(tr("Normals"), None)
-    normals, variation = _quiet_normals(
+    places = for_kernels(places, np.float64)
+    normals, variation, quiet = _quiet_normals(
         for_kernels(normals, np.float64), for_kernels(areas, np.float64), starts, near, angle_deg,
         progress,
     )  # fmt: skip
+    if not quiet:
+        found = normals_of_places(places, angle_deg, progress)
+        normals = normals if found is None else found
     # Two faces for each vertex.
     spacing = np.sqrt(2.0 * areas)
     return Elements(
         "face",
         origin,
-        for_kernels(places, np.float64),
+        places,
         normals,
         for_kernels(areas, np.float64),
         for_kernels(inner, np.float64),
@@ -406,11 +413,11 @@ def _face_neighbours(nodes: Ints, corners: Array) -> tuple[Ints, Rows]:
 
 def _quiet_normals(
     normals: Array, areas: Array, starts: Ints, near: Rows, angle_deg: float, progress: Progress
-) -> tuple[Array, Array]:
-    """Normals smoothed until neighbours agree, and half the mean squared sine between each face as
-    it is and its neighbours: how rough the mesh is there."""
+) -> tuple[Array, Array, bool]:
+    """Normals smoothed until neighbours agree, half the mean squared sine between each face as it
+    is and its neighbours, which is how rough the mesh is there, and whether they agree."""
     if not len(near):
-        return normals, np.zeros(len(normals))
+        return normals, np.zeros(len(normals)), True
     cosine = np.empty(len(near))
     agreement(normals, starts, near, cosine)
     number = np.diff(starts)
@@ -421,10 +428,14 @@ def _quiet_normals(
     for _ in range(_SMOOTHINGS):
         angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
         if angle <= 0.5 * QUIET * angle_deg:
-            break
+            return normals, rough, True
         out = np.empty_like(normals)
         smoothed(normals, areas, starts, near, least, out)
         normals = out
         agreement(normals, starts, near, cosine)
         progress.step(0)
-    return normals, rough
+    # With noise of some half of a side faces look in all directions; where they are tells more.
+    # Those of a mesh with few faces are a block's own.
+    angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
+    noisy = len(normals) >= _FEWEST_NOISY and float(np.median(rough)) > _NOISY
+    return normals, rough, not noisy or bool(angle <= 0.5 * QUIET * angle_deg)

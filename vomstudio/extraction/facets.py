@@ -18,13 +18,13 @@ from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_p
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
-from vomstudio.extraction.growing import grown, reach_of, share_going_over
+from vomstudio.extraction.growing import going_over, grown, reach_of
 from vomstudio.extraction.kernels import grouped
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.heights.levels import level_gap
+from vomstudio.geometry.heights.levels import level_gap, said_of_bend, said_of_levels
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -78,7 +78,8 @@ class Limits:
 class Facet:
     """One facet. fit, verdict : of its plane in World; moments : of its points, World; area : m2;
     resolution : m, around it; border : polygon with holes in the plane, as WKT in World; rows : of
-    the faces or points; level_gap : m between the levels in which its points lie, None for one"""
+    the faces or points; level_gap : m between the levels in which its points lie, None for one;
+    bent : it goes over into others beside it, as a piece of a wavy or curved face"""
 
     fit: PlaneFit
     moments: Moments
@@ -88,6 +89,7 @@ class Facet:
     border: str | None
     rows: Ints
     level_gap: float | None = None
+    bent: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,9 +178,10 @@ def find_facets(
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
-    wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
-    return _told(data, elements, found, labels, usual, fewest, thresholds,
-                 wavy > _WAVY)  # fmt: skip
+    going, bent = going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
+    wavy = sum(f.area for f, one in zip(found, going, strict=True) if one)
+    found = [_bent(facet) if one else facet for facet, one in zip(found, bent, strict=True)]
+    return _told(data, elements, found, labels, usual, fewest, thresholds, wavy)
 
 
 def _with_shared_corners(mesh: Mesh) -> Mesh:
@@ -216,7 +219,7 @@ def facets_of_labels(
     was[fresh[kept]] = labels[kept]
     # There is no distance by which they were grown: that of the points counts.
     reach = float(np.median(elements.spacing))
-    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, False), was
+    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, 0.0), was
 
 
 def _told(
@@ -227,7 +230,7 @@ def _told(
     reach: float,
     fewest: int,
     thresholds: Thresholds,
-    wavy: bool,
+    wavy: float,
 ) -> Facets:
     large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
     exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
@@ -319,7 +322,7 @@ def _facet(
     gap = level_gap(points, fit.normal) if thick else None
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        level_gap_m=gap,
+        seen=said_of_levels(gap),
     )  # fmt: skip
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, known, verdict, area, resolution, border, rows, gap)
@@ -332,6 +335,20 @@ def _wide_spacing(areas: Array) -> float:
     lined = np.sort(areas)
     upto = np.cumsum(lined)
     return float(np.sqrt(lined[np.searchsorted(upto, _THIN_PART * upto[-1])])) / _CHANCE
+
+
+def _bent(facet: Facet) -> Facet:
+    """Said to be a piece of a wavy or curved face."""
+    verdict = facet.verdict
+    return replace(
+        facet,
+        bent=True,
+        verdict=replace(
+            verdict,
+            quality="doubtful" if verdict.quality == "good" else verdict.quality,
+            reasons=(*verdict.reasons, *said_of_bend(True)),
+        ),
+    )
 
 
 def _is_slice(fit: PlaneFit) -> bool:
@@ -383,7 +400,7 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
     return result
 
 
-def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: bool) -> list[str]:
+def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: float) -> list[str]:
     if not found and elements.of == "point" and not elements.around:
         return [
             tr(
@@ -409,7 +426,7 @@ def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: bool
                 share=100.0 * share,
             )
         )
-    if wavy:
+    if wavy > _WAVY * sum(facet.area for facet in found):
         said.append(
             tr(
                 "Most facets go over into a neighbour that is turned by little, so they are pieces "

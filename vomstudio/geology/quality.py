@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-from vomstudio.geometry.heights.levels import said_of_levels
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.plane_sizes import PlaneSizes, within_wander
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
@@ -121,7 +121,7 @@ def judge(
     kind: Kind = "trace",
     thresholds: Thresholds = DEFAULTS,
     registration_deg: float | None = None,
-    level_gap_m: float | None = None,
+    seen: Sequence[str] = (),
 ) -> Verdict:
     """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
     that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
@@ -132,7 +132,7 @@ def judge(
         sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     registration_deg : 95 % half-angle by which the model's registration can tilt the plane
-    level_gap_m : between the levels in which the points lie (geometry/heights/levels.py)
+    seen : what the surface itself says against its plane (geometry/heights/levels.py)
     """
     if fit.error is not None:
         said = tr("There is no plane: {error}", error=_sentence(fit.error))
@@ -140,7 +140,7 @@ def judge(
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
     poor, reasons, notes = decided(fit, kind, resolution_m, thresholds, registration_deg)
-    reasons += drawn + said_of_levels(level_gap_m)
+    reasons += [*drawn, *seen]
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
 

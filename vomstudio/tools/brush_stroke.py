@@ -147,5 +147,6 @@ def _moments_and_area(
         "n_effective": known.n_effective,
         "area": surface.area_of(ids),
         "rule": SURROUNDINGS_RULE,
+        "bent": False,
         "level_gap": level_gap(points, np.linalg.eigh(np.asarray(known.scatter))[1][:, 0]),
     }

@@ -27,6 +27,7 @@ from vomstudio.document.records import Painted, Point, Repeatable, Surrounded, T
 from vomstudio.errors import GeometryError
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
+from vomstudio.geometry.heights.levels import said_of_bend, said_of_levels
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.units import area_text
 from vomstudio.words import to_translate as _
@@ -39,7 +40,8 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     moments of its points in the file frame (geometry/patches.py), so that the plane survives a
     missing model. area: of the faces, in file units squared, None for points. rule: by which the
     resolution was measured. level_gap: how far apart the levels are in which its points lie
-    (geometry/heights/levels.py), file units, None where they lie in one. Other fields as in Trace.
+    (geometry/heights/levels.py), file units, None where they lie in one. bent: proposed as a piece
+    of a wavy or curved face. Other fields as in Trace.
     """
 
     id: str
@@ -63,6 +65,7 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     repeat_of: str | None = None
     interpreter: str | None = None
     level_gap: float | None = None
+    bent: bool = False
 
 
 def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
@@ -97,7 +100,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         kind="patch",
         thresholds=at.thresholds,
         registration_deg=tilt,
-        level_gap_m=in_world(patch.level_gap, rows),
+        seen=(*said_of_levels(in_world(patch.level_gap, rows)), *said_of_bend(patch.bent)),
     )
     verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
     return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)

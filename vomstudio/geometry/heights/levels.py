@@ -88,6 +88,19 @@ def said_of_levels(gap_m: float | None) -> list[str]:
     ]
 
 
+def said_of_bend(bent: bool) -> list[str]:
+    """Why the plane of a piece of a wavy or curved face is not good; nothing for another."""
+    if not bent:
+        return []
+    return [
+        tr(
+            "The face bends on into what is beside it: this is a piece of a wavy or curved face, "
+            "and where it ends is chosen by the thresholds. Take it for a plane only where you see "
+            "one."
+        )
+    ]
+
+
 def grid_steps(points: Floats) -> Floats:
     """(3,) of the grid on which a file's coordinates were rounded, 0 where there is none."""
     steps = np.zeros(3)

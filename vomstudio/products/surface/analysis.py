@@ -17,7 +17,7 @@ from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.heights.levels import level_gap
+from vomstudio.geometry.heights.levels import level_gap, said_of_levels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import face_areas, face_points, moments
@@ -241,7 +241,7 @@ def _row(
     resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
     verdict = judge(
         fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        level_gap_m=level_gap(points[np.isfinite(points).all(axis=1)], fit.normal),
+        seen=said_of_levels(level_gap(points[np.isfinite(points).all(axis=1)], fit.normal)),
     )  # fmt: skip
     return plane_row(
         fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, model=model, frame=frame
