@@ -18,7 +18,7 @@ from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_p
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
-from vomstudio.extraction.growing import going_over, grown, reach_of
+from vomstudio.extraction.growing import bending, grown, reach_of
 from vomstudio.extraction.kernels import grouped
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -47,7 +47,7 @@ _MOST_POINTS = 2**31 - 1
 # Facets of a mesh with few large faces are told by their area.
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
-_WAVY, _WAVY_TURN = 0.5, 3.0
+_WAVY, _WAVY_TURN = 0.4, 3.0
 # Ours, of standard deviations: a strip of even width is 3.5 of its own wide.
 _SLICE = 2.0
 # Ours; below this share of the spacing layers are no matter.
@@ -178,10 +178,9 @@ def find_facets(
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
-    going, bent = going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
-    wavy = sum(f.area for f, one in zip(found, going, strict=True) if one)
+    bent = bending(elements, labels, _WAVY_TURN * limits.angle_deg)
     found = [_bent(facet) if one else facet for facet, one in zip(found, bent, strict=True)]
-    return _told(data, elements, found, labels, usual, fewest, thresholds, wavy)
+    return _told(data, elements, found, labels, usual, fewest, thresholds)
 
 
 def _with_shared_corners(mesh: Mesh) -> Mesh:
@@ -219,7 +218,7 @@ def facets_of_labels(
     was[fresh[kept]] = labels[kept]
     # There is no distance by which they were grown: that of the points counts.
     reach = float(np.median(elements.spacing))
-    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, 0.0), was
+    return _told(cloud, elements, found, fresh, reach, fewest, thresholds), was
 
 
 def _told(
@@ -230,7 +229,6 @@ def _told(
     reach: float,
     fewest: int,
     thresholds: Thresholds,
-    wavy: float,
 ) -> Facets:
     large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
     exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
@@ -242,7 +240,7 @@ def _told(
         fewest,
         exposure,
         _of_points(data, elements, exposure.covers),
-        (*elements.warnings, *_said(elements, found, exposure, wavy)),
+        (*elements.warnings, *_said(elements, found, exposure)),
     )
 
 
@@ -400,7 +398,7 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
     return result
 
 
-def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: float) -> list[str]:
+def _said(elements: Elements, found: list[Facet], exposure: Exposure) -> list[str]:
     if not found and elements.of == "point" and not elements.around:
         return [
             tr(
@@ -426,10 +424,11 @@ def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: floa
                 share=100.0 * share,
             )
         )
-    if wavy > _WAVY * sum(facet.area for facet in found):
+    whole = sum(facet.area for facet in found)
+    if sum(facet.area for facet in found if facet.bent) > _WAVY * whole:
         said.append(
             tr(
-                "Most facets go over into a neighbour that is turned by little, so they are pieces "
+                "Many facets bend on into a neighbour that is turned by little, so they are pieces "
                 "of wavy or curved faces. Allow a larger distance for planes of whole faces, or "
                 "pick traces by hand."
             )

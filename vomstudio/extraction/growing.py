@@ -40,12 +40,12 @@ about their own."""
 
 
 _PARALLEL_DEG = 2.0
-_TURNING = 0.25
-"""Of the turn from one piece of a bend to the next, what normals turn within both from their middle
-to their outer third: 0.6 on a cylinder, and about nothing beside an edge between planes."""
+_TURNING = 0.125
+"""Of the turn from one piece of a bend to the next, what normals turn within one of the two from
+its middle to its outer third: 0.3 on a cylinder, and about nothing beside an edge of planes."""
 _PARTS = (0.35, 0.65, 0.93)
 _TURNING_ROUND, _FEWEST_BESIDE = 0.06, 3
-"""Of one of the two, on the mean of all that are beside it, if these are so many."""
+"""The same on the mean of all that are beside one, if these are so many."""
 _LOOKED_AT, _FEWEST_TURNING, _MOST_FACETS = 3000, 30, 500
 _LOOSE = 0.35
 """A slice of a cloud without a surface, as clutter is, has more neighbours than this beside it that
@@ -384,19 +384,18 @@ def _count(labels: Labels) -> int:
     return max(int(labels.max(initial=NONE)) + 1, 0)
 
 
-def going_over(elements: Elements, labels: Labels, angle_deg: float) -> tuple[Bools, Bools]:
-    """(f,) which of the facets, the largest first, go over into another one, as pieces of a face
-    that is wavy or curved do, and which bend themselves: a plane with a worn edge does not. Of more
-    than some hundred only the largest are looked at.
+def bending(elements: Elements, labels: Labels, angle_deg: float) -> Bools:
+    """(f,) which of the facets, the largest first, bend and go on so into another one: pieces of a
+    face that is wavy or curved. Of more than some hundred only the largest are looked at.
 
-    The two are turned by less than the angle, but not by so little that they are parallel, and
-    their points turn from the middle of a facet towards the other, as those on a bend do. Beside an
-    edge between planes only a few of them turn.
+    The two are turned by less than the angle, but not by so little that they are parallel, and the
+    facet's points turn from its middle towards the other, as those on a bend do. Beside an edge
+    between planes only a few of them turn, and beside a worn edge those of the edge.
     """
     f = _count(labels)
-    going = np.zeros(f, np.bool_)
+    bent = np.zeros(f, np.bool_)
     if f < 2:
-        return going, going
+        return bent
     planes = planes_of(elements, labels)
     pairs = _touching(elements, labels, f)
     turn = _angle_deg(planes.normal[pairs[:, 0]], planes.normal[pairs[:, 1]])
@@ -405,23 +404,19 @@ def going_over(elements: Elements, labels: Labels, angle_deg: float) -> tuple[Bo
     ends, rows = np.zeros(f + 1, np.int64), np.empty(len(labels), np.int64)
     grouped(labels, ends, rows)
     some = [rows[a:b][:: max(1, (b - a) // _LOOKED_AT)] for a, b in pairwise(ends.tolist())]
-    bent = np.zeros(f, np.bool_)
     # Where pieces are small one neighbour may not tell it, all of them together do.
     sums = np.zeros((f, 3))
     for one, two in pairs.tolist():
         own = _turning(elements, planes, some[one], one, two)
         other = _turning(elements, planes, some[two], two, one)
-        turned, error = own + other
-        if turned > _TURNING + 2.0 * np.sqrt(error):
-            going[[one, two]] = True
         for facet, (turned, error) in ((one, own), (two, other)):
-            bent[facet] |= bool(turned > 0.5 * _TURNING + 2.0 * np.sqrt(error))
+            bent[facet] |= bool(turned > _TURNING + 2.0 * np.sqrt(error))
             if 0.0 < error < np.inf:
                 sums[facet] += 1.0, 1.0 / error, turned / error
     known = sums[:, 0] >= _FEWEST_BESIDE
     weight = np.where(known, sums[:, 1], 1.0)
     bent |= known & (sums[:, 2] / weight > _TURNING_ROUND + 3.0 / np.sqrt(weight))
-    return np.asarray(going | bent), bent
+    return np.asarray(bent)
 
 
 def _turning(elements: Elements, planes: Planes, rows: Ints, one: int, two: int) -> Array:

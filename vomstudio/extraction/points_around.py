@@ -34,9 +34,10 @@ _BLOCK = 20_000
 # A plane has a variation near 0; with noise of 1.7 spacings that of the most points is above this,
 # and at an edge of 90 degrees 0.1.
 _DROWNED, _QUIET_PART = 0.11, 0.2
+# Of a mesh with noise of one side half of this.
+_FLAT_AROUND = 0.08
 # A hundred points that fill a block are above it in 98 of 100 cases; of those of a plane that has
 # as many as are scattered around it hardly any are.
-_FLAT_AROUND = 0.08
 _SCATTERED, _IN_BLOCK, _IN_CELL = 0.22, 60, 4.0
 
 
