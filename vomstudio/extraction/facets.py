@@ -17,7 +17,14 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
-from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
+from vomstudio.extraction.exposure import (
+    LEVEL_DEG,
+    NEAR_PLANAR_SHARE,
+    Exposure,
+    exposure_of,
+    fills_volume,
+    is_grass,
+)
 from vomstudio.extraction.growing import bending, grown, reach_of
 from vomstudio.extraction.kernels import grouped
 from vomstudio.extraction.texture_colours import TextureColours
@@ -39,6 +46,7 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 Labels = npt.NDArray[np.int32]
 
 ANGLE_DEG = 20.0
@@ -174,13 +182,16 @@ def find_facets(
         progress=progress,
         begun=elements.begun,
     )
-    labels = _without_volumes(elements, labels)
+    colors = _colors(data, elements)
+    labels = _without_most(labels, fills_volume(elements, skin=True))
+    if colors is not None:
+        elements, labels = _without_grass(elements, labels, colors)
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
     bent = bending(elements, labels, _WAVY_TURN * limits.angle_deg)
     found = [_bent(facet) if one else facet for facet, one in zip(found, bent, strict=True)]
-    return _told(data, elements, found, labels, usual, fewest, thresholds)
+    return _told(data, elements, found, labels, usual, fewest, thresholds, colors)
 
 
 def _with_shared_corners(mesh: Mesh) -> Mesh:
@@ -191,14 +202,29 @@ def _with_shared_corners(mesh: Mesh) -> Mesh:
     return mesh if own is vertices else replace(mesh, vertices=own)
 
 
-def _without_volumes(elements: Elements, labels: Labels) -> Labels:
-    """Without facets most of whose points fill a volume: slices of it are no surface."""
-    filling = np.flatnonzero(fills_volume(elements, skin=True) & (labels >= 0))
+def _without_most(labels: Labels, none: Bools) -> Labels:
+    """Without facets most of whose elements are (n,) none of the rock: slices of what fills a
+    volume, and lawns."""
+    filling = np.flatnonzero(none & (labels >= 0))
     if not len(filling):
         return labels
     count = np.bincount(labels + 1)[1:]
-    none = np.append(2 * np.bincount(labels[filling], minlength=len(count)) > count, False)
-    return np.where(none[labels], np.int32(-1), labels) if none.any() else labels
+    out = np.append(2 * np.bincount(labels[filling], minlength=len(count)) > count, False)
+    return np.where(out[labels], np.int32(-1), labels) if out.any() else labels
+
+
+def _without_grass(elements: Elements, labels: Labels, colors: Array) -> tuple[Elements, Labels]:
+    """The labels without facets that are mostly grass, which the elements' warnings tell."""
+    rock = _without_most(labels, is_grass(colors))
+    lost = (rock < 0) & (labels >= 0)
+    if not lost.any():
+        return elements, rock
+    said = tr(
+        "Facets whose photo colours are those of grass were left out as vegetation: {share:.0f} % "
+        "of the model.",
+        share=max(100.0 * float(elements.areas[lost].sum() / np.nansum(elements.areas)), 1.0),
+    )
+    return replace(elements, warnings=(*elements.warnings, said)), rock
 
 
 def facets_of_labels(
@@ -218,7 +244,8 @@ def facets_of_labels(
     was[fresh[kept]] = labels[kept]
     # There is no distance by which they were grown: that of the points counts.
     reach = float(np.median(elements.spacing))
-    return _told(cloud, elements, found, fresh, reach, fewest, thresholds), was
+    colors = _colors(cloud, elements)
+    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, colors), was
 
 
 def _told(
@@ -229,9 +256,11 @@ def _told(
     reach: float,
     fewest: int,
     thresholds: Thresholds,
+    colors: Array | None,
 ) -> Facets:
     large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
-    exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
+    level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in found] + [False])
+    exposure = exposure_of(elements, labels, large[labels], level[labels], colors)
     return Facets(
         found,
         _of_points(data, elements, labels),
@@ -424,6 +453,7 @@ def _said(elements: Elements, found: list[Facet], exposure: Exposure) -> list[st
                 share=100.0 * share,
             )
         )
+    said += _of_ground(exposure)
     whole = sum(facet.area for facet in found)
     if sum(facet.area for facet in found if facet.bent) > _WAVY * whole:
         said.append(
@@ -434,3 +464,22 @@ def _said(elements: Elements, found: list[Facet], exposure: Exposure) -> list[st
             )
         )
     return said
+
+
+def _of_ground(exposure: Exposure) -> list[str]:
+    """What of the share may be level ground, where that is much of it."""
+    level, share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
+    if level < NEAR_PLANAR_SHARE:
+        return []
+    rest = (share - level) / (1.0 - level) if level < 1.0 else 0.0
+    return [
+        tr(
+            "{level:.0f} % of what counts as exposed rock is in facets that dip by less than "
+            "{limit:g}°. Where these are no level beds but gravel, asphalt or another sheet of "
+            "ground, they are no exposure: without them {rest:.0f} % is near-planar (30 % "
+            "recommended). Leave ground out of the model first.",
+            level=100.0 * level,
+            limit=LEVEL_DEG,
+            rest=100.0 * max(rest, 0.0),
+        )
+    ]
