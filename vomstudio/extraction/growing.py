@@ -46,7 +46,7 @@ its middle to its outer third: 0.3 on a cylinder, and about nothing beside an ed
 _PARTS = (0.35, 0.65, 0.93)
 _TURNING_ROUND, _FEWEST_BESIDE = 0.06, 3
 """The same on the mean of all that are beside one, if these are so many."""
-_LOOKED_AT, _FEWEST_TURNING, _MOST_FACETS = 3000, 30, 500
+_LOOKED_AT, _FEWEST_TURNING, _MOST_FACETS = 1500, 30, 500
 _LOOSE = 0.35
 """A slice of a cloud without a surface, as clutter is, has more neighbours than this beside it that
 are of no facet."""
@@ -434,7 +434,7 @@ def _turning(elements: Elements, planes: Planes, rows: Ints, one: int, two: int)
     whole /= float(other @ normal) * size
     off = elements.places[rows] - planes.centre[one]
     place, height = off @ (towards / size), off @ normal
-    inner, middle, end = np.quantile(place, _PARTS)
+    inner, middle, end = np.sort(place)[(np.array(_PARTS) * len(place)).astype(np.int64)]
     slopes = [
         _slope(place[own], height[own])
         for own in ((place > middle) & (place < end), (place > inner) & (place < middle))

@@ -18,7 +18,8 @@ from vomstudio.words import tr
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-FEWEST = 60
+FEWEST = 200
+"""Fewer points tell no step of some times their noise."""
 _LOOKED_AT = 6_000
 # Points in a cell; cells a side at least, and those whose attitudes are taken. With fewer cells
 # waves are steps.
@@ -36,6 +37,7 @@ _TURNS, _MOST_LEVELS = 12, 4
 # chance.
 _SMOOTH, _VALLEY, _DEEP, _CHANCE = 0.35, 0.9, 0.6, 4.0
 _BINS = 256
+_EXACT = 1e-9
 
 
 def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
@@ -52,7 +54,7 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     _, axes = np.linalg.eigh(np.cov((local - np.outer(local @ n, n)).T))
     u, v, h = local @ axes[:, 2], local @ axes[:, 1], local @ n
     extent = max(float(np.ptp(u)), float(np.ptp(v)))
-    if not h.std() > 1e-9 * extent:
+    if not h.std() > _EXACT * extent:
         return None
     slopes = _slopes(u, v, h)
     side = int(np.sqrt(len(u) / _PER_CELL))
@@ -105,7 +107,7 @@ def grid_steps(points: Floats) -> Floats:
     """(3,) of the grid on which a file's coordinates were rounded, 0 where there is none."""
     steps = np.zeros(3)
     for axis in range(3):
-        lined = np.unique(points[:2000, axis])
+        lined = np.unique(points[:500, axis])
         apart = np.diff(lined)
         apart = apart[apart > 1e-6 * max(float(np.median(apart)), 0.0)] if len(apart) else apart
         if len(apart) < 2:
