@@ -137,24 +137,24 @@ def _of_cells(a: Floats, b: Floats, mean: Floats, slopes: Floats, flat: float) -
 
 def _levels(a: Floats, b: Floats, mean: Floats, slopes: Floats, number: int) -> float | None:
     """The least distance between so many levels of cells, on a plane common to all."""
-    level: Ints | None = None
+    left = mean - slopes[0] * a - slopes[1] * b
+    low, high = np.quantile(left, [0.05, 0.95])
+    middles = np.asarray(np.linspace(float(low), float(high), number), np.float64)
+    level = np.full(len(mean), -1)
     for _ in range(_TURNS):
-        left = mean - slopes[0] * a - slopes[1] * b
-        if level is None:
-            begins = np.linspace(*np.quantile(left, [0.05, 0.95]), number)
-        middles = begins if level is None else np.bincount(level, left) / np.bincount(level)
         now = np.abs(left[:, None] - middles[None]).argmin(axis=1)
         if np.bincount(now, minlength=number).min() < _LEAST_SHARE * len(mean):
             return None
-        if level is not None and (now == level).all():
+        if (now == level).all():
             break
         level = now
         own = np.zeros((len(mean), number + 2))
         own[np.arange(len(mean)), level] = 1.0
         own[:, number], own[:, number + 1] = a, b
-        slopes = np.linalg.lstsq(own, mean, rcond=None)[0][number:]
-    left = mean - slopes[0] * a - slopes[1] * b
-    middles = np.sort(np.bincount(level, left) / np.bincount(level))
+        slopes = np.asarray(np.linalg.lstsq(own, mean, rcond=None)[0][number:], np.float64)
+        left = mean - slopes[0] * a - slopes[1] * b
+        middles = np.asarray(np.bincount(level, left) / np.bincount(level), np.float64)
+    middles = np.sort(middles)
     gaps = np.diff(middles)
     for low, gap in zip(middles, gaps, strict=False):
         place = (left - low) / gap
