@@ -35,12 +35,19 @@ def wait(until: Callable[[], object], what: str = "", seconds: float = 30.0) -> 
     while not until():
         if time.monotonic() > end:
             raise AssertionError(f"did not come about in {seconds:g} s: {what or until}")
-        QApplication.processEvents()
-        QTest.qWait(5)
+        pause(5)
 
 
 def pause(milliseconds: int = 30) -> None:
-    QTest.qWait(milliseconds)
+    """Let the window work for a while. Its threads work, too: QTest.qWait keeps Python's lock."""
+    end = time.monotonic() + milliseconds / 1e3
+    while True:
+        QApplication.processEvents()
+        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        left = end - time.monotonic()
+        if left <= 0.0:
+            return
+        time.sleep(min(left, 0.005))
 
 
 def make_window(paths: list[Path] | None = None) -> MainWindow:

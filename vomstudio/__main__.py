@@ -1,3 +1,12 @@
-from vomstudio.app import main
+"""Where the program begins, as a command and as `python -m vomstudio`."""
 
-raise SystemExit(main())
+from vomstudio.early_stop import hear
+
+hear()
+
+from vomstudio.app import main  # noqa: E402 - reading it takes longer than all that is before it
+
+__all__ = ["main"]
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
+from vomstudio.early_stop import stop as stop_early
 from vomstudio.failures import asked_to_stop
 
 _STOPPING = [
@@ -44,7 +45,7 @@ def _hear_stop_signals() -> dict[int, Any]:
     if threading.current_thread() is not threading.main_thread():
         return {}
     asked_to_stop.forget()
-    usual = (signal.SIG_DFL, signal.default_int_handler)
+    usual = (signal.SIG_DFL, signal.default_int_handler, stop_early)
     before = {n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in usual}
     for number in before:
         signal.signal(number, asked_to_stop.stop)
@@ -65,7 +66,8 @@ def _run(words: list[str], before: dict[int, Any]) -> int:
 
     use_users_language()
     if words[:1] == ["--graphics"]:
-        _leave(before)
+        # Whoever asks for it says that it was cancelled.
+        _leave(dict.fromkeys(before, signal.SIG_DFL))
     if words[:1] == ["--worker"]:
         _leave({number: handler for number, handler in before.items() if number != signal.SIGINT})
         from vomstudio.jobs.worker import main as work

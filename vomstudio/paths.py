@@ -1,7 +1,8 @@
-"""Where the program's own data files are."""
+"""Where the program's own files are."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from vomstudio.errors import InputError
@@ -34,3 +35,11 @@ def documentation() -> Path:
     if (in_the_checkout / "index.md").is_file() and not (_PACKAGE / "resources").is_dir():
         return in_the_checkout
     return resource("docs")
+
+
+def import_folders() -> list[str]:
+    """Where a process that is started imports from: the same package as here, wherever the program
+    was started from, and never that folder itself."""
+    here = Path.cwd()
+    others = [p for p in sys.path if p and Path(p) not in (here, _PACKAGE.parent)]
+    return [str(_PACKAGE.parent), *others]

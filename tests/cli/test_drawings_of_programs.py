@@ -355,3 +355,36 @@ def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_pat
     assert (ran.json["points"], ran.json["off_surface"]) == (300, 0)
     back = pd.read_csv(tmp_path / "back.csv", comment="#")[["x", "y", "z"]].to_numpy()
     assert np.linalg.norm(back - line, axis=1).max() < 0.03
+
+
+@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+def test_lines_of_cad_are_named_after_their_layers_and_get_its_type(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    import vomstudio as vs
+
+    plane = Page(scene).plane
+    document = ezdxf.new("R2010")
+    for layer, line in zip(("FAULT", "Bedding", "Bedding", "0"), [*plane, *plane], strict=True):
+        document.modelspace().add_lwpolyline(line, dxfattribs={"layer": layer})
+    drawing, table = saved(document, tmp_path), tmp_path / "back.csv"
+    back = ("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar", scene / "o.json")
+    assert run(*back, "-o", table).code == 0
+    rows = pd.read_csv(table, comment="#", dtype={"line": str})
+    assert list(dict.fromkeys(rows["line"])) == ["FAULT", "Bedding", "Bedding-2", "4"]
+    project = tmp_path / "p.vom"
+    with vs.Project.create(project):
+        pass
+    assert run("project", project, "add-model", scene / "wall.obj").code == 0
+    # One line lies on no layer of that kind.
+    ran = run(*back, "-o", table, "--force", "--into", project)
+    assert ran.code == 2
+    assert "--type" in ran.err
+    assert "not: 0" in ran.err
+    assert run(*back, "-o", table, "--force", "--into", project, "--type", "vein").code == 0
+    document.modelspace()[-1].destroy()
+    document.saveas(drawing)
+    ran = run(*back, "-o", table, "--force", "--into", project, "--json")
+    assert ran.code == 0, ran.err
+    listed = run("export", project, "--to", "csv", "-o", tmp_path / "f.csv")
+    assert listed.code == 0, listed.err
+    kinds = pd.read_csv(tmp_path / "f.csv", comment="#")["kind"].tolist()
+    assert sorted(kinds) == ["bedding"] * 2 + ["fault"] + ["vein"] * 4

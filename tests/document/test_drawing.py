@@ -576,7 +576,9 @@ def test_a_reading_tells_where_it_comes_from():
     assert compared(alike) == "2.3° from B01, the most similar pick"
     plain = seen(reading)
     assert kind.remarks(plain) == []
-    assert kind.about(plain) == [f"Compass reading, {compared(None)}"]
+    assert kind.about(plain) == [
+        "Compass reading; there is no pick of the same type to compare it with"
+    ]
     turned = seen(replace(reading, turned_deg=-1.5, source="a.csv"), nearest=lambda: near)
     assert kind.remarks(turned) == [
         "azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away",

@@ -125,6 +125,20 @@ def test_added_features_follow_on_with_their_labels() -> None:
         edits.add_features(there, [])
 
 
+def test_thousands_are_named_without_looking_at_each_again_and_again(monkeypatch) -> None:
+    looked = []
+    own = edits.number_of
+    monkeypatch.setattr(edits, "number_of", lambda *of: looked.append(of) or own(*of))
+    count = 3000
+    many = [replace(PATCH, id=f"n{i}", name="") for i in range(count)]
+    many[10] = replace(many[10], name="B70")
+    added = list(edits.add_features(records(), many).after.values())
+    names = [feature.name for feature in added]  # type: ignore[union-attr]
+    assert names[:12] == [f"B{n:02d}" for n in (*range(4, 14), 70, 71)]
+    assert len(set(names)) == count
+    assert len(looked) <= count
+
+
 def test_what_rests_on_nothing_is_not_added() -> None:
     there = records()
     nowhere, unknown = {"model_id": "m9"}, {"type_id": "dyke"}

@@ -50,6 +50,26 @@ TURNED = placed(
 )
 
 
+# --- what was measured before it came ----------------------------------------------------------
+def test_what_was_measured_before_it_came_is_measured_once():
+    """As long as it is judged by the same limits, and stays what it was."""
+    patch = replace(ONE_OF_EACH["patch"], id="new", name="B99")
+    own = Thresholds()
+    given = measure_all(RECORDS_OF_ALL, [patch], own)[0]
+    after = {**RECORDS_OF_ALL, "new": patch}
+    keep = Measurements(own)
+    keep.keep(RECORDS_OF_ALL, [(patch, given)], own)
+    assert keep.of(after, ["new"])["new"] is given
+    changed = replace(patch, scatter=tuple(tuple(4.0 * v for v in row) for row in patch.scatter))
+    assert keep.of({**after, "new": changed}, ["new"])["new"].fit != given.fit
+    stricter = replace(own, good_confidence95_deg=0.01, poor_confidence95_deg=0.02)
+    other = Measurements(stricter)
+    other.keep(RECORDS_OF_ALL, [(patch, given)], own)
+    judged = other.of(after, ["new"])["new"]
+    assert judged is not given
+    assert judged.verdict != given.verdict
+
+
 # --- kept as long as nothing changes ---------------------------------------------------------
 def test_a_measurement_is_kept_until_something_it_rests_on_changes():
     keep = Measurements()

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.document.test_kinds import ONE_OF_EACH, RECORDS_OF_ALL
-from vomstudio.document.edits import next_name
+from vomstudio.document.edits import NextNames
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.record_map import RecordMap, highest_number
 from vomstudio.document.records import DEFAULT_TYPES, Feature, FeatureType, Model, Typed
@@ -71,7 +71,9 @@ def test_a_name_is_free_among_those_that_come_with_it_too():
     bedding = DEFAULT_TYPES[0]
     records = RecordMap(RECORDS_OF_ALL)
     taken = made("new1", "trace", f"{bedding.name[0]}41")
-    assert next_name(records, bedding, {"new1": taken}) == f"{bedding.name[0]}42"
+    names = NextNames(records)
+    names.take(taken)
+    assert names.of(bedding) == f"{bedding.name[0]}42"
 
 
 def test_what_is_handed_out_is_not_the_index_itself():

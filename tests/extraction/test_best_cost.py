@@ -3,18 +3,25 @@ sample's traces after three clicks each."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 from tests.benchmarks.bench_followed import holds, outcrop
 from vomstudio.errors import GeometryError
-from vomstudio.extraction.best_cost import costs_of, follow_best
+from vomstudio.extraction.best_cost import best_of, costs_of, follow_best
 from vomstudio.extraction.followed_trace import followed_trace
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.planes import fit_plane
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    points: np.ndarray
 
 
 def bedded(colours: bool = True) -> tuple[PointCloud, np.ndarray]:
@@ -46,6 +53,29 @@ def test_the_path_with_the_least_stated_error_is_taken() -> None:
     assert found.plane is not None
     assert found.plane["quality"] == "good"
     assert found.plane["dip_deg"] < found.plane["total95_deg"] + 0.5
+
+
+def test_a_path_that_strays_alone_is_not_taken_for_the_plane_that_it_makes_by_straying() -> None:
+    """Three ways along a straight seam on a wavy wall, which leave its plane open and say so, and
+    one that turns off it for a while and comes back: whatever it follows, the seam it is not."""
+    rng = np.random.default_rng(11)
+    way = np.linspace(0.0, 4.0, 90)
+    none = 0.0 * way
+
+    def along(_: str) -> np.ndarray:
+        return np.column_stack([way, none, none]) + 0.01 * rng.normal(size=(90, 3))
+
+    off = 0.4 * np.exp(-((way - 1.5) ** 2))
+    wrong = np.column_stack([way, off, 0.4 * off + 0.06 * rng.normal(size=90)])
+    ways = {"colour": along(""), "dark": along(""), "gradient": along(""), "light": wrong}
+    path, cost, tried = best_of(list(ways), lambda cost: Path(ways[cost]), lambda _: 0.04)
+    stated = {one.cost: one.error95_deg for one in tried}
+    assert stated["light"] is not None
+    assert 5.0 < stated["light"] < 45.0
+    assert stated["dark"] == 90.0
+    assert cost != "light"
+    assert cost == tried[0].cost
+    assert path.points is ways[cost]
 
 
 def test_without_colours_the_surface_is_followed() -> None:

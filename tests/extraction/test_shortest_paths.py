@@ -15,7 +15,6 @@ from vomstudio.extraction.shortest_paths import (
     HEADINGS,
     WIDEST_DEG,
     _flat,
-    _usual_arc,
     shortest,
     straightest,
     turned,
@@ -66,7 +65,7 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     flat = _flat(graph.places)
     way = flat[near] - flat[first]
     rows, ends, prices = [], [], []
-    each = turn * _usual_arc(graph) * 4 / HEADINGS
+    each = turn * graph.usual_arc * 4 / HEADINGS
     for h in range(HEADINGS):
         angle = 2.0 * np.pi * h / HEADINGS
         cosine = way @ [np.cos(angle), np.sin(angle)] / np.linalg.norm(way, axis=1)

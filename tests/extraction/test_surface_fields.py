@@ -175,3 +175,19 @@ def test_a_radius_beside_the_triangles_of_a_mesh() -> None:
         surface_fields(mesh, 0.001)
     assert any("single triangles" in said for said in surface_fields(mesh, 0.4).warnings)
     assert surface_fields(mesh, 2.0).warnings == ()
+
+
+def test_points_on_a_line_have_no_dip() -> None:
+    """Any plane contains them: a dip would be one of rounding errors."""
+    line = np.outer(np.linspace(0.0, 5.0, 2000), [1.0, 1.0, 0.5]) + UTM
+    with pytest.raises(GeometryError, match="on lines"):
+        surface_fields(PointCloud(line), 0.3)
+    with pytest.raises(GeometryError, match="on lines"):
+        surface_fields(PointCloud(np.repeat(UTM[None], 100, axis=0)), 0.3)
+    sheet_points = sheet(np.random.default_rng(2), (130.0, 35.0), tuple(UTM + 20.0), size=4.0,
+                         count=20_000, noise=0.0)  # fmt: skip
+    found = surface_fields(PointCloud(np.concatenate([sheet_points, line])), 0.3)
+    for values in found.values.values():
+        assert np.isnan(values[20_000:]).all()
+    assert np.isfinite(found.values["dip"][:20_000]).all()
+    assert any("one line" in said for said in found.warnings)

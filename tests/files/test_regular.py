@@ -161,3 +161,15 @@ def test_a_pipe_beside_control_points_is_no_file_of_marks(tmp_path: Path) -> Non
 def test_a_name_with_a_zero_byte_is_no_file() -> None:
     with pytest.raises(FileNotFoundError):
         open_regular("a\0b")
+
+
+def test_a_pipe_into_which_nobody_writes_is_refused_by_tables_clouds_and_caches(
+    tmp_path: Path,
+) -> None:
+    from vomstudio.io.models import copc
+    from vomstudio.io.text.tables import read_points
+
+    for name, read in (("a.csv", read_points), ("a.copc.laz", copc.points_in)):
+        os.mkfifo(tmp_path / name)
+        with pytest.raises(InputError, match="pipe"):
+            read(tmp_path / name)

@@ -7,6 +7,7 @@ file that is kept tells its kind.
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import json
 import shutil
@@ -168,7 +169,11 @@ def _comparison(path: Path) -> object:
     return kept_of(path.parents[1], "m1")
 
 
+WITH_E57 = importlib.util.find_spec("pye57") is not None
+"""Without the package no byte of such a file is read."""
+
 READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
+    **({"e.e57": ("e.e57", _model)} if WITH_E57 else {}),
     **{name: (name, _model) for name in (
         "a.obj", "a.ply", "a.glb", "a.gltf", "a.stl", "s.stl", "b.las", "b.laz", "b.xyz", "b.ply",
         "c.tif", "o.ply",
@@ -274,6 +279,8 @@ def _models(folder: Path) -> Files:
         for t in corners[:9]
     )
     found["s.stl"] = f"solid s\n{text}endsolid s\n".encode()
+    if WITH_E57:
+        found["e.e57"] = _scan(folder / "e.e57", points)
     import rasterio
     from rasterio import Affine
 
@@ -293,6 +300,46 @@ def _models(folder: Path) -> Files:
     for name in ("c.tif", "d.copc.laz"):
         found[name] = (folder / name).read_bytes()
     return found
+
+
+def _scan(path: Path, points: Any) -> bytes:
+    import pye57
+
+    colors = ("colorRed", "colorGreen", "colorBlue")
+    with pye57.E57(str(path), mode="w") as file:
+        for number in range(2):
+            data = {f"cartesian{axis}": points[:, k] for k, axis in enumerate("XYZ")}
+            data |= {name: np.arange(len(points), dtype=np.uint8) for name in colors}
+            data["cartesianInvalidState"] = (np.arange(len(points)) < number).astype(np.int8)
+            file.write_scan_raw(
+                data, rotation=np.array([1.0, 0.0, 0.0, 0.0]), translation=np.zeros(3)
+            )
+    return path.read_bytes()
+
+
+_PAGE = 1024
+
+
+def _e57_sealed(data: bytes) -> bytes:
+    """With the checksum of every page as its content has it now (ASTM E2807, 5.3): CRC-32C."""
+    made = bytearray(data)
+    for begin in range(0, len(made) - _PAGE + 1, _PAGE):
+        crc = 0xFFFFFFFF
+        for byte in made[begin : begin + _PAGE - 4]:
+            crc = _CRC[(crc ^ byte) & 0xFF] ^ (crc >> 8)
+        made[begin + _PAGE - 4 : begin + _PAGE] = struct.pack(">I", crc ^ 0xFFFFFFFF)
+    return bytes(made)
+
+
+def _crc_of(byte: int) -> int:
+    for _ in range(8):
+        byte = (byte >> 1) ^ (0x82F63B78 if byte & 1 else 0)
+    return byte
+
+
+_CRC = [_crc_of(byte) for byte in range(256)]
+SEALED: dict[str, Callable[[bytes], bytes]] = {".e57": _e57_sealed}
+"""By the ending: makes checksums right again, without which nothing behind them is reached."""
 
 
 _XMP = (

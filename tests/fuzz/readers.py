@@ -37,7 +37,7 @@ from typing import Any
 
 import psutil
 
-from tests.fuzz.kinds import READERS, Files, seeds
+from tests.fuzz.kinds import READERS, SEALED, Files, seeds
 from tests.fuzz.stopping import until_stopped
 
 CORPUS = Path(__file__).with_name("corpus")
@@ -255,7 +255,11 @@ class Pool:
         # The latest have reached what is hardest to reach.
         files = known[-1 - min(int(chance.expovariate(0.2)), len(known) - 1)]
         name = chance.choice([READERS[kind][0], *files])
-        return kind, name, {**files, name: mutated(files[name], self._pieces, chance)}
+        made = mutated(files[name], self._pieces, chance)
+        sealed = SEALED.get(Path(name).suffix)
+        if sealed is not None and chance.random() < 0.8:
+            made = sealed(made)
+        return kind, name, {**files, name: made}
 
     def learn(self, kind: str, files: Files, lines: Lines) -> bool:
         """Whether lines are new; then the files are bent further."""

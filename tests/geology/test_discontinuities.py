@@ -202,6 +202,34 @@ def test_the_interval_of_area_per_volume_holds_it_in_95_percent() -> None:
     assert abs(held / runs - 0.95) < 4 * math.sqrt(0.95 * 0.05 / runs)
 
 
+def test_the_interval_holds_where_planes_lean_out_of_their_set() -> None:
+    """Endless planes at one square metre in a cubic metre, each seen in a piece on a wall:
+    pieces that lean reach past their neighbours along the normal, and are joined with them."""
+    chance = np.random.default_rng(8)
+    normal, held, runs = np.array([1.0, 0.0, 0.0]), 0, 300
+    for _ in range(runs):
+        n = chance.poisson(60)
+        lean = np.array([1.0, 0, 0]) + chance.standard_normal((n, 3)) * [0.0, 0.18, 0.18]
+        lean /= np.linalg.norm(lean, axis=1)[:, None]
+        # Where a plane that is d from the middle meets the wall y = 0, somewhere in its height.
+        d, height = chance.uniform(-30.0, 30.0, n), chance.uniform(-6.0, 6.0, n)
+        along = (d - height * lean[:, 2]) / lean[:, 0]
+        places = np.column_stack([along, 0.0 * d, height])
+        seen = np.abs(along) < 10.0
+        flat = np.eye(3) - lean[:, :, None] * lean[:, None, :]
+        m = int(seen.sum())
+        pieces = Pieces(
+            places[seen],
+            0.5 * flat[seen],
+            np.full(m, np.nan),
+            tuple(np.zeros((0, 3)) for _ in range(m)),
+        )
+        whole, _, _ = arrange("S1", normal, lean[seen], pieces, None)
+        assert whole.p32_low95_1_per_m <= whole.p32_1_per_m <= whole.p32_high95_1_per_m
+        held += whole.p32_low95_1_per_m <= 1.0 <= whole.p32_high95_1_per_m
+    assert held / runs > 0.95 - 4 * math.sqrt(0.95 * 0.05 / runs)
+
+
 def test_picks_that_may_be_of_one_plane_have_no_interval() -> None:
     """Three on each of ten planes a metre apart count as thirty, which no interval of thirty
     planes at random may hide."""

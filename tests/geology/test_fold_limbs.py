@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from tests.geology import folded
 from tests.geology.folded import planes
+from vomstudio.geology.folding.limbs import limbs_of
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Plane
+from vomstudio.geology.statistics import orientation_tensor
 
 
 def fold_of(rng: folded.Rng, dips: np.ndarray, noise: float = 2.0) -> FoldAxis:
@@ -142,3 +146,28 @@ def test_a_limb_whose_beds_are_overturned_closes_the_fold() -> None:
     mixed = fold_axis(*planes(normals), overturned=half_of_them)
     assert mixed.limbs is None
     assert any("overturned beds and others" in reason for reason in mixed.reasons)
+
+
+@pytest.mark.parametrize("few", [2, 3, 4])
+def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> None:
+    """Two limbs 70 degrees apart, one of ten planes that stray by 3 degrees, one of a few that
+    stray by 9: so few do not show that they do."""
+    rng = np.random.default_rng([16, few])
+    held = told = 0
+    while told < 300:
+        parts = []
+        for n, stray, apart in ((few, 9.0, 0.0), (10, 3.0, 70.0)):
+            along = np.radians(apart + rng.normal(0, stray, n))
+            across = np.radians(rng.normal(0, stray, n))
+            flat = np.cos(across)
+            parts.append(np.stack([flat * np.cos(along), flat * np.sin(along), np.sin(across)], 1))
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        poles = np.concatenate(parts) @ turn
+        _, axes = orientation_tensor(poles)
+        limbs = limbs_of(poles, axes)
+        if limbs is None or limbs.doubt:
+            continue
+        told += 1
+        between = math.degrees(math.acos(min(abs(float(limbs.poles[0] @ limbs.poles[1])), 1.0)))
+        held += abs(between - 70.0) <= limbs.errors95_deg(axes[2])[0]
+    assert held >= 0.89 * told

@@ -179,3 +179,65 @@ def test_three_points_each_tell_no_error() -> None:
     assert found.warnings
     with pytest.raises(GeometryError, match="two traces"):
         parallel_beds(["a"], np.zeros((3, 3)), [0, 3])
+
+
+UNLIKE = {
+    "one strays, few": ([4, 40, 40, 40], [0.1, 0.01, 0.01, 0.01]),
+    "one strays, many": ([20, 20], [0.05, 0.01]),
+    "few and many": ([6, 60, 200], [0.01, 0.05, 0.02]),
+}
+
+
+def unlike(seed: int, counts: list[int], noises: list[float]) -> tuple[list[str], np.ndarray, list]:
+    """Parallel traces of which each has its own number of points and its own noise; the first two
+    are of one bed."""
+    parts = []
+    for i, (n, noise) in enumerate(zip(counts, noises, strict=True)):
+        each = traces(1000 * seed + i, [0.0 if i < 2 else 2.0 * i], noise=noise, n=n)
+        parts.append(each[1])
+    return [str(i) for i in range(len(parts))], np.concatenate(parts), [0, *np.cumsum(counts)]
+
+
+@pytest.mark.parametrize(("counts", "noises"), UNLIKE.values(), ids=UNLIKE)
+def test_traces_that_stray_differently_are_parallel_and_of_one_bed_as_often_as_stated(
+    counts: list[int], noises: list[float]
+) -> None:
+    turned, two, inside, rounds = 0, 0, 0, 300
+    for seed in range(rounds):
+        found = parallel_beds(*unlike(seed, counts, noises), pairs=[("0", "1")])
+        assert found.p_parallel is not None
+        assert found.max_confidence95_deg is not None
+        turned += found.p_parallel < 0.05
+        two += found.same[0].p < 0.05
+        inside += off_deg(found, TRUTH.normal()) <= found.max_confidence95_deg
+    # Of 300 that happen 5 % of the time, 9 % and more do once in a thousand.
+    assert turned / rounds < 0.09
+    assert two / rounds < 0.09
+    assert inside / rounds > 0.91
+
+
+def test_straight_traces_over_flat_faces_are_not_turned_against_each_other() -> None:
+    """What such a trace strays lies in the face that it runs over: its width tells the attitude of
+    that face, and nothing of the bed."""
+    turned, inside, widths, rounds = 0, 0, [], 200
+    normal = TRUTH.normal()
+    strike = np.cross([0.0, 0.0, 1.0], normal)
+    strike /= np.linalg.norm(strike)
+    for seed in range(rounds):
+        rng = np.random.default_rng(seed)
+        parts = []
+        for turn in (0.0, 50.0, 110.0):
+            along = Rotation.from_rotvec(np.radians(turn) * normal).apply(strike)
+            lean = rng.choice([-1.0, 1.0]) * np.radians(rng.uniform(20.0, 90.0))
+            side = np.cos(lean) * np.cross(normal, along) + np.sin(lean) * normal
+            way = np.outer(np.sort(rng.uniform(0.0, 5.0, 20)), along)
+            parts.append(way + np.outer(0.02 * rng.normal(size=20), side))
+        found = parallel_beds(["a", "b", "c"], np.concatenate(parts), [0, 20, 40, 60])
+        turned += found.p_parallel is not None and found.p_parallel < 0.05
+        assert found.max_confidence95_deg is not None
+        inside += off_deg(found, normal) <= found.max_confidence95_deg
+        widths.append(found.max_confidence95_deg)
+    assert turned / rounds < 0.1
+    assert inside / rounds > 0.9
+    # Noise of 2 cm over 5 m, 20 points: half a degree, not the several degrees of turned beds.
+    assert np.median(widths) < 1.0

@@ -95,16 +95,29 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     assert len(patches(window)) == 1
 
     # All others, as one step that undo takes back.
+    panel.colours.setCurrentIndex(panel.colours.findData("label"))
+    panel.colours.activated.emit(panel.colours.currentIndex())
     left -= 1
+    measured = [found.measured[row] for row in sorted(panel._facets.open)]
     driver.click(panel.accept_all, panel.accept_all.rect().center())
     assert len(patches(window)) == left + 1
+    # The window does not wait until hundreds are measured once more.
+    others = [p.id for p in patches(window) if p.id != patch.id]
+    assert [*map(id, studio.measured(others).values())] == [*map(id, measured)]
     assert not panel._facets.open
     assert not panel.accept_all.isEnabled()
     assert "There is no facet" in panel.accept_all.toolTip()
+    # Nothing is left to be coloured.
+    driver.wait(lambda: scale(window) is None, "the photo texture once all is decided")
     studio.undo()
     assert len(patches(window)) == 1
+    # What was taken back is to be decided upon again.
+    assert len(panel._facets.open) == left
+    assert panel.table.numbers.rowCount() == left
+    driver.wait(lambda: scale(window) is not None, "the colours of what is open again")
     studio.redo()
     assert len(patches(window)) == left + 1
+    assert not panel._facets.open
     driver.click(panel.reject_all, panel.reject_all.rect().center())
     assert panel._facets.found is None
     assert studio.display.mode == mode
@@ -113,6 +126,8 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
 
 def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
     find(window, panel)
+    # What accepting makes of facets is said above the buttons that do it.
+    assert panel.type.mapTo(panel, QPoint()).y() < panel.accept_all.mapTo(panel, QPoint()).y()
     found = panel._facets.found
     # The largest, where its middle lies on it.
     model = driver.model(window)
@@ -127,6 +142,12 @@ def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
             break
     driver.wait(lambda: panel._rows() == [row], "the row")
     assert panel.accept.isEnabled()
+
+    def row_in_sight() -> bool:
+        at = panel.table.visualRect(panel.table.currentIndex()).center()
+        return panel.table.viewport().visibleRegion().contains(at)
+
+    driver.wait(row_in_sight, "the row in sight")
 
 
 def test_other_facets_keep_their_colours_when_one_is_decided_upon(window, panel) -> None:

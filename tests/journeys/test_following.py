@@ -76,6 +76,20 @@ def test_a_key_switches_following_on_and_off(following):
     window.studio.cancel_tool()
 
 
+def test_while_nothing_is_picked_the_key_takes_up_the_trace_tool(following):
+    window, studio = following, following.studio
+    tool = studio.tool_of(TraceTool)
+    key(window, Qt.Key.Key_N)
+    key(window, Qt.Key.Key_T, SHIFT)
+    # It follows on, as it did before: what nobody sees is not switched off.
+    assert (studio.tool_name, tool.cost) == ("trace", "dark")
+    key(window, Qt.Key.Key_T, SHIFT)
+    assert tool.cost is None
+    key(window, Qt.Key.Key_N)
+    key(window, Qt.Key.Key_T, SHIFT)
+    assert (studio.tool_name, tool.cost) == ("trace", "dark")
+
+
 def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, picks, tmp_path):
     from vomstudio.extraction.best_cost import costs_of, rank_of
     from vomstudio.extraction.following import Follower
@@ -109,3 +123,23 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     (trace,) = driver.traces(window)
     assert f"Followed by {by}, of all costs the one" in trace.notes
     assert len(trace.vertices) > 20
+
+
+def test_a_trace_that_is_ended_while_its_way_is_searched_for_leaves_the_next_clicks_alone(
+    following, picks
+):
+    """As fast as somebody clicks who knows the outcrop: the first way takes longest."""
+    window, studio = following, following.studio
+    tool = studio.tool_of(TraceTool)
+    first = way_points(window, picks["B01"])
+    for at in first:
+        click(window.viewport, at)
+    key(window, Qt.Key.Key_Return)
+    for at in (pixel(window, picks["B02"][i]) for i in (0, -1)):
+        click(window.viewport, at)
+    wait(lambda: driver.traces(window), "the first trace", 60.0)
+    wait(lambda: tool.open and not tool.searching, "the second")
+    (trace,) = driver.traces(window)
+    assert "3 way-points" in trace.notes
+    assert len(tool.vertices) == 2
+    studio.cancel_tool()

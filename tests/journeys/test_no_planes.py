@@ -213,7 +213,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
 
 def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):
     from vomstudio.io.project.export import export_records
-    from vomstudio.ui.interpret.listed_import import import_listed
+    from vomstudio.ui.interpret.listed_import import ListedImport
 
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_D)
@@ -224,7 +224,9 @@ def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_pat
     key(window, Qt.Key.Key_Return)
     assert window.actions_table.all["import_listed"].isEnabled()
     export_records(studio.records, "gpkg", tmp_path / "o.gpkg")
-    import_listed(studio, tmp_path / "o.gpkg")
+    ListedImport(window, studio).take_in(tmp_path / "o.gpkg")
+    assert len(studio.session.of(Station)) == 1, "the window does not wait for the file"
+    driver.wait(lambda: len(studio.session.of(Station)) == 2, "the features")
     one, other = studio.session.of(Lithology)
     assert other.area == pytest.approx(one.area, rel=1e-6), "measured anew on the surface"
     assert len(studio.session.of(Station)) == 2

@@ -147,5 +147,10 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     assert studio.display.mode == "textured"
     driver.settled(window)
     driver.keep_picture(window, "extended-plane-over-texture")
+    driver.click(shown.painted, QPoint(10, shown.painted.height() // 2))
+    assert studio.display.mode == "field"
     shown.close()
     driver.wait(lambda: "extended plane:edges" not in lines.drawings, "no lines")
+    # Nobody is left with a grey outcrop.
+    assert studio.display.mode == "textured"
+    assert model_id not in studio.display.styles

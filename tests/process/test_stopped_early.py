@@ -6,6 +6,7 @@ import os
 import signal as signals
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -121,3 +122,60 @@ sys.exit(vomstudio.app.main())
 def test_what_is_done_already_is_not_asked_to_end() -> None:
     done = run_stopped(AFTERWARDS)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+AT_ITS_BEGINNING = """
+import os, signal, sys
+
+class Asking:
+    def find_spec(self, name, path=None, target=None):
+        if name == "{module}":
+            os.kill(os.getpid(), signal.{signal})
+            for _ in range(100): pass
+
+sys.meta_path.insert(0, Asking())
+sys.argv = ["vomstudio", *{words}]
+{begin}
+"""
+AS_MODULE = 'import runpy; runpy.run_module("vomstudio", run_name="__main__")'
+PYPROJECT = Path(__file__).parents[2] / "pyproject.toml"
+
+
+def _as_command() -> str:
+    """What the script does that an installer makes of the entry point."""
+    said = tomllib.loads(PYPROJECT.read_text("utf-8"))["project"]["scripts"]["vomstudio"]
+    module, _, name = said.partition(":")
+    return f"from {module} import {name}; sys.exit({name}())"
+
+
+@pytest.mark.parametrize("begin", [AS_MODULE, _as_command()], ids=["module", "command"])
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        ("vomstudio.app", ["info", "nothing.obj"]),
+        ("vomstudio.failures", ["info", "nothing.obj"]),
+        ("vomstudio.app", []),
+        ("vomstudio.ui.shell.window_start", []),
+    ],
+)
+@pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_it_is_heard_from_the_first_module_on(
+    begin: str, module: str, words: list[str], signal: str
+) -> None:
+    done = run_stopped(
+        AT_ITS_BEGINNING.format(module=module, signal=signal, words=words, begin=begin)
+    )
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "vomstudio: Cancelled.\n"
+
+
+@pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_worker_is_not_ended_by_what_reaches_the_whole_terminal(signal: str) -> None:
+    script = AT_ITS_BEGINNING.format(
+        module="vomstudio.app", signal=signal, words=["--worker"], begin=AS_MODULE
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", script], stdin=subprocess.DEVNULL,
+        capture_output=True, text=True, check=False, timeout=120, preexec_fn=_hearing,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

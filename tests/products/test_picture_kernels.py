@@ -198,7 +198,15 @@ def test_a_pixel_of_a_cloud_is_the_mean_of_the_nearest_discs(gsd: float) -> None
     nearest = np.full((h, w), np.inf, np.float32)
     color, weight = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.float32)
     depth = np.zeros((h, w))
-    splat(chosen, view, reach, colors, left, top, gsd, nearest, color, weight, depth)
+    limit = np.zeros((h, w), np.float32)
+    splat(chosen, view, reach, colors, left, top, gsd, nearest, limit, color, weight, depth)
+    # How steep: the smaller difference to both sides, none at the border; at most twelvefold.
+    with np.errstate(invalid="ignore"):
+        steps = [np.abs(np.diff(nearest.astype(float), axis=axis)) for axis in (0, 1)]
+    down, across = np.zeros((h, w)), np.zeros((h, w))
+    down[1:-1] = np.fmin(steps[0][:-1], steps[0][1:])
+    across[:, 1:-1] = np.fmin(steps[1][:, :-1], steps[1][:, 1:])
+    steep = np.minimum(np.hypot(across, down) / gsd, 12.0)
     some = 0
     for j in range(h):
         for i in range(w):
@@ -213,7 +221,9 @@ def test_a_pixel_of_a_cloud_is_the_mean_of_the_nearest_discs(gsd: float) -> None
             some += 1
             front = own[on, 2].min()
             assert nearest[j, i] == pytest.approx(front)
-            on &= own[:, 2] - 3.0 * size <= front
+            within = max(3.0, 2.0 * steep[j, i])
+            assert limit[j, i] == pytest.approx(within, rel=1e-4)
+            on &= own[:, 2] - float(limit[j, i]) * size <= nearest[j, i]
             share = k[on] ** 2
             assert weight[j, i] == pytest.approx(share.sum(), rel=1e-5)
             assert depth[j, i] == pytest.approx((share * own[on, 2]).sum(), rel=1e-5, abs=1e-6)

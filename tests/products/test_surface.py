@@ -298,3 +298,26 @@ def test_parts_of_a_model_and_what_is_refused() -> None:
         analyse(mesh, cell_m=0.0005)
     with pytest.raises(GeometryError):
         analyse(PointCloud(np.zeros((50, 3))))
+
+
+@pytest.mark.parametrize("hurst", [0.5, 0.8])
+def test_points_at_random_have_the_exponent_of_the_surface_between_them(hurst: float) -> None:
+    """A map that is drawn from point to point is smoother than what lies between them. Heights are
+    exact, of a spectrum of which every fourth place is taken: it has all of the short waves."""
+    found = []
+    for seed in range(4):
+        chance = np.random.default_rng(seed)
+        side = np.fft.fftfreq(960)
+        k = np.hypot(side[:, None], side[None, :])
+        k[0, 0] = 1.0
+        waves = np.fft.fft2(chance.standard_normal((960, 960))) * k ** -(hurst + 1.0)
+        waves[0, 0] = 0.0
+        heights = np.fft.ifft2(waves).real[:640:4, :640:4]
+        heights *= 0.03 / heights.std()
+        y, x = np.mgrid[0:160, 0:160] * 0.025
+        points = np.column_stack([x.ravel(), y.ravel(), heights.ravel()])
+        chosen = chance.permutation(len(points))[: len(points) // 3]
+        made = analyse(PointCloud(points[chosen]), noise_m=0.0002)
+        assert made.hurst is not None
+        found.append(made.hurst.H)
+    assert np.mean(found) == pytest.approx(hurst, abs=0.05)

@@ -280,3 +280,96 @@ def test_a_draft_keeps_in_which_photo_its_way_points_were_set(tool, context):
     # What is no list of names is left aside.
     for strange in ("a.jpg", [1, None], [["x"]], {}):
         assert TraceTool(context).restore({**state, "photos": strange})
+
+
+# --- going on while a way is searched for --------------------------------------------------------
+D, E, F = (0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.5)
+
+
+def answer_until_all_is_there(context) -> None:
+    while context.paths.asked:
+        answer_all(context)
+
+
+def ends(context) -> list:
+    return [(t.vertices[0], t.vertices[-1]) for t in context.session.of(Trace)]
+
+
+def test_what_is_clicked_after_enter_belongs_to_the_next_trace(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.finish() is None
+    clicks(tool, D, E, F)
+    tool.finish()
+    clicks(tool, A, B)
+    answer_until_all_is_there(context)
+    assert ends(context) == [(A, C), (D, F)]
+    assert tool.vertices == (A, B)
+
+
+def test_a_double_click_ends_the_next_trace_too(tool, context):
+    clicks(tool, A, B, C)
+    tool.pointer(event(Pointer.DOUBLE_CLICK, at=C))
+    clicks(tool, D, E, F)
+    tool.pointer(event(Pointer.DOUBLE_CLICK, at=F))
+    answer_until_all_is_there(context)
+    assert ends(context) == [(A, C), (D, F)]
+    assert not tool.open
+
+
+def test_a_click_at_a_vertex_of_the_trace_that_is_being_finished_begins_the_next_one(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    tool.pointer(event(at=C, handle=2))
+    answer_until_all_is_there(context)
+    assert tool.vertices == (C,)
+
+
+def test_what_waits_is_said_and_no_way_runs_on_to_the_cursor(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    assert context.shown[-1].reading[-1] == "Kept as soon as the way is found"
+    clicks(tool, D, E)
+    assert context.shown[-1].reading[-1] == (
+        "Kept as soon as the way is found; 2 clicks wait for the next one"
+    )
+    tool.pointer(event(Pointer.MOVE, at=F))
+    assert context.shown[-1].rubber is None
+    assert context.shown[-1].ahead is None
+
+
+def test_undo_takes_back_the_click_that_waits_then_the_end_then_a_vertex(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    clicks(tool, D)
+    assert tool.undo_label == "Click for the next one"
+    assert tool.undo()
+    assert tool.undo_label == "Finish"
+    assert tool.undo()
+    assert tool.vertices == (A, B, C)
+    assert tool.undo()
+    assert tool.vertices == (A, B)
+    answer_until_all_is_there(context)
+    assert tool.open
+    assert not context.session.of(Trace)
+
+
+def test_esc_lets_go_what_waits_before_the_trace_itself(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    clicks(tool, D, E)
+    tool.cancel()
+    answer_until_all_is_there(context)
+    assert ends(context) == [(A, C)]
+    assert not tool.open
+
+
+def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
+    straight = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0))
+    clicks(tool, *straight)
+    tool.finish()
+    clicks(tool, D)
+    context.session._journal.refuse = OSError("disk full")
+    asked, context.paths.asked = context.paths.asked, []
+    for _, _, ends_, _, answer in asked:
+        answer(Way(np.array(ends_)))
+    assert tool.vertices == straight

@@ -35,3 +35,44 @@ def test_delete_in_the_filter_deletes_letters_only(window, studio):
     QTest.keyClick(window.table._filter, Qt.Key.Key_Delete)
     assert window.table._filter.text() == "b"
     assert studio.session.of(Trace)
+
+
+@pytest.mark.parametrize("where", ["tree", "table"])
+def test_what_a_list_hides_by_its_filter_is_not_deleted_there(window, studio, where):
+    add_cliff(studio)
+    for i in range(4):
+        add_bed(studio, f"t{i}", f"B{i}" if i < 3 else "X3")
+    panel = window.tree if where == "tree" else window.table
+    line = window.tree.filter if where == "tree" else window.table._filter
+    view = window.tree.tree if where == "tree" else window.table.view
+    # Select all means all of the project.
+    window.actions_table.run("select_all")
+    line.setText("X3")
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_Delete)
+    assert sorted(t.id for t in studio.session.of(Trace)) == ["t0", "t1", "t2"]
+    assert "3 selected features were not deleted" in studio.notices[-1].text
+    # All of what is selected is hidden now.
+    line.setText("X")
+    view.setFocus()
+    window.actions_table.run("delete")
+    assert len(studio.session.of(Trace)) == 3
+    line.setText("")
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_Delete)
+    assert not studio.session.of(Trace)
+    assert panel.isVisible()
+
+
+def test_elsewhere_all_that_is_selected_goes_and_what_a_filter_hides_is_told(window, studio):
+    add_cliff(studio)
+    for i in range(3):
+        add_bed(studio, f"t{i}", f"B{i}")
+    window.table._filter.setText("B1")
+    window.actions_table.run("select_all")
+    window.setFocus()
+    window.actions_table.run("delete")
+    assert not studio.session.of(Trace)
+    assert "2 of the deleted features are hidden by a filter" in studio.notices[-1].text
+    studio.undo()
+    assert len(studio.session.of(Trace)) == 3

@@ -14,6 +14,7 @@ from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.ui.scene import display_commands
+from vomstudio.ui.surface.fields_panel import FieldsPanel
 from vomstudio.workspace import display
 from vomstudio.workspace.display import Display, why_not_mode
 from vomstudio.workspace.model_loading import OpenModel
@@ -105,6 +106,27 @@ def test_the_tick_is_at_what_is_seen(tmp_path):
         "vertex_colors"
     )
     assert display.mode_shown("textured", [textured(tmp_path)]) == "textured"
+
+
+def test_a_way_back_from_colours_is_named_by_what_will_be_seen(tmp_path):
+    assert display.usual_look([textured(tmp_path)]) == "Photo texture"
+    coloured = cloud(colors=np.zeros((50, 3), np.uint8))
+    assert display.usual_look([coloured]) == "Own colours"
+    assert display.usual_look([mesh()]) == display.usual_look([cloud()]) == "Without colours"
+
+
+def test_the_field_panel_goes_back_to_the_colours_of_a_cloud(window, studio):
+    attach(studio, cloud(colors=np.zeros((50, 3), np.uint8)))
+    window.actions_table.run("surface_fields")
+    panel = window.findChild(FieldsPanel)
+    panel.show_now()
+    assert panel.off.text() == "Own colours"
+    assert not panel.off.isEnabled()
+    studio.display.set_mode("field")
+    assert panel.off.isEnabled()
+    # However it came about: by this button, the menu, or another panel.
+    studio.display.set_mode("textured")
+    assert not panel.off.isEnabled()
 
 
 def test_actions_say_why_they_cannot_be(window, studio):

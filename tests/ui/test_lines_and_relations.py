@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.tools.fakes import event
@@ -13,6 +17,7 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation
+from vomstudio.document.records import Frame
 from vomstudio.tools.line import LineTool
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.common.plane_box import SELECTED
@@ -202,6 +207,51 @@ def test_two_selected_planes_show_how_they_lie_and_their_line_is_kept(window, pl
     assert window.tree._items[made.id].text(1) != "–"
     planes.undo()
     assert planes.session.of(Intersection) == []
+
+
+# A long trace round a corner of the rock, in the plane z = 0.3 x, uneven by a millimetre or two.
+_CORNER = [(0.1 * i, 0.0) for i in range(31)] + [(3.0, 0.1 * i) for i in range(1, 31)]
+
+
+def corner(up: float, shift: float = 0.0, seed: int = 0, dip: float = 0.3):
+    rough = np.random.default_rng(seed).normal(0.0, 0.0015, len(_CORNER))
+    # Across the plane, not up: a bed as thick as `up` lies higher by more.
+    higher = up * np.sqrt(1.0 + dip**2)
+    return tuple(
+        (x + shift, y + shift, dip * (x + shift) + higher + e)
+        for (x, y), e in zip(_CORNER, rough, strict=True)
+    )
+
+
+def test_selected_traces_say_whether_they_are_of_one_bed_and_how_thick_it_is(window, studio):
+    add_cliff(studio, Frame("local"))
+    add_bed(studio, "a", "Base", vertices=corner(0.0, seed=1))
+    add_bed(studio, "b", "Again", vertices=corner(0.0, shift=0.5, seed=2))
+    add_bed(studio, "c", "Top", vertices=corner(1.25, seed=3))
+    add_bed(studio, "d", "Limb", vertices=corner(0.0, seed=4, dip=-0.6))
+
+    def said(*ids: str) -> str:
+        studio.selection.set(ids)
+        QApplication.processEvents()
+        panel = window.properties._relation
+        return panel.text() if not panel.isHidden() else ""
+
+    assert "may be one bed" in said("a", "b")
+    apart = said("a", "c")
+    assert "two beds, p &lt; 0.001" in apart
+    thick = re.search(r"From Base up to Top: ([\d.]+) m ± ([\d.]+) (mm|cm) across", apart)
+    assert thick is not None, apart
+    assert float(thick[1]) == pytest.approx(1.25, abs=0.004)
+    three = said("a", "b", "c")
+    assert "parallel planes" in three
+    assert "may be one bed" in three
+    assert "two beds" in three
+    assert "270/17" in three
+    # Limbs of a fold are no parallel beds.
+    assert "Fitted together" not in said("a", "d")
+    assert said("a", "b", "d") == ""
+    studio.selection.set(["a"])
+    assert window.properties._relation.isHidden()
 
 
 def test_parallel_planes_have_no_line_to_keep(window, planes):

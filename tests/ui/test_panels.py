@@ -465,3 +465,11 @@ def test_a_long_message_in_the_status_line_ends_before_what_stands_beside_it(win
             assert picture.pixelColor(x, y) == blank, (x, y)
     line.clearMessage()
     assert line.toolTip() == ""
+
+
+def test_no_other_tool_makes_the_choice_of_tools_scroll(window):
+    panel = window.tool_panel
+    choice = panel.currentWidget()
+    high = max(page.minimumSizeHint().height() for page in panel.panels.values())
+    assert panel.sizeHint().height() < high
+    assert panel.minimumSizeHint().height() <= choice.minimumSizeHint().height()

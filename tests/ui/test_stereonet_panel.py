@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+from matplotlib.lines import Line2D
 from PIL import Image
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QMouseEvent
@@ -137,6 +139,34 @@ def test_picked_beds_of_all_sets_make_one_fold_axis_and_readings_none(net, windo
         add_bed(studio, f"b{i}", dip=dip, set_name="upper" if i else "lower")
     drawn(window)
     assert net.contents().fold is not None
+
+
+def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, studio):
+    for i, dip in enumerate((0.5, 1.0, -0.7, -1.5)):
+        add_bed(studio, f"b{i}", dip=dip)
+    drawn(window)
+    shown = net._net
+    axes = shown.artists.axes
+    (name,) = [t for t in axes.texts if re.match(r"β \d+/", t.get_text())]
+    box = name.get_window_extent()
+
+    def ink() -> set[tuple[int, int]]:
+        image, top = shown.image(), round(axes.figure.bbox.height - box.y1)
+        return {
+            (x, y)
+            for x in range(round(box.x0), round(box.x1))
+            for y in range(top, top + round(box.height))
+            if max(image.pixelColor(x, y).getRgb()[:3]) < 90
+        }
+
+    before = ink()
+    assert len(before) > 40
+    # As a selected circle may run, wherever the name has found its place.
+    ends = axes.transData.inverted().transform([(box.x0, box.y0), (box.x1, box.y1)])
+    across = Line2D(*ends.T, linewidth=30.0, color="white")
+    axes.add_line(across)
+    shown.artists.emphasis.append(across)
+    assert before <= ink()
 
 
 def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, studio):

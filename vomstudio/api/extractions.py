@@ -198,7 +198,8 @@ def follow(
         columns and rows of it, the middle of its top-left pixel at (0.5, 0.5)
     cost : "colour" (like the colours at the way-points), "dark", "light", "gradient" (edges of
         lightness), "curvature" (edges of the surface), "auto" (of these the one whose plane is
-        stated to be least off, see ``tried``), or the name of a field, whose low values are
+        stated to be least off, or, where none is good, whose path the others confirm most, see
+        ``tried``), or the name of a field, whose low values are
         followed, or "onnx". In a photo one of the first four, "auto" or "onnx"
     photo : path of a photo of the model, at its full resolution; the others that show the place and
         are found beside it have a say

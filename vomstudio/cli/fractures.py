@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         inputs = [p for p in (args.traces, args.area, args.scanline) if p is not None]
         check_target(args.plot, force=args.force, inputs=inputs)
     with numbers_of(args.area or args.traces):
-        mapped = map_fractures(order)
+        mapped = map_fractures(order, progress=progress_of(args))
     if format_ is not None:
         from vomstudio.products.fractures.figure import write_fractures
 

@@ -190,7 +190,7 @@ _GREY = ("1", "L", "P")
 
 def _picture(path: Path) -> dict[str, Any]:
     """Size and bands of an image file, and its place where it is one of a map."""
-    from vomstudio.io.text.rows import require_file
+    from vomstudio.io.text.file_text import require_file
 
     require_file(path)
     from PIL import UnidentifiedImageError

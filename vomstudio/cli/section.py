@@ -134,7 +134,7 @@ def _asked(args: argparse.Namespace) -> Curtain | ProfileLine:
             )
         plane = parse_section_plane(args.plane)
         return curtain_of_plane(plane, parse_through(args.through))
-    return read_profile_line(args.profile)
+    return read_profile_line(args.profile, progress_of(args))
 
 
 def _curtain(asked: Curtain | ProfileLine, model: WorldModel) -> tuple[Curtain, tuple[str, ...]]:

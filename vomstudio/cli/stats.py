@@ -56,6 +56,8 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             f"kappa {text_tables.number(fisher['kappa'], 2)}, "
             f"R {text_tables.number(fisher['R'], 4)}" + _fit(fisher["fit_p"])
         )
+        if fisher["alpha95_deg"] is None and found["fisher_reason"]:
+            said += f" ({found['fisher_reason']})"
     lines.append(f"  {tr('Fisher mean'):<15} {said}")
     if fisher is not None and fisher["registration_error_deg"] is not None:
         said = tr(

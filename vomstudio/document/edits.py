@@ -17,7 +17,7 @@ from vomstudio.document.kind import kind_of
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_one
-from vomstudio.document.record_map import highest_number
+from vomstudio.document.record_map import highest_number, number_of
 from vomstudio.document.records import (
     PROFILE_ID,
     SURROUNDINGS_RULE,
@@ -41,7 +41,6 @@ from vomstudio.geology.profiles import PROFILES, Thresholds
 from vomstudio.words import tr, tr_n
 
 Records = Mapping[str, Record]
-_NONE: Records = {}
 
 
 def new_id(prefix: str) -> str:
@@ -191,7 +190,7 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     """Add patches, lineations, readings, dimensions, intersections; those without a name get one.
     A trace comes by `add_trace`, which insists on a plane."""
     after: dict[str, Record | None] = {}
-    added: dict[str, Record] = {}
+    names = NextNames(records)
     for feature in features:
         if feature.id in records or feature.id in after:
             raise DocumentError(tr("{feature} is already in the project.", feature=feature.name))
@@ -203,8 +202,8 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
         else:
             kind = kind_of(feature).prefix(feature)
         if not feature.name:
-            feature = feature.but(name=next_name(records, kind, added))
-        added[feature.id] = feature
+            feature = feature.but(name=names.of(kind))
+        names.take(feature)
         after[feature.id] = feature
     if not after:
         raise DocumentError(tr("There is nothing to add."))
@@ -249,17 +248,14 @@ def add_readings(
     if not readings:
         raise DocumentError(tr("There is nothing to add."))
     known = {**records, **{kind.id: kind for kind in types}}
-    next_of: dict[str, int] = {}
+    names = NextNames(records)
     for reading in readings:
         kind = _get(known, reading.type_id, FeatureType)
         if reading.id in records or reading.id in after:
             raise DocumentError(tr("{reading} is already in the project.", reading=reading.name))
         if not reading.name:
-            prefix = kind.name[:1].upper()
-            if prefix not in next_of:
-                next_of[prefix] = int(next_name(records, kind)[len(prefix) :])
-            reading = replace(reading, name=f"{prefix}{next_of[prefix]:02d}")
-            next_of[prefix] += 1
+            reading = replace(reading, name=names.of(kind))
+        names.take(reading)
         after[reading.id] = reading
     n = len(readings)
     return change(records, f"Import {n} field measurement{'s' if n > 1 else ''}", after)
@@ -437,12 +433,33 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
     return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})
 
 
-def next_name(records: Records, kind: FeatureType | str, others: Records = _NONE) -> str:
-    """B01, B02 ... for Bedding: the first letter and the next number; `others` are features that
-    come with it."""
-    prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
-    highest = max(highest_number(records, prefix), highest_number(others, prefix))
-    return f"{prefix}{highest + 1:02d}"
+def next_name(records: Records, kind: FeatureType | str) -> str:
+    """B01, B02 ... for Bedding: the first letter and the next number."""
+    return NextNames(records).of(kind)
+
+
+class NextNames:
+    """Names for features that come together: each is looked at once, however many there are."""
+
+    def __init__(self, records: Records) -> None:
+        self._records = records
+        self._taken: list[Record] = []
+        self._highest: dict[str, tuple[int, int]] = {}
+
+    def take(self, feature: Record) -> None:
+        """This one is named already, or now."""
+        self._taken.append(feature)
+
+    def of(self, kind: FeatureType | str) -> str:
+        """The next one: the first letter and the number after the highest one that is taken."""
+        prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
+        seen, highest = self._highest.get(prefix, (0, -1))
+        if highest < 0:
+            highest = highest_number(self._records, prefix)
+        for feature in self._taken[seen:]:
+            highest = max(highest, number_of(prefix, feature) or 0)
+        self._highest[prefix] = len(self._taken), highest
+        return f"{prefix}{highest + 1:02d}"
 
 
 def _get(records: Records, id_: str, cls: type[Any]) -> Any:

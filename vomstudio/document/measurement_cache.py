@@ -81,6 +81,22 @@ class Measurements:
             self._kept[feature.id] = (sources[feature.id], measurement)
         return {feature.id: self._kept[feature.id][1] for feature in features}
 
+    def keep(
+        self,
+        records: Records,
+        measured: Iterable[tuple[Feature, Measurement]],
+        judged_by: Thresholds,
+    ) -> None:
+        """Features that are about to come into the document, with what was measured of them on its
+        models as they are; nothing is kept where the document has other limits than `judged_by`."""
+        limits = limits_of(records, self._otherwise)
+        if limits != judged_by:
+            return
+        if limits != self._judged_by:
+            self._judged_by, self._kept = limits, {}
+        for feature, measurement in measured:
+            self._kept[feature.id] = (sources_of(records, feature), measurement)
+
     def one(self, records: Records, feature: Feature) -> Measurement:
         """The measurement of a feature that is not in the document."""
         return self._measure(records, [feature])[0]

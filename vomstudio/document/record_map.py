@@ -59,11 +59,11 @@ class RecordMap(Mapping[str, Record]):
                         if not counts[key]:
                             del counts[key]
             for prefix, numbers in self._numbers.items():
-                if (number := _number(prefix, old)) is not None:
+                if (number := number_of(prefix, old)) is not None:
                     numbers[number] -= 1
                     if not numbers[number]:
                         del numbers[number]
-                if (number := _number(prefix, new)) is not None:
+                if (number := number_of(prefix, new)) is not None:
                     numbers[number] += 1
 
     def of(self, cls: type[T]) -> list[T]:
@@ -81,7 +81,7 @@ class RecordMap(Mapping[str, Record]):
             numbers = Counter(
                 number
                 for record in self._records.values()
-                if (number := _number(prefix, record)) is not None
+                if (number := number_of(prefix, record)) is not None
             )
             self._numbers[prefix] = numbers
         return max(numbers, default=0)
@@ -141,11 +141,12 @@ def highest_number(records: Mapping[str, Record], prefix: str) -> int:
     """Of the features that are named by this prefix and a number; 0 where there is none."""
     if isinstance(records, RecordMap):
         return records.highest_number(prefix)
-    numbers = (_number(prefix, record) for record in records.values())
+    numbers = (number_of(prefix, record) for record in records.values())
     return max((number for number in numbers if number is not None), default=0)
 
 
-def _number(prefix: str, record: Record | None) -> int | None:
+def number_of(prefix: str, record: Record | None) -> int | None:
+    """Of a feature that is named by this prefix and a number; None for others."""
     if not isinstance(record, Feature) or not record.name.startswith(prefix):
         return None
     digits = record.name[len(prefix) :]

@@ -6,8 +6,11 @@ shade. A path along a contact that is there lies in one plane, within what the m
 that has lost it wanders, which its own residuals tell. So the path whose plane is stated to be
 least off is the one with the strongest evidence. A path that strays on a flat wall lies in the
 plane of that wall, the better the farther it strays: one whose plane is the outcrop's face comes
-last. To take the best of several is a choice after the fact, which could make the stated error too
-small; simulation shows how often it holds (docs/plane_errors.md, Followed traces).
+last. To take the best of several is a choice after the fact, which makes the stated error too small
+where no path tells much: of those along a straight line, which say so, and one that strays from it,
+and has a plane for that very reason, the one that strays would be taken. So where none is good, the
+path is taken that the others confirm most, whatever its plane is worth. Simulation shows how often
+what it states holds (docs/plane_errors.md, Followed traces).
 """
 
 from __future__ import annotations
@@ -32,6 +35,8 @@ Array = npt.NDArray[np.float64]
 AUTO = "auto"
 """The cost that is named for the best of all."""
 _ALONG_FACE = float(np.cos(np.radians(DEFAULTS.surface_effect_deg)))
+_BESIDE = 2.0
+"""Resolutions of the model within which two paths run beside each other."""
 _RANK = {"good": 0, "doubtful": 1, "poor": 2}
 
 
@@ -101,8 +106,27 @@ def best_of(
         assert failed is not None
         raise failed
     found.sort(key=lambda each: each[:2])
+    if found[0][0][0] != _RANK["good"] and len(found) > 2:
+        shares = _confirmed([path.points for _, _, path, _ in found], resolution_near)
+        # The first of those that are confirmed alike stays the first.
+        found.insert(0, found.pop(int(np.argmax(shares))))
     _, _, path, best = found[0]
     return path, best.cost, tuple(tried for *_, tried in found)
+
+
+def _confirmed(paths: Sequence[Array], resolution_near: Callable[[Array], float | None]) -> Array:
+    """(k,) of paths (n, 3) each: the sum over the others of the share that runs beside them, of one
+    or the other, whichever is less."""
+    from scipy.spatial import cKDTree
+
+    trees = [cKDTree(points) for points in paths]
+    beside = np.zeros((len(paths), len(paths)))
+    for i, points in enumerate(paths):
+        near = _BESIDE * (resolution_near(points) or 0.0)
+        for j in range(len(paths)):
+            if i != j:
+                beside[i, j] = np.mean(trees[j].query(points)[0] <= near)
+    return np.asarray(np.minimum(beside, beside.T).sum(axis=1))
 
 
 def rank_of(

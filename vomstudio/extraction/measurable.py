@@ -44,6 +44,8 @@ CLASSES = ("none", "poor", "doubtful", "good")
 """Of an expected error, the worst first; in none the plane can't be told at all."""
 GOOD_DEG, POOR_DEG = 5.0, 15.0
 LEAST_RESOLUTIONS = 10.0
+LEAST_LENGTH = 4.0
+"""Of a trace, in resolutions."""
 MOST_POINTS = 1_000_000
 USUAL_RESOLUTIONS = 100.0
 """The length of a trace that is proposed."""
@@ -51,6 +53,8 @@ _NORMALS_DEG = 20.0
 _FEWEST_PIECES = 4
 _FINE = 1.25
 """Cells that are larger by this than the sides of most faces hold several of them."""
+_SURELY = 0.6
+"""Of the resolution of all points, which is taken where they are dense: the surface's is more."""
 # Places evenly over the surface at which the model's resolution is looked at, and of these those
 # that tell whether its noise is larger than its spacing.
 _SAMPLES, _OF_ALL = 4000, 100
@@ -171,7 +175,7 @@ def measurable(
     """
     require_asked(asked)
     progress = progress or Silent()
-    surface = _surface(data, asked.length, progress)
+    surface = _surface(data, asked, progress)
     elements = surface.elements
     if asked.resolution is None:
         points = data.vertices if isinstance(data, Mesh) else data.points
@@ -192,7 +196,7 @@ class _Surface:
     nodes: Ints | None = None
 
 
-def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> _Surface:
+def _surface(data: Mesh | PointCloud, asked: Asked, progress: Progress) -> _Surface:
     progress.stage(tr("Surface"), None)
     if not isinstance(data, Mesh) or not len(data.faces):
         elements = elements_of(data, _NORMALS_DEG, progress)
@@ -208,8 +212,11 @@ def _surface(data: Mesh | PointCloud, length: float, progress: Progress) -> _Sur
     longest_sides(for_reading(vertices, np.float64), for_reading(own, np.int64), square)
     # A half and three quarters of the faces have no longer side.
     usual, long = np.sqrt(np.percentile(square, [50.0, 75.0]))
-    step = step_of(float(long), length)
+    step = step_of(float(long), asked.length)
     longest = 2.0 * step
+    if longest < usual:
+        # What is far too short would be cut into millions of pieces before it is refused.
+        _require_longer(asked.length, asked.resolution or _SURELY * usual_resolution(data))
     fine = CELL * step > _FINE * usual
     if not fine and float(square.max()) <= longest**2:
         elements = elements_of(data, _NORMALS_DEG, progress)
@@ -267,15 +274,7 @@ def _of_elements(
     elements = surface.elements
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     typical = _weighted_median(resolution, weight)
-    if asked.length < 4.0 * typical:
-        raise GeometryError(
-            tr(
-                "A trace of {length:.3g} m is hardly longer than the model's resolution of "
-                "{resolution:.3g} m: choose a longer one.",
-                length=asked.length,
-                resolution=typical,
-            )
-        )
+    _require_longer(asked.length, typical)
     noise = typical * NOISE_PIXELS / PIXELS_PER_RESOLUTION if asked.noise is None else asked.noise
     normal = np.asarray(asked.normal, np.float64)
     normal = normal / np.linalg.norm(normal)
@@ -295,6 +294,18 @@ def _of_elements(
         np.maximum(of_trace, of_patch), patches, weight, resolution, asked.length, typical,
         noise, elements.warnings, surface.nodes,
     )  # fmt: skip
+
+
+def _require_longer(length: float, resolution: float) -> None:
+    if length < LEAST_LENGTH * resolution:
+        raise GeometryError(
+            tr(
+                "A trace of {length:.3g} m is hardly longer than the model's resolution of "
+                "{resolution:.3g} m: choose a longer one.",
+                length=length,
+                resolution=resolution,
+            )
+        )
 
 
 def _weighted_median(values: Array, weights: Array) -> float:

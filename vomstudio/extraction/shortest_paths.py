@@ -71,7 +71,7 @@ def turned(graph: Graph, one: int, other: int, costs: Array, turn: float = TURN)
     before, heap, place = (np.empty(states, np.int32) for _ in range(3))
     state = least_turning(
         graph.places, _flat(graph.places), graph.starts, graph.near, costs, one, other, rest,
-        turn * _usual_arc(graph) / (HEADINGS / 4), HEADINGS, np.cos(np.radians(WIDEST_DEG)),
+        turn * graph.usual_arc / (HEADINGS / 4), HEADINGS, np.cos(np.radians(WIDEST_DEG)),
         np.full(n, -1, np.int32), met, np.empty(states), before, np.empty(states), heap, place,
     )  # fmt: skip
     if state == -2:
@@ -126,11 +126,3 @@ def _flat(places: Array) -> Array:
     off = places - places.mean(axis=0)
     _, ways = np.linalg.eigh(off.T @ off)
     return np.ascontiguousarray(off @ ways[:, 1:])
-
-
-def _usual_arc(graph: Graph) -> float:
-    some = np.linspace(0, len(graph.near) - 1, min(len(graph.near), 1001)).astype(np.int64)
-    start = np.searchsorted(graph.starts, some, side="right") - 1
-    return float(
-        np.median(np.linalg.norm(graph.places[graph.near[some]] - graph.places[start], axis=1))
-    )

@@ -34,6 +34,8 @@ _MOST_POINTS = 3_000_000
 _FEWEST = 6
 """Points within the radius, so that their plane is no chance."""
 _SPARSE_SHARE = 0.02
+_THIN = 1e-10
+"""Of the second to the first eigenvalue, under which points are on a line but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,16 @@ def surface_fields(
     progress.stage(tr("Planes within the radius"), len(places))
     planes = grid.planes(places, radius_m, progress)
     enough = planes.count >= _FEWEST
+    on_lines = enough & ~(planes.spread[:, 1] > _THIN * planes.spread[:, 2])
+    if enough.any() and (on_lines == enough).all():
+        raise GeometryError(
+            tr(
+                "The points within {radius:g} m lie on lines or at one place, which have no dip: "
+                "choose a larger radius.",
+                radius=radius_m,
+            )
+        )
+    enough &= ~on_lines
     if not enough.any():
         raise GeometryError(
             tr(
@@ -151,8 +163,8 @@ def surface_fields(
         warnings = (
             *warnings,
             tr(
-                "{share:.0f} % of the places have fewer than {count} points within the radius and "
-                "no value.",
+                "{share:.0f} % of the places have fewer than {count} points within the radius, or "
+                "points on one line, and no value.",
                 share=100.0 * left,
                 count=_FEWEST,
             ),

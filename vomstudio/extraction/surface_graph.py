@@ -37,6 +37,7 @@ MOST_FINEST = 600_000
 _DEEPEST = 9
 _PIXELS_AN_EDGE = 3.0
 _BLOCK = 200_000
+_SOME_ARCS = 1001
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +60,16 @@ class Graph:
     def roughness(self) -> Array:
         """(n,)"""
         return self.rough()
+
+    @cached_property
+    def usual_arc(self) -> float:
+        """Median length of some of the arcs, evenly chosen, 0 where there are none."""
+        if not len(self.near):
+            return 0.0
+        some = np.linspace(0, len(self.near) - 1, min(len(self.near), _SOME_ARCS)).astype(np.int64)
+        start = np.searchsorted(self.starts, some, side="right") - 1
+        arcs = self.places[self.near[some]] - self.places[start]
+        return float(np.median(np.linalg.norm(arcs, axis=1)))
 
 
 class SurfaceGraph:

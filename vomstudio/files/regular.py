@@ -9,7 +9,9 @@ from __future__ import annotations
 import errno
 import json
 import os
+import select
 import stat
+import time
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -95,6 +97,41 @@ def open_regular(path: str | Path) -> BufferedReader:
         # A zero byte in a name.
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
     return os.fdopen(descriptor, "rb")
+
+
+def read_pipe(path: str | Path, limit: int) -> bytes:
+    """What somebody writes into a pipe, at most `limit` bytes. Raises InputError where nobody does
+    within some seconds, or where it is more, and OSError."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    parts: list[bytes] = []
+    got, begun = 0, time.monotonic()
+    try:
+        while True:
+            try:
+                part = os.read(descriptor, 1 << 20)
+            except BlockingIOError:
+                # Somebody has it open: he is waited for, as long as he wants.
+                select.select([descriptor], [], [], 1.0)
+                continue
+            parts.append(part)
+            got += len(part)
+            if got > limit:
+                raise InputError(
+                    tr("More than {limit} GB come out of this pipe.", limit=limit >> 30), file=path
+                )
+            if not part and got:
+                return b"".join(parts)
+            if not part and time.monotonic() - begun > _NOBODY_S:
+                raise InputError(
+                    tr("This is a pipe, and nobody writes into it. Name a file."), file=path
+                )
+            if not part:
+                time.sleep(0.02)
+    finally:
+        os.close(descriptor)
+
+
+_NOBODY_S = 3.0
 
 
 def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:

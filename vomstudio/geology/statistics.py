@@ -22,6 +22,11 @@ ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
 
 _UNSURE_WEIGHTS = 0.25
+_COUNT_AT_LEAST, _SHARE_AT_LEAST = 3.0, 2.0 / 3.0
+"""Weighted orientations that are worth fewer equal ones than the first, and than this share of
+their number, do not show how far they scatter by nature (Roever, Knapp & Friede 2015, BMC Medical
+Research Methodology 15, 99, on few studies of unlike precision): what one or two of them decide has
+no region that can be relied on."""
 
 
 def unit_vectors(vectors: npt.ArrayLike) -> Array:
@@ -102,7 +107,8 @@ class Fisher:
 
     R: length of the resultant. kappa = (n - 1) / (n - R), None where all directions are the same
     (infinite). alpha95_deg: half-angle of the cone that holds the true mean with 95 %
-    (joint, exact: cos a = 1 - ((n - R) / R) (20^(1 / (n - 1)) - 1)), None where no cone does.
+    (joint, exact: cos a = 1 - ((n - R) / R) (20^(1 / (n - 1)) - 1)), None where no cone does, and
+    where weights leave the mean to a few (`few_decide`).
     """
 
     mean: Line
@@ -132,7 +138,7 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: Array | None = None)
     same = lack < n * ZERO_EIGENVALUE
     kappa = None if n < 2 or same else (n - 1) / lack
     alpha: float | None = None
-    if n >= 2:
+    if n >= 2 and not few_decide(w):
         # Weights that are inverse variances leave as many degrees of freedom as equal ones, less
         # what is not known of them (by simulation, with the natural scatter found as well).
         free = n - 1.0 - _UNSURE_WEIGHTS * (n - effective_number(w))
@@ -147,6 +153,11 @@ def effective_number(weights: npt.ArrayLike) -> float:
     """Of how many equal ones weights (n,) are worth: (sum w)^2 / sum w^2 (Kish 1965)."""
     w = np.asarray(weights, dtype=np.float64)
     return float(w.sum() ** 2 / (w @ w))
+
+
+def few_decide(weights: npt.ArrayLike) -> bool:
+    """Whether so few of the weights (n,) count that the scatter by nature is not shown."""
+    return effective_number(weights) < min(_COUNT_AT_LEAST, _SHARE_AT_LEAST * np.size(weights))
 
 
 def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:

@@ -150,7 +150,7 @@ def _stable(there: Array, part: StablePart, progress: Progress) -> npt.NDArray[n
         low, high = np.array(part.box)
         flags &= ((there >= low) & (there <= high)).all(axis=1)
     if part.polygons is not None:
-        flags &= stable.in_polygons(there, part.polygons)[0]
+        flags &= stable.in_polygons(there, part.polygons, progress)[0]
     if part.model is not None:
         from vomstudio.registration.by_model.starting import points_and_spacing
 

@@ -12,7 +12,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import Cancelled, VomError, WorkerError
@@ -20,6 +19,7 @@ from vomstudio.jobs import serialisation
 from vomstudio.jobs.endings import LastWords, ending, failure_of
 from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, from_line
 from vomstudio.jobs.job import Job, Request, Result
+from vomstudio.paths import import_folders
 from vomstudio.words import tr
 
 Listener = Callable[[Event], None]
@@ -138,7 +138,7 @@ class Worker:
 
     def _start(self) -> subprocess.Popen[str]:
         environment = dict(os.environ)
-        environment["PYTHONPATH"] = os.pathsep.join(_import_folders())
+        environment["PYTHONPATH"] = os.pathsep.join(import_folders())
         reading: tuple[int, ...] = ()
         writing: tuple[int, ...] = ()
         if os.name == "posix":
@@ -238,15 +238,6 @@ class Worker:
                 self._end_later(job)
                 return
         process.kill()
-
-
-def _import_folders() -> list[str]:
-    """Where the child imports from: the same package as here, wherever the program was started
-    from, and never that folder itself."""
-    package = Path(__file__).resolve().parents[2]
-    here = Path.cwd()
-    others = [p for p in sys.path if p and Path(p) not in (here, package)]
-    return [str(package), *others]
 
 
 def _typed(event: Done, result: type[Any]) -> Event:

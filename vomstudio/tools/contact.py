@@ -117,7 +117,7 @@ class ContactTool(FollowingTool[Contact]):
     def _reading(self) -> tuple[str, ...]:
         count, measured = len(self.vertices), self.measurement
         if self.searching:
-            return (points_text(count), tr("Searching for the way"))
+            return self._searching_words()
         if measured is None or not measured.dimension:
             return (points_text(count),)
         return (points_text(count), *words(measured)[:1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -12,10 +13,10 @@ import numpy.typing as npt
 from vomstudio.document.records import IDENTITY, Model, Picked, Point
 from vomstudio.geometry import transform
 from vomstudio.tools.followed_line import AUTO, FollowedLine, photo_votes
-from vomstudio.tools.interaction_types import Pointer, PointerEvent
-from vomstudio.tools.polyline import PolylineTool
+from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
+from vomstudio.tools.polyline import PolylineTool, points_text
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 F = TypeVar("F", bound=Picked)
 
@@ -30,6 +31,8 @@ class FollowingTool(PolylineTool[F]):
         super().__init__(context)
         self._line = FollowedLine(context.paths, self._leg_came, context.say, self._rank)
         self._finish_when_found = False
+        # Clicks for the next feature, None for its end.
+        self._later: list[PointerEvent | None] = []
 
     @property
     def cost(self) -> str | None:
@@ -89,7 +92,16 @@ class FollowingTool(PolylineTool[F]):
             self._context.tool_changed()
 
     def pointer(self, event: PointerEvent) -> None:
-        """As of all; a place in a photo is one of that photo."""
+        """As of all; a place in a photo is one of that photo. What is clicked while the open
+        feature waits for its way to be kept belongs to the next one."""
+        if self._finish_when_found and event.button is Button.LEFT:
+            if event.kind is Pointer.DOUBLE_CLICK:
+                self.finish()
+                return
+            if event.kind is Pointer.CLICK and event.hit is not None:
+                self._later.append(replace(event, handle=None, ctrl=False))
+                self._show_waiting()
+                return
         if event.hit is not None and event.kind is not Pointer.DOUBLE_CLICK:
             self._line.set_in(event.photo, event.hit.position)
         super().pointer(event)
@@ -123,8 +135,86 @@ class FollowingTool(PolylineTool[F]):
 
     def finish(self) -> str | None:
         """As of all; while a piece is searched for it is finished when that has come."""
+        if self._later and self.searching:
+            if self._later[-1] is not None:
+                self._later.append(None)
+            return None
         self._finish_when_found = self.searching
-        return None if self._finish_when_found else super().finish()
+        if self._finish_when_found:
+            self._show_waiting()
+            return None
+        return super().finish()
+
+    def _go_on(self) -> None:
+        """Do what was clicked while the feature before was waiting for its way."""
+        later, self._later = self._later, []
+        if self.open:
+            # It could not be kept, and said why: it is not the one that was clicked.
+            return
+        while later and not self._finish_when_found:
+            event, *later = later
+            if event is None:
+                self.finish()
+            else:
+                self.pointer(event)
+        self._later = later
+        if later:
+            self._show_waiting()
+
+    def _show_waiting(self) -> None:
+        self._show()
+        self._context.tool_changed()
+
+    def _searching_words(self) -> tuple[str, ...]:
+        """Beside the cursor while a piece is searched for."""
+        count = points_text(len(self.vertices))
+        if not self._finish_when_found:
+            return (count, tr("Searching for the way"))
+        waiting = sum(event is not None for event in self._later)
+        if not waiting:
+            return (count, tr("Kept as soon as the way is found"))
+        return (
+            count,
+            tr_n(
+                "Kept as soon as the way is found; {count} click waits for the next one",
+                "Kept as soon as the way is found; {count} clicks wait for the next one",
+                waiting,
+            ),
+        )
+
+    # --- taking back what waits --------------------------------------------------------------
+    @property
+    def undo_label(self) -> str | None:
+        if self._later:
+            return "Finish the next one" if self._later[-1] is None else "Click for the next one"
+        return "Finish" if self._finish_when_found else super().undo_label
+
+    def undo(self) -> bool:
+        """As of all; what waits for the way is taken back first."""
+        if self._later:
+            self._later.pop()
+        elif self._finish_when_found:
+            self._finish_when_found = False
+        else:
+            return super().undo()
+        self._show_waiting()
+        return True
+
+    def cancel(self) -> None:
+        """As of all; what waits for the next feature is let go first."""
+        if self._later:
+            self._later = []
+            self._show_waiting()
+        else:
+            super().cancel()
+
+    def forget(self) -> None:
+        self._later = []
+        super().forget()
+
+    def _hovered(self) -> Point | None:
+        """As of all; what is being finished does not run on to the cursor."""
+        return None if self._finish_when_found else super()._hovered()
 
     def _reset(self) -> None:
         self._line.forget()
@@ -138,7 +228,9 @@ class FollowingTool(PolylineTool[F]):
         self._show()
         self._context.tool_changed()
         if self._finish_when_found and not self.searching:
-            self.finish()
+            self._finish_when_found = False
+            super().finish()
+            self._go_on()
 
     def _whole(self, feature: F) -> F:
         """With all vertices of the path; itself where it is picked point by point."""

@@ -177,7 +177,7 @@ class LithologyTool(FollowingTool[Lithology]):
         count, measured = len(self.vertices), self.measurement
         first = (self.lithology,) if self.lithology else ()
         if super().searching:
-            return (*first, points_text(count), tr("Searching for the way"))
+            return (*first, *self._searching_words())
         if measured is None or not measured.dimension:
             return (*first, points_text(count))
         return (*first, points_text(count), *words(measured)[:1])

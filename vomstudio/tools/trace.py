@@ -183,7 +183,7 @@ class TraceTool(FollowingTool[Trace]):
     def _reading(self) -> tuple[str, ...]:
         count, measurement = len(self.vertices), self.measurement
         if self.searching:
-            return (points_text(count), tr("Searching for the way"))
+            return self._searching_words()
         if measurement is None or measurement.fit is None or measurement.verdict is None:
             if count < 3 or measurement is None or not measurement.problem:
                 return (points_text(count),)

@@ -44,6 +44,12 @@ class DerivedQuantities:
         """The measurements of features of the project, by id."""
         return self.measurements.of(self._projects.records, ids)
 
+    def foresee(
+        self, measured: Iterable[tuple[Feature, Measurement]], judged_by: Thresholds
+    ) -> None:
+        """Features that are about to be added, with their measurements."""
+        self.measurements.keep(self._projects.records, measured, judged_by)
+
     def measure(self, feature: Feature) -> Measurement:
         """The measurement of a feature that is not in the document."""
         return self.measurements.one(self._projects.records, feature)

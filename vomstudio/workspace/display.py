@@ -216,6 +216,16 @@ def mode_shown(mode: str, models: list[Data]) -> str:
     return mode
 
 
+def usual_look(models: list[Data]) -> str:
+    """What these models show where they are coloured by no field, in words."""
+    shown = mode_shown("textured", models)
+    if shown == "vertex_colors":
+        return tr("Own colours")
+    if shown == "plain shaded" or (models and why_not_mode(shown, models)):
+        return tr("Without colours")
+    return tr("Photo texture")
+
+
 def why_not_lit(models: list[Data]) -> str | None:
     """Why these models cannot be lit; None where one of them can."""
     if not models:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import SURROUNDINGS_RULE, Model, Point, Record
+from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
@@ -59,6 +59,15 @@ def trace_through(
     return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)
 
 
+def type_of_layer(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
+    """The feature type that a layer of a drawing is named after, in whatever case."""
+    wanted = layer.strip().casefold()
+    for kind in types:
+        if wanted and wanted in (kind.id.casefold(), kind.name.casefold()):
+            return kind
+    return None
+
+
 def fitting_sidecars(drawing: Path) -> list[Path]:
     """Of the pictures in the folder of a drawing those on which it can have been drawn: the one
     whose name the drawing's begins with, alone, where it is among them."""
@@ -86,7 +95,8 @@ def read_drawn_traces(
     """Each line of the drawing that defines a plane as a trace, on the surface that the picture
     shows.
 
-    data : in the frame of the model's file. Raises InputError, and GeometryError where no line
+    type_id : of the lines whose layer is not called as a feature type of the project is. data : in
+    the frame of the model's file. Raises InputError, and GeometryError where no line
     defines a plane.
     """
     picture = read_sidecar(sidecar)
@@ -108,10 +118,13 @@ def read_drawn_traces(
     note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
               drawing=drawing.name)  # fmt: skip
     traces: list[Trace] = []
+    types = [record for record in records.values() if isinstance(record, FeatureType)]
     for line in brought.lines:
         # A line without a name was given its number; the project has names of its own.
         name = "" if line.name.isdecimal() and line.name not in own else line.name
-        trace = trace_through(name, line.points, model, type_id, set_name, surface)
+        kind = type_of_layer(line.layer, types)
+        own_type = type_id if kind is None else kind.id
+        trace = trace_through(name, line.points, model, own_type, set_name, surface)
         trace = replace(trace, notes=note)
         try:
             edits.add_trace(records, trace)

@@ -66,10 +66,12 @@ Named = TypeVar("Named", Model, FeatureType)
 
 @dataclass(frozen=True, eq=False)
 class Picks:
-    """Points along one line on a model: (n, 3) in World."""
+    """Points along one line on a model: (n, 3) in World. kind : where it is another than that of
+    most"""
 
     name: str
     points: Array
+    kind: FeatureType | None = None
 
 
 @dataclass(frozen=True)
@@ -203,6 +205,7 @@ class HeadlessProject:
             warnings = (f"{warnings[0]} {unknown}",)
         records = self.session.records
         added: dict[str, Record] = {}
+        names = edits.NextNames(records)
         traces: list[Trace] = []
         skipped: list[tuple[str, str]] = []
         for pick in picks:
@@ -211,9 +214,10 @@ class HeadlessProject:
                 continue
             to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
             points = transform.apply(to_file, pick.points)
-            trace = trace_through(pick.name, points, model, kind.id, set_name, surface)
+            own = pick.kind or kind
+            trace = trace_through(pick.name, points, model, own.id, set_name, surface)
             if not trace.name:
-                trace = replace(trace, name=edits.next_name(records, kind, added))
+                trace = replace(trace, name=names.of(own))
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
@@ -222,6 +226,7 @@ class HeadlessProject:
             named = get(edit.after, trace.id, Trace)
             assert named is not None
             added[trace.id] = named
+            names.take(named)
             traces.append(named)
         if not traces:
             message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))
@@ -250,6 +255,7 @@ class HeadlessProject:
         found = read_listed(
             path, model, self.session.records, world_crs(frame.crs, frame.unit_m),
             None if surface is None else surface.area_inside, self._bounds.get(model.id),
+            self._progress,
         )  # fmt: skip
         edit = edits.add_features(self.session.records, found.features)
         self.session.apply(edit)

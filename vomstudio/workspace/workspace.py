@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -108,6 +108,7 @@ class Workspace:
             self.jobs,
             lambda: settings.thresholds,
             hand_over,
+            self.derived.foresee,
         )
         self.proposed_traces = TraceProposals(
             self.projects,
@@ -265,9 +266,9 @@ class Workspace:
                 )
             )
 
-    def delete_selected(self) -> None:
-        """Delete the selected features, as one edit."""
+    def delete_selected(self, but: Collection[str] = ()) -> bool:
+        """Delete the selected features, as one edit; False where nothing was deleted."""
         records = self.projects.records
-        ids = [i for i in self.selection.ids if get_feature(records, i) is not None]
-        if ids:
-            self.editing.attempt(edits.delete, ids)
+        chosen = [i for i in self.selection.ids if get_feature(records, i) is not None]
+        ids = [i for i in chosen if i not in but]
+        return bool(ids) and self.editing.attempt(edits.delete, ids)

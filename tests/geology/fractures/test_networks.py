@@ -194,3 +194,20 @@ def test_kb11_has_the_figures_of_fractopo(data_dir) -> None:
         assert found.P20_nodes_1_per_m2 == pytest.approx(0.52589047, rel=1e-7)
         assert found.length.naive_mean_m == pytest.approx(2.20532656, rel=1e-8)
         assert found.length.longest_m == pytest.approx(33.1085306, rel=1e-8)
+
+
+def test_an_area_beyond_the_traces_is_said() -> None:
+    """Traces over a square of 10 m; the circle about a corner has a quarter of itself on it, that
+    about the middle all."""
+    lines = shapely.linestrings([[(0, k), (10, k)] for k in range(11)])
+
+    def said(x: float, y: float, radius: float) -> list[str]:
+        area = shapely.Point(x, y).buffer(radius, 256)
+        found = fracture_network(lines, Counted(area=area, circle=(x, y, radius))).found
+        return [words for words in found.notes if "beyond the outermost traces" in words]
+
+    assert said(5, 5, 4) == []
+    assert said(0, 0, 4)[0].startswith("75%")
+    assert said(0, 5, 4)[0].startswith("50%")
+    # pi 50^2 = 7854 of which 100 are mapped.
+    assert said(5, 5, 50)[0].startswith("99%")

@@ -15,7 +15,9 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
+    from vomstudio.document.records import FeatureType
     from vomstudio.products.ortho.drawing_back import Brought
+    from vomstudio.workspace.headless_project import HeadlessProject
 
 
 OPTIONS = ("sidecar", "step", "into", "type", "on", "set")
@@ -40,7 +42,13 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--into", metavar="PROJECT", help=tr("also add them to this project, as one step")
     )
-    parser.add_argument("--type", help=tr("feature type of the lines in the project"))
+    parser.add_argument(
+        "--type",
+        help=tr(
+            "feature type of the lines in the project (default: the one that the layer of each is "
+            "named after)"
+        ),
+    )
     parser.add_argument("--on", metavar="NAME", help=tr("the project's model that they lie on"))
     parser.add_argument("--set", default="", help=tr("the set that they belong to"))
     add_frame(parser)
@@ -61,14 +69,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     if args.step is not None and not 0 < args.step < math.inf:
         raise UsageError(tr("A distance is a length in metres."), field="--step")
-    if (args.into is None) != (args.type is None):
-        raise UsageError(
-            tr("A project needs the type of its features: --into PROJECT --type TYPE."),
-            field="--type" if args.type is None else "--into",
-        )
+    if args.into is None and args.type is not None:
+        raise UsageError(_type_wanted(), field="--into")
     check_target(args.output, force=args.force, inputs=[args.model, args.from_ortho, args.sidecar])
     sidecar = drawing_back.read_sidecar(args.sidecar)
-    lines, said = drawing_back.read_drawing(args.from_ortho, sidecar)
+    lines, said = drawing_back.read_drawing(args.from_ortho, sidecar, progress_of(args))
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     try:
         brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)
@@ -108,17 +113,51 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
+def _type_wanted() -> str:
+    return tr("A project needs the type of its features: --into PROJECT --type TYPE.")
+
+
+def _types(args: argparse.Namespace, brought: Brought, desk: HeadlessProject) -> list[FeatureType]:
+    """Of each line. Raises UsageError."""
+    from vomstudio.document.records import FeatureType
+    from vomstudio.workspace.drawn_traces import type_of_layer
+
+    if args.type is not None:
+        return [desk.find_type(args.type)] * len(brought.lines)
+    types = desk.session.of(FeatureType)
+    found = [type_of_layer(line.layer, types) for line in brought.lines]
+    kinds = [kind for kind in found if kind is not None]
+    if len(kinds) < len(found):
+        others = dict.fromkeys(
+            line.layer for line, kind in zip(brought.lines, found, strict=True) if kind is None
+        )
+        layers = ", ".join(layer or "0" for layer in list(others)[:5])
+        raise UsageError(
+            tr(
+                "{sentence} Layers that are called as a feature type of the project is say it "
+                "themselves; these are not: {layers}.",
+                sentence=_type_wanted(),
+                layers=layers,
+            ),
+            field="--type",
+        )
+    return kinds
+
+
 def _add(args: argparse.Namespace, brought: Brought) -> tuple[list[dict[str, str]], list[str]]:
     """One undoable edit of the project. What was added, and what was left out in words."""
     from vomstudio.io.settings import read_settings
     from vomstudio.workspace.headless_project import HeadlessProject, Picks
     from vomstudio.workspace.layer_export import written_layers
 
-    picks = [Picks(line.name, line.points) for line in brought.lines]
     settings, problems = read_settings()
     with HeadlessProject.opened(Path(args.into), settings, progress_of(args)) as desk:
-        model, kind = desk.find_model(args.on), desk.find_type(args.type)
-        added = desk.add_picks(picks, model, kind, args.set)
+        model, kinds = desk.find_model(args.on), _types(args, brought, desk)
+        picks = [
+            Picks(line.name, line.points, kind)
+            for line, kind in zip(brought.lines, kinds, strict=True)
+        ]
+        added = desk.add_picks(picks, model, kinds[0], args.set)
         desk.save()
         folder, has_features = desk.project.folder, bool(desk.session.features())
     left_out = [

@@ -115,7 +115,12 @@ def compared(nearest: NearestPick | None) -> str:
 
 def about(subject: Subject) -> list[str]:
     reading: Reading = subject.feature
-    lines = [tr("Compass reading, {compared}", compared=compared(subject.nearest()))]
+    nearest = subject.nearest()
+    lines = [
+        tr("Compass reading; there is no pick of the same type to compare it with")
+        if nearest is None
+        else tr("Compass reading, {compared}", compared=compared(nearest))
+    ]
     if reading.turned_deg:
         lines.append(
             tr("Azimuth as read {turned_deg:+.2f}° (to grid north)", turned_deg=reading.turned_deg)

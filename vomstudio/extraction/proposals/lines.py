@@ -72,7 +72,7 @@ def evidence_of(graph: Graph, cost: str) -> Array:
 
 def find_lines(graph: Graph, evidence: Array, least_length: float, most: int) -> list[Line]:
     """The lines at least so long, the strongest first."""
-    arc = usual_arc(graph)
+    arc = graph.usual_arc
     found: list[Line] = []
     for nodes, piece in _pieces(graph, np.flatnonzero(evidence > _STANDS_OUT), least_length / arc):
         found += _lines_of(nodes, piece, evidence, least_length, arc, most)
@@ -111,13 +111,6 @@ def doubt_of(strength: float, strongest: Array) -> float:
     """The chance that the strongest line in noise is as strong as this, from 1 / 50 to 1."""
     reached = len(strongest) - int(np.searchsorted(strongest, strength, side="left"))
     return (1 + reached) / (1 + len(strongest))
-
-
-def usual_arc(graph: Graph) -> float:
-    """Median length of the graph's arcs."""
-    source = np.repeat(np.arange(len(graph.places)), np.diff(graph.starts))
-    arcs = np.linalg.norm(graph.places[graph.near] - graph.places[source], axis=1)
-    return float(np.median(arcs)) if len(arcs) else 0.0
 
 
 def _smoothing(graph: Graph, evidence: Array, random: np.random.Generator) -> int:
@@ -192,6 +185,9 @@ def _lines_of(
     left = [(nodes, piece)]
     while left and len(found) < most:
         own, part = left.pop()
+        # No two places of it are as far apart as the ends of a line must be.
+        if np.linalg.norm(np.ptp(part.places, axis=0)) < _LEAST_REACH * least_length:
+            continue
         path = _longest(part, evidence[own])
         length = _length(part.places[path])
         if length < least_length:

@@ -26,12 +26,21 @@ from vomstudio.geometry.plane_errors import joint_quantile, quantiles
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 FEWEST = 3
 """Points of a trace whose scatter counts."""
 LEVEL = 0.05
 _THIN = 1e-6
 """Relative spread across the traces under which all points lie on one line."""
+_SURE = 3.0
+"""Degrees of freedom of a trace's noise from which it can be held against others that have more."""
+_LEAST = 1e-15
+"""The least p that is told where several noises have a part."""
+_WIDE = 3.0
+"""Times its scatter about the common plane that a trace is wide to have a plane of its own."""
+_BENT = 0.05
+"""And times its length from which it is not straight."""
 
 
 @dataclass(frozen=True)
@@ -84,17 +93,32 @@ class ParallelBeds:
 
 @dataclass(frozen=True, eq=False)
 class _Traces:
-    """G traces in the axes of the common plane. tilt : (2, 2) covariance of the normal's tilts
-    along them; of_middle : (G,) variance of its place along the normal;
-    leans, spread : (G, 2) and (G, 2, 2) what each says of a tilt of its own and the covariance of
-    that; sums : (G, 2, 2) scatter in the plane; free : degrees of freedom of all, each"""
+    """G traces in the axes of the common plane.
 
-    tilt: Floats
+    tilts : (G, 2, 2) what the noise of each gives the covariance of the normal's tilts along them,
+        and of_tilts : (2, 2) of their sum; of_middle : (G,) variance of its place along the normal
+    axes : (G, 2, 2) of each in the plane, columns; sums, leans, spread : (G, 2) its scatter along
+        them, what it says of a tilt of its own, and the variance of that; judged : (G, 2) those
+        that say anything of a tilt
+    free : (G,) degrees of freedom of the noise of each, whose variances are inflated so that limits
+        by as many hold; independent : those that correlation leaves of them; free_tilts : of the
+        tilts, where these are known by how much traces are turned against each other
+    """
+
+    tilts: Floats
     of_middle: Floats
+    axes: Floats
+    sums: Floats
     leans: Floats
     spread: Floats
-    sums: Floats
+    judged: npt.NDArray[np.bool_]
     free: Floats
+    independent: Floats
+    free_tilts: float | None = None
+
+    @property
+    def of_tilts(self) -> Floats:
+        return np.asarray(self.tilts.sum(axis=0))
 
 
 def parallel_beds(
@@ -137,11 +161,11 @@ def parallel_beds(
     if basis[2, 2] < 0.0:
         basis = -basis
     flat = own @ basis
-    traces, p_parallel = _widened(_errors(flat, counts, starts, ordered), counts)
+    traces, p_parallel = _widened(_errors(flat, counts, starts, ordered))
     normal = basis[:, 2]
     along = (middles - points.mean(axis=0)) @ normal
-    error = _t95(float(traces.free.sum())) * np.sqrt(traces.of_middle)
-    known = bool(np.isfinite(traces.tilt).all())
+    known = bool(np.isfinite(traces.of_tilts).all())
+    error = _errors_of_middles(traces)
     beds = [
         Bed(
             ids[i],
@@ -177,26 +201,26 @@ def parallel_beds(
     )
 
 
-def _errors(flat: Floats, counts: npt.NDArray[np.int64], starts: Floats, ordered: bool) -> _Traces:
+def _errors(flat: Floats, counts: Ints, starts: Ints, ordered: bool) -> _Traces:
     """flat : (n, 3) points about their own middles, in the axes of the common plane"""
     groups = len(counts)
-    sums, leans = np.zeros((groups, 2, 2)), np.zeros((groups, 2))
-    own_axes, own_values = np.zeros((groups, 2, 2)), np.zeros((groups, 2))
+    sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
     turned = np.empty_like(flat)
-    squares, best = np.zeros(groups), np.zeros(groups)
     for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
         part = flat[first : first + n]
-        sums[i] = part[:, :2].T @ part[:, :2]
-        leans[i] = part[:, :2].T @ part[:, 2]
-        own_values[i], own_axes[i] = np.linalg.eigh(sums[i])
-        turned[first : first + n, :2] = part[:, :2] @ own_axes[i]
-        squares[i] = float(part[:, 2] @ part[:, 2])
-        # What a plane of its own would leave.
-        tilt = np.linalg.lstsq(part[:, :2], part[:, 2], rcond=1e-9)[0]
-        rest = part[:, 2] - part[:, :2] @ tilt
-        turned[first : first + n, 2] = rest
-        best[i] = float(rest @ rest)
-    free = np.maximum(counts - 3.0, 0.0)
+        sums[i], axes[i] = np.linalg.eigh(part[:, :2].T @ part[:, :2])
+        turned[first : first + n, :2] = part[:, :2] @ axes[i]
+        turned[first : first + n, 2] = part[:, 2]
+        leans[i] = turned[first : first + n, :2].T @ part[:, 2]
+    judged = _with_width(turned, sums, leans, counts, starts)
+    best = np.zeros(groups)
+    for i, (first, n) in enumerate(zip(starts, counts, strict=True)):
+        # What a plane of its own would leave, or a line where its width says nothing.
+        part = turned[first : first + n]
+        told = judged[i] & (sums[i] > 0.0)
+        part[:, 2] -= part[:, :2][:, told] @ (leans[i] / np.where(told, sums[i], 1.0))[told]
+        best[i] = float(part[:, 2] @ part[:, 2])
+    free = np.where(counts > FEWEST, counts - 1.0 - judged.sum(axis=1), 0.0)
     counted = free > 0.0
     pooled = float(best[counted].sum() / free[counted].sum()) if counted.any() else np.nan
     noise = np.where(counted, best / np.maximum(free, 1.0), pooled)
@@ -213,66 +237,165 @@ def _errors(flat: Floats, counts: npt.NDArray[np.int64], starts: Floats, ordered
         effective[rows] = n_eff
     # The mean is as slow as anything along a trace.
     of_middle = noise * inflation.max(axis=1) / counts
-    weight = own_axes * (inflation * own_values)[:, None, :]
-    spread = noise[:, None, None] * (weight @ np.swapaxes(own_axes, 1, 2))
-    whole = np.linalg.inv(sums.sum(axis=0))
-    tilt = whole @ spread.sum(axis=0) @ whole
-    left = np.where(counted, np.maximum(effective - 3.0, 0.5), 0.0)
-    return _Traces(tilt, of_middle, leans, spread, sums, left)
+    spread = noise[:, None] * inflation * sums
+    whole = np.linalg.inv(np.einsum("gik,gk,gjk->ij", axes, sums, axes))
+    tilts = np.einsum("ij,gjk,gk,glk,lm->gim", whole, axes, spread, axes, whole)
+    # The noise of a trace that cannot tell its own is that of all others together.
+    left = np.where(counted, free, free.sum())
+    independent = np.maximum(effective - (counts - free), 1.0)
+    return _Traces(
+        tilts, of_middle, axes, sums, leans, spread, judged & counted[:, None], left, independent
+    )
+
+
+def _with_width(
+    turned: Floats, sums: Floats, leans: Floats, counts: Ints, starts: Ints
+) -> npt.NDArray[np.bool_]:
+    """(G, 2) which of its own axes tell something of how a trace's plane is turned: of a straight
+    one that is no wider than it strays from the common plane, what it strays lies in the face that
+    it runs over, and its width would tell the attitude of that face.
+
+    turned : (n, 3) along the narrow and the long axis of each trace, and the normal
+    """
+    slope = leans[:, 1] / np.where(sums[:, 1] > 0.0, sums[:, 1], 1.0)
+    rest = turned[:, 2] - np.repeat(slope, counts) * turned[:, 1]
+    stray = np.add.reduceat(rest**2, starts)
+    wide = (sums[:, 0] > _WIDE**2 * stray) | (sums[:, 0] > _BENT**2 * sums[:, 1])
+    return np.stack([wide, sums[:, 1] > 0.0], axis=1)
+
+
+def _errors_of_middles(traces: _Traces) -> list[float]:
+    """95 %, of the place of each along the normal."""
+    one = np.ones(1)
+    return [
+        _t95(one, np.array([free])) * float(np.sqrt(variance))
+        for variance, free in zip(traces.of_middle, traces.free, strict=True)
+    ]
 
 
 def _semi_axes(traces: _Traces) -> tuple[float, float]:
-    free = float(traces.free.sum())
+    free = traces.free_tilts or _shared_free(traces)
     # Twice Fisher's F of 2 and so many: joint_quantile is that over the degrees of freedom.
     limit = float(joint_quantile(np.array([free]))[0]) * free
-    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(traces.tilt), 0.0) * limit)
+    small, large = np.sqrt(np.maximum(np.linalg.eigvalsh(traces.of_tilts), 0.0) * limit)
     return float(np.degrees(np.arctan(large))), float(np.degrees(np.arctan(small)))
+
+
+def _shared_free(traces: _Traces) -> float:
+    """Degrees of freedom of the tilts' covariance, of which each trace has its part
+    (Krishnamoorthy & Yu 2004, Statistics & Probability Letters 66, 161)."""
+    whole = traces.of_tilts
+    if not np.linalg.det(whole) > 0.0:
+        return float(traces.free.sum())
+    parts = traces.tilts @ np.linalg.inv(whole)
+    squares = np.einsum("gij,gji->g", parts, parts) + np.einsum("gii->g", parts) ** 2
+    used = squares > 0.0
+    return float(6.0 / (squares[used] / traces.free[used]).sum())
 
 
 def _same(
     traces: _Traces, which: tuple[int, int], ids: tuple[str, str], apart: Floats
 ) -> SamePlane:
     """apart : (3,) from the middle of the first to that of the second, in the axes"""
-    from scipy.special import stdtr
-
-    variance = float(traces.of_middle[list(which)].sum() + apart[:2] @ traces.tilt @ apart[:2])
-    free = float(traces.free.sum())
-    distance = float(apart[2])
-    t = abs(distance) / np.sqrt(variance) if variance > 0.0 else np.inf
-    p = 2.0 * float(stdtr(free, -t))
-    return SamePlane(*ids, distance, _t95(free) * float(np.sqrt(variance)), p)
-
-
-def _widened(traces: _Traces, counts: npt.NDArray[np.int64]) -> tuple[_Traces, float | None]:
-    """With the error of the tilt that traces show which are not quite parallel, widened by Birge's
-    ratio (Birge 1932, Physical Review 40, 207); and the chance that parallel ones lean out of the
-    common plane as far as these."""
-    from scipy.special import fdtrc
-
-    judged = counts > FEWEST
-    if judged.sum() < 2:
-        return traces, None
-    number, statistic = 0, 0.0
-    for lean, spread in zip(traces.leans[judged], traces.spread[judged], strict=True):
-        values, axes = np.linalg.eigh(spread)
-        sure = values > 1e-12 * max(float(values[1]), 1e-300)
-        statistic += float((((lean @ axes)[sure]) ** 2 / values[sure]).sum())
-        number += int(sure.sum())
-    if number <= 2:
-        return traces, None
-    left, free = number - 2.0, float(traces.free.sum())
-    ratio = statistic / left
-    p = float(fdtrc(left, free, ratio))
-    if p >= LEVEL:
-        return traces, p
-    kept = traces.free * min(1.0, left / free)
-    return replace(traces, tilt=traces.tilt * ratio, free=kept), p
+    of_tilts = np.einsum("i,gij,j->g", apart[:2], traces.tilts, apart[:2])
+    parts, free = of_tilts, traces.free
+    if traces.free_tilts is not None:
+        parts, free = np.append(0.0 * of_tilts, of_tilts.sum()), np.append(free, traces.free_tilts)
+    parts[list(which)] += traces.of_middle[list(which)]
+    variance, distance = float(parts.sum()), float(apart[2])
+    if not variance > 0.0:
+        return SamePlane(*ids, distance, 0.0, 0.0 if distance else 1.0)
+    shares, frees = _pooled(parts / variance, free)
+    t = abs(distance) / np.sqrt(variance)
+    return SamePlane(
+        *ids, distance, _t95(shares, frees) * float(np.sqrt(variance)), _tail(t, shares, frees)
+    )
 
 
-def _t95(free: float) -> float:
+def _pooled(shares: Floats, free: Floats) -> tuple[Floats, Floats]:
+    """Shares of a variance and their degrees of freedom, those whose noise is known well enough as
+    one (Satterthwaite 1946, Biometrics Bulletin 2, 110)."""
+    used = shares > 0.0
+    sure = used & (free >= _SURE)
+    few = used & ~sure
+    if not sure.any():
+        return shares[few], free[few]
+    part = float(shares[sure].sum())
+    together = part**2 / float((shares[sure] ** 2 / free[sure]).sum())
+    return np.append(shares[few], part), np.append(free[few], together)
+
+
+def _t95(shares: Floats, free: Floats) -> float:
+    """Of a figure whose variance has these shares, each known by so many degrees of freedom: the
+    mean of Student's quantiles by the shares (Cochran & Cox 1957, Experimental Designs, section
+    4.14). Where one is known by a single degree of freedom and happens to be small, degrees of
+    freedom that are averaged by the shares are too many."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(free, 1.0 - LEVEL / 2.0))
+    return float(shares @ stdtrit(free, 1.0 - LEVEL / 2.0))
+
+
+def _tail(t: float, shares: Floats, free: Floats) -> float:
+    """The p at which that mean is t, two sided."""
+    from scipy.optimize import brentq
+    from scipy.special import stdtr, stdtrit
+
+    if len(free) == 1:
+        return 2.0 * float(stdtr(free[0], -t))
+    if t <= 0.0:
+        return 1.0
+    if not float(shares @ -stdtrit(free, _LEAST)) > t:
+        return 2.0 * _LEAST
+    # By its logarithm: p may be very small.
+    low, high = np.log(_LEAST), np.log(0.5)
+    return 2.0 * float(np.exp(brentq(lambda x: shares @ -stdtrit(free, np.exp(x)) - t, low, high)))
+
+
+def _widened(traces: _Traces) -> tuple[_Traces, float | None]:
+    """With the error of the tilt that traces show which are not quite parallel, widened by Birge's
+    ratio (Birge 1932, Physical Review 40, 207); and the chance that parallel ones are turned
+    against each other as far as these.
+
+    Each trace is held against the plane that suits all best, each by its own noise: one that strays
+    tilts the common plane, which is no sign that the others are turned. How far what is known of
+    the noise lets the weights be off is allowed for (Johansen 1980, Biometrika 67, 85; here with
+    one variance to a trace, whose axes share it).
+    """
+    from scipy.special import fdtrc
+
+    judged = traces.judged & (traces.spread > 0.0)
+    # Noise that one or two points more than unknowns tell is too small by chance so often that its
+    # trace would outweigh all others.
+    sure = judged & (traces.independent >= _SURE)[:, None]
+    judged = sure if sure.sum() > 2 else judged
+    number = int(judged.sum())
+    if number <= 2:
+        return traces, None
+    weight = np.where(judged, traces.sums**2 / np.where(judged, traces.spread, 1.0), 0.0)
+    own = np.where(judged, traces.leans / np.where(judged, traces.sums, 1.0), 0.0)
+    weights = np.einsum("gik,gk,gjk->gij", traces.axes, weight, traces.axes)
+    whole = weights.sum(axis=0)
+    if not np.linalg.det(whole) > (_THIN * np.trace(whole)) ** 2:
+        return traces, None
+    best = np.linalg.solve(whole, np.einsum("gik,gk,gk->i", traces.axes, weight, own))
+    off = own - np.einsum("gik,i->gk", traces.axes, best)
+    statistic = float((weight * off**2).sum())
+    shares = np.linalg.solve(whole, weights)
+    rank = judged.sum(axis=1)
+    once = rank - np.einsum("gii->g", shares)
+    twice = rank - 2.0 * np.einsum("gii->g", shares) + np.einsum("gij,gji->g", shares, shares)
+    left = number - 2.0
+    some = rank > 0
+    a, b = ((each[some] / traces.independent[some]).sum() for each in (twice, once**2))
+    free = left * (left + 2.0) / float(2.0 * a + b)
+    expected = left + 2.0 * a - 2.0 * (2.0 * a + b) / (left + 2.0)
+    p = float(fdtrc(left, free, statistic / expected))
+    if p >= LEVEL:
+        return traces, p
+    wide = replace(
+        traces, tilts=traces.tilts * max(statistic / expected, 1.0), free_tilts=min(left, free)
+    )
+    return wide, p
 
 
 def _warnings(p_parallel: float | None, known: bool) -> list[str]:

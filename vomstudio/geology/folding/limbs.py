@@ -84,21 +84,24 @@ class Limbs:
 
     def errors95_deg(self, axis: Array) -> tuple[float, float]:
         """Of the angle between both, and the larger half-angle of the joint region of the plane
-        that halves it, about the fold axis (3,). Of Student and Fisher, with the scatter of both
-        limbs in one where it is alike, else as Welch (1947) put them together."""
+        that halves it, about the fold axis (3,). Of Student and Fisher, with the degrees of freedom
+        by Welch (1947) for the angle: whether both limbs stray alike is not asked first, since few
+        planes do not tell (Zimmerman 2004, British Journal of Mathematical and Statistical
+        Psychology 57, 173-181); where they may, the scatter of each is at least that of both."""
         counts = np.array(self.counts, np.float64)
         own = np.array(self.variances)
         free = float(counts.sum() - 2.0)
         low, high = (0, 1) if own[0] <= own[1] else (1, 0)
         ratio = own[high] / max(own[low], math.radians(NO_SCATTER_DEG) ** 2)
-        if f_tail(counts[high] - 1.0, counts[low] - 1.0, ratio) > UNLIKE_P / 2.0:
+        alike = f_tail(counts[high] - 1.0, counts[low] - 1.0, ratio) > UNLIKE_P / 2.0
+        if alike:
             # Few planes do not show that they stray more: theirs is at least what they show.
-            pooled = float(own @ (counts - 1.0)) / free
-            own = np.maximum(own, pooled)
-        else:
-            parts = own / counts
-            free = max(float(parts.sum() ** 2 / np.sum(parts**2 / (counts - 1.0))), 1.0)
+            own = np.maximum(own, float(own @ (counts - 1.0)) / free)
         along = own / counts
+        welch = float(along.sum() ** 2 / max(np.sum(along**2 / (counts - 1.0)), 1e-300))
+        welch = min(max(welch, 1.0), free)
+        if not alike:
+            free = welch
         n = float(counts.sum())
         across = math.radians(self.across_deg) ** 2 * n / max(n - 2.0, 1.0) / counts
         first, second = self.up
@@ -111,7 +114,7 @@ class Limbs:
             spread += on * np.outer(beside, beside) + off * np.outer(axis, axis)
         flat = np.eye(3) - np.outer(halving, halving)
         widest = float(np.linalg.eigvalsh(flat @ spread @ flat)[-1]) / length**2
-        angle = t95(free) * math.sqrt(float(along.sum()))
+        angle = t95(welch) * math.sqrt(float(along.sum()))
         region = math.atan(math.sqrt(widest * 2.0 * f95(free)))
         return min(math.degrees(angle), 180.0), math.degrees(region)
 

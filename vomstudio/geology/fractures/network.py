@@ -21,12 +21,14 @@ from vomstudio.geology.fractures.scanlines import (
     spacing_of,
 )  # fmt: skip
 from vomstudio.geology.fractures.windows import (
+    BEYOND,
     CircleEstimates,
     IntensityAtSize,
     circle_estimates,
     directions_of,
     intensity_by_size,
     mean_by_ends,
+    share_beyond,
     window_of,
 )  # fmt: skip
 from vomstudio.reprs import Shown
@@ -210,9 +212,24 @@ def fracture_network(
                 "All of this rests on one face: fractures nearly parallel to it are missed, and "
                 "lengths are those of traces, not of planes."
             ),
+            *_beyond(lines, area),
         ),
     )
     return Mapped(found, counted, pieces, names, set_of[pieces.trace])
+
+
+def _beyond(lines: Shapes, area: Any) -> list[str]:
+    """A word where much of the area may not have been mapped."""
+    share = 0.0 if area is None else share_beyond(lines, area)
+    if share <= BEYOND:
+        return []
+    return [
+        tr(
+            "{share:.0%} of the area lies beyond the outermost traces. Where nobody looked for "
+            "traces there, P20, P21 and their errors are too small: give the area that was mapped.",
+            share=share,
+        )
+    ]
 
 
 def length_figures(pieces: Pieces, area: Any = None) -> Lengths:

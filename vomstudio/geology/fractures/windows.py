@@ -12,6 +12,8 @@ from vomstudio.geology.fractures.length_laws import Parameter, Window
 from vomstudio.geology.fractures.pieces import Floats, Pieces, segments_of
 
 _SIZES, _PLACES = 8, 64
+BEYOND = 0.2
+"""Of an area: more of it beyond the outermost traces is said to be so."""
 _Z95 = 1.959963984540054
 
 
@@ -103,6 +105,14 @@ def window_of(pieces: Pieces, area: Any) -> Window:
     dx, dy = (end - start).T
     across = np.abs(np.cos(turn)[:, None] * dy - np.sin(turn)[:, None] * dx).sum(axis=1)
     return Window(float(area.area), float(share @ across) / 2.0)
+
+
+def share_beyond(lines: Any, area: Any) -> float:
+    """Of an area that part which lies outside the convex hull of all traces (n,), in it or not."""
+    import shapely
+
+    hull = shapely.convex_hull(shapely.multilinestrings(shapely.get_parts(lines)))
+    return 1.0 - float(shapely.area(shapely.intersection(area, hull)) / shapely.area(area))
 
 
 def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:

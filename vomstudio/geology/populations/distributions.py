@@ -5,7 +5,8 @@ small samples (Mardia & Jupp 2000, Directional Statistics, 10.4.1 and 10.7.1). C
 tensor's axes free of a model is that of Prentice (1984, Biometrika 71, 361-365; Fisher, Lewis &
 Embleton 1987, 6.3.1); that of Bingham's model is Bingham's (1974), sigma_ij^2 =
 1 / (2 n (Si - Sj) (ki - kj)), as Tanaka (1999) corrected the factor which is often quoted. All of
-them are joint, 95 %, with F(2, n - 2) in place of chi-square (free of a model F(2, m - 2) for the
+them are ellipses of direction cosines (Anderson 1963, Annals of Mathematical Statistics 34,
+122-148), joint, 95 %, with F(2, n - 2) in place of chi-square (free of a model F(2, m - 2) for the
 first axis and F(2, m - 3) for the others, m being the effective number of weighted axes, and
 residuals of the jackknife: simulated coverage of clusters and girdles is 93 to 98 %). Where two
 eigenvalues may be the same, the axes may be any two of a plane, and have no region: by the test of
@@ -40,6 +41,10 @@ APART_P, APART_RATIO_P = 0.05, 0.005
 """Below this two eigenvalues are not the same: by their difference, and by their ratio, whose test
 is of axes that stray normally."""
 
+FEW_FOR_KENT = 12
+"""Fewer directions are seldom shown to be elongated, and those that are happen to lie in a line:
+the region of their mean, which is then too narrow across it, would hold two of three means only."""
+
 ELONGATED_P = 0.05
 """Below this a cluster is called elongated, and Kent's distribution is given."""
 
@@ -64,8 +69,8 @@ class AxisConfidence:
 @dataclass(frozen=True)
 class BinghamFigures:
     """Bingham's distribution: concentrations k1 <= k2 <= 0 along the tensor's third and second
-    axis (the first has 0); the 95 % regions of the three axes under it; fit_p : chance of a scatter
-    as unlike it as this one, None where it was not tested."""
+    axis (the first has 0); the 95 % regions of the three axes under it, None of a weighted set;
+    fit_p : chance of a scatter as unlike it as this one, None where it was not tested."""
 
     k1: float
     k2: float
@@ -169,7 +174,9 @@ def _confidence(covariance: Array, across: Array, free: float) -> AxisConfidence
     (2, 3)."""
     squares, turns = np.linalg.eigh(covariance)
     reach = np.sqrt(np.maximum(squares, 0.0) * 2.0 * f95(free))
-    small, large = np.degrees(np.arctan(reach)).tolist()
+    # The quadratic form is one of direction cosines (Anderson 1963), that is of sines: where it
+    # reaches 1, the axis may point anywhere along that way.
+    small, large = np.degrees(np.arcsin(np.minimum(reach, 1.0))).tolist()
     return AxisConfidence(large, small, line_figures(turns[:, 1] @ across))
 
 
@@ -183,18 +190,21 @@ def bingham(
     model = bingham_of(values)
     if model is None:
         return None, tr("all lie in one plane or line: the concentration is infinite")
-    w = np.ones(n) if weights is None else weights
-    fit = None if n < FEW_FOR_FIT or weights is not None else bingham_fit(model, v @ axes.T)
+    if weights is not None:
+        # What is known of the axes of a weighted set is not Bingham's, of axes that stray alike.
+        return BinghamFigures(model.k1, model.k2, (None, None, None), None), None
+    fit = None if n < FEW_FOR_FIT else bingham_fit(model, v @ axes.T)
     return BinghamFigures(
-        model.k1, model.k2, _bingham_confidence(model, v, values, axes, w), fit
+        model.k1, model.k2, _bingham_confidence(model, v, values, axes), fit
     ), None
 
 
 def _bingham_confidence(
-    model: Bingham, v: Array, values: Array, axes: Array, weights: Array
+    model: Bingham, v: Array, values: Array, axes: Array
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
     k = np.array([0.0, model.k2, model.k1])
     n, along = len(v), v @ axes.T
+    weights = np.ones(n)
 
     def of(i: int) -> AxisConfidence | None:
         others = [j for j in range(3) if j != i]
@@ -221,8 +231,8 @@ def kent(
 ) -> tuple[KentFigures | None, str | None]:
     """Of a cluster of directions (n, 3), axes turned to one side; or why there is none."""
     n = len(v)
-    if n < 5:
-        return None, tr("n = {n}: Kent's distribution needs at least 5", n=n)
+    if n < FEW_FOR_KENT:
+        return None, tr("n = {n}: Kent's distribution needs at least {few}", n=n, few=FEW_FOR_KENT)
     if weights is not None:
         return None, tr("weighted: Kent's distribution is that of equal weights")
     model = kent_of(v)

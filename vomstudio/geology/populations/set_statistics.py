@@ -26,6 +26,8 @@ from vomstudio.geology.populations.distributions import (
 from vomstudio.geology.populations.error_weights import Errors, WeightFigures, weights_of
 from vomstudio.geology.statistics import (
     Fisher,
+    effective_number,
+    few_decide,
     fisher,
     flip_to,
     no_fisher_reason,
@@ -158,7 +160,7 @@ def set_statistics(
     v = unit_vectors(vectors)
     weights, said = (None, None) if errors is None else weights_of(v, errors)
     values, axes = orientation_tensor(v, weights)
-    found, reason = _fisher_figures(v, directed, turns, weights)
+    found, reason = _fisher_figures(v, of, directed, turns, weights)
     bingham_found, bingham_reason = bingham(v, values, axes, weights)
     kent_found, kent_reason = None, reason
     if found is not None and found.kappa is not None:
@@ -187,7 +189,7 @@ def set_statistics(
 
 
 def _fisher_figures(
-    v: Array, directed: bool, turns: Turns | None, weights: Array | None
+    v: Array, of: str, directed: bool, turns: Turns | None, weights: Array | None
 ) -> tuple[FisherFigures | None, str | None]:
     """Or why there are none; or what is missing in them."""
     reason = no_fisher_reason(v, directed)
@@ -209,6 +211,24 @@ def _fisher_figures(
     )
     if f.kappa is None:
         reason = tr("all orientations are the same: kappa is infinite")
+    elif weights is not None and few_decide(weights):
+        reason = _few_decide_reason(len(v), of, effective_number(weights))
     elif f.alpha95_deg is None:
         reason = tr("too scattered: no cone holds the mean with 95 %")
     return found, reason
+
+
+def _few_decide_reason(n: int, of: str, worth: float) -> str:
+    if of == "poles":
+        return tr(
+            "by their errors {n} planes count as {worth:.1f}: so few do not show how far planes "
+            "scatter by nature, and no cone can be relied on; without weights there is one",
+            n=n,
+            worth=worth,
+        )
+    return tr(
+        "by their errors {n} lines count as {worth:.1f}: so few do not show how far lines "
+        "scatter by nature, and no cone can be relied on; without weights there is one",
+        n=n,
+        worth=worth,
+    )

@@ -144,18 +144,21 @@ def variations(heights: Array, cell: float, shortest: float) -> Variations | Non
     return Variations(angles, lags, sums, counts, lengths, ways)
 
 
-def exponent(found: Variations, noise: float) -> Exponent | None:
+def exponent(found: Variations, noise: float, lacking: float = 0.0) -> Exponent | None:
     """Of all directions together, over the distances at which the surface stands out of the noise;
     None where these reach over less than LEAST_RANGE. noise : standard deviation of the heights
-    that is the model's own, m."""
-    return _exponent(found, noise, np.arange(len(found.angles_deg)))
+    that is the model's own, m; lacking : variance of the heights that the raster lacks between the
+    points that it was made from, m2 (`gaps.lacking`), which is put back; half of what that changes
+    is in the error."""
+    every = np.arange(len(found.angles_deg))
+    return _exponent(found, noise, every, NOISE_SHARE * lacking)
 
 
-def exponents(found: Variations, noise: float) -> list[DirectionExponent]:
+def exponents(found: Variations, noise: float, lacking: float = 0.0) -> list[DirectionExponent]:
     """Of each direction on its own, where it can be told."""
     told = []
     for i, angle in enumerate(found.angles_deg.tolist()):
-        one = _exponent(found, noise, np.array([i]))
+        one = _exponent(found, noise, np.array([i]), NOISE_SHARE * lacking)
         if one is not None and one.straight:
             told.append(DirectionExponent(angle, one.H, one.error95))
     return told
@@ -228,8 +231,9 @@ def _along(found: Variations, over: npt.NDArray[np.bool_], rough_deg: float) -> 
 
 
 def _exponent(
-    found: Variations, noise: float, directions: npt.NDArray[np.int64]
+    found: Variations, noise: float, directions: npt.NDArray[np.int64], lacking: float
 ) -> Exponent | None:
+    """lacking : in the mean squares of second differences, m2"""
     over = _over_noise(found, noise)
     sums = found.sums[directions][:, over].sum(axis=0)
     counts = found.counts[directions][:, over].sum(axis=0)
@@ -246,11 +250,15 @@ def _exponent(
     rest = (sums.sum(axis=1, keepdims=True) - sums, counts.sum(axis=1, keepdims=True) - counts)
     if (rest[1] <= 0).any():
         return None
-    whole, short, long = _powers(lengths, sums.sum(axis=1) / counts.sum(axis=1))
-    without = np.array([_powers(lengths, rest[0][:, b] / rest[1][:, b]) for b in range(n)])
+    squares = sums.sum(axis=1) / counts.sum(axis=1)
+    whole, short, long = _powers(lengths, squares + lacking)
+    changed = abs(_powers(lengths, squares)[0] - whole)
+    without = np.array(
+        [_powers(lengths, rest[0][:, b] / rest[1][:, b] + lacking) for b in range(n)]
+    )
     apart = _error95(without[:, 1] - without[:, 2])
     bend = max(abs(short - long) - apart, 0.0)
-    error = float(np.hypot(_error95(without[:, 0]), bend / 2.0))
+    error = float(np.linalg.norm([_error95(without[:, 0]), bend / 2.0, changed / 2.0]))
     return Exponent(whole, error, float(lengths[0]), float(lengths[-1]), short, long, bend)
 
 

@@ -103,8 +103,9 @@ class Arrangement:
     spacing_ending_m : mean gap to the nearest piece of another one, for planes that end
     persistence_dip_m, persistence_strike_m, persistence_max_m : means; area_m2 : of all pieces
     p32_1_per_m : area per volume if planes reach past all others, p32_low95_1_per_m and
-        p32_high95_1_per_m its 95 % interval for places at random, None where nothing but places is
-        known and several picks, each counted as a plane of its own, may be of one;
+        p32_high95_1_per_m its 95 % interval for places at random, to where no piece is of another's
+        plane only because both lean out of the set; None where nothing but places is known and
+        several picks, each counted as a plane of its own, may be of one;
         p32_exposed_1_per_m : area of the pieces in the volume that they span, which is the least it
         can be
     rests_on : "one face" or "several faces", which the places of all planes together make
@@ -177,6 +178,7 @@ def arrange(
     offsets = (own.places - middle) @ upward
     along = np.einsum("i,mij,j->m", upward, own.scatters, upward)
     number[known] = split_by_position(offsets, np.sqrt(np.maximum(np.nan_to_num(along), 0.0)))
+    apart = int(split_by_position(offsets, _thickness(own.scatters)).max()) + 1
     axes = np.concatenate(_strike_and_dip(upward))
     groups = [np.flatnonzero(number[known] == k) for k in range(int(number.max()) + 1)]
     where = [float(np.average(offsets[rows], weights=_weights(own.areas[rows]))) for rows in groups]
@@ -189,10 +191,18 @@ def arrange(
         )
         found.append(made)
         shapes.append(shape)
-    whole = _arrangement(found, shapes, poles @ upward, rests_on)
+    whole = _arrangement(found, shapes, poles @ upward, rests_on, apart)
     if not own.are_more_than_places and _may_be_fewer(offsets, own.places, upward, poles[known]):
         whole = replace(whole, p32_low95_1_per_m=None, p32_high95_1_per_m=None)
     return whole, tuple(found), number
+
+
+def _thickness(scatters: Floats) -> Floats:
+    """(m,) standard deviation of the points of each piece about its own plane."""
+    known = np.isfinite(scatters).all(axis=(1, 2))
+    own = np.zeros(len(scatters))
+    own[known] = np.sqrt(np.maximum(np.linalg.eigvalsh(scatters[known])[:, 0], 0.0))
+    return own
 
 
 def _may_be_fewer(offsets: Floats, places: Floats, normal: Floats, poles: Floats) -> bool:
@@ -281,9 +291,11 @@ def _longest_chord(corners: Floats) -> float:
 
 
 def _arrangement(
-    found: list[Discontinuity], shapes: list[Any], cosines: Floats, rests: str | None
+    found: list[Discontinuity], shapes: list[Any], cosines: Floats, rests: str | None, apart: int
 ) -> Arrangement:
-    """found, shapes : upwards; cosines : (m,) of the planes with the normal of the set"""
+    """found, shapes : upwards; cosines : (m,) of the planes with the normal of the set; apart : how
+    many discontinuities there are if pieces that lean out of the set are joined only where they are
+    thick enough"""
     import shapely
 
     offsets = np.array([one.offset_m for one in found])
@@ -297,7 +309,9 @@ def _arrangement(
     if mean is not None:
         leaning = float(np.mean(1.0 / np.maximum(np.abs(cosines), 0.1)))
         p32 = leaning / mean
-        low, high = (leaning * one for one in _rate95(len(gaps), float(gaps.sum())))
+        low = leaning * _rate95(len(gaps), float(gaps.sum()))[0]
+        # Pieces that lean reach past others along the normal, which may be planes of their own.
+        high = leaning * _rate95(max(len(gaps), apart - 1), float(gaps.sum()))[1]
         if area is not None and all(shape is not None for shape in shapes):
             ending = _ending_gap(offsets, shapes)
             region = float(shapely.convex_hull(shapely.geometrycollections(shapes)).area)

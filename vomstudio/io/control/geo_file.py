@@ -17,7 +17,8 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
-from vomstudio.io.text.rows import is_comma_number, read_text, shortened
+from vomstudio.io.text.file_text import read_text
+from vomstudio.io.text.rows import is_comma_number, shortened
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]

@@ -6,7 +6,7 @@ refused: it has no true lengths; GeoJSON that names no reference system is in de
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
-from vomstudio.io.gis.dxf_facts import dxf_facts, features_of, why_unreadable
-from vomstudio.io.gis.layer_reading import layers_of, names_no_crs, symbol_layers
+from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
+from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
+from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
+from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
 
 Shapes = npt.NDArray[np.object_]
@@ -30,8 +33,9 @@ _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
 @dataclass(frozen=True, eq=False)
 class DrawnLayer:
     """shapes : (n,) shapely lines or polygons in metres, single parts; feature : (n,) number of the
-    feature that each is of, from 1; columns : (n,) the attributes of each, by their names; crs :
-    "EPSG:n" or WKT, None where the file names none"""
+    feature that each is of, from 1; columns : (n,) attributes of each that were asked for, by their
+    names; crs : "EPSG:n" or WKT, None where the file names none; fields : names of all there
+    are"""
 
     path: Path
     shapes: Shapes
@@ -39,6 +43,7 @@ class DrawnLayer:
     columns: Mapping[str, npt.NDArray[Any]]
     crs: str | None
     warnings: tuple[str, ...]
+    fields: tuple[str, ...] = ()
 
     def column(self, name: str, field: str) -> list[str]:
         """(n,) the words of an attribute, "" where it is empty. Raises UsageError."""
@@ -47,19 +52,26 @@ class DrawnLayer:
             raise UsageError(
                 tr(
                     "There is no attribute '{name}'. The layer has: {columns}.",
-                    name=name, columns=", ".join(self.columns) or "-",
+                    name=name, columns=", ".join(self.fields or self.columns) or "-",
                 ),
                 file=self.path, field=field,
             )  # fmt: skip
         return ["" if _is_empty(v) else str(v).strip() for v in self.columns[found]]
 
 
-def read_lines(path: str | Path, layer: str | None = None) -> DrawnLayer:
-    """The lines of a file. Raises InputError for files that are no drawing, hold no line or are in
-    degrees, UsageError where the layer must be named."""
+def read_lines(
+    path: str | Path,
+    layer: str | None = None,
+    columns: Iterable[str] = (),
+    progress: Progress | None = None,
+) -> DrawnLayer:
+    """The lines of a file, with those of their attributes that are called so, in any letters.
+    Raises InputError for files that are no drawing, hold no line or are in degrees, UsageError
+    where the layer must be named, and Cancelled."""
     return _read(
         Path(path), layer, _LINES,
         tr("The file holds no line. Save the traces as lines, each from end to end."),
+        columns, progress,
     )  # fmt: skip
 
 
@@ -72,11 +84,14 @@ def drawn_lines(lines: Shapes | None) -> DrawnLayer:
     return DrawnLayer(Path("traces"), parts, feature + 1, {}, None, tuple(said))
 
 
-def read_area(path: str | Path, layer: str | None = None) -> tuple[Any, DrawnLayer]:
+def read_area(
+    path: str | Path, layer: str | None = None, progress: Progress | None = None
+) -> tuple[Any, DrawnLayer]:
     """All polygons of a file as one shapely area, with what was read. Raises as `read_lines`."""
     found = _read(
         Path(path), layer, _AREAS,
         tr("The file holds no polygon. Draw one around the area in which traces were mapped."),
+        (), progress,
     )  # fmt: skip
     area, said = taken_apart(found.shapes)
     return area, replace(found, warnings=(*found.warnings, *said))
@@ -98,24 +113,33 @@ def same_frame(one: DrawnLayer, other: DrawnLayer) -> None:
         )  # fmt: skip
 
 
-def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> DrawnLayer:
-    import pyogrio
+def _read(
+    path: Path,
+    layer: str | None,
+    wanted: tuple[str, ...],
+    none: str,
+    attributes: Iterable[str],
+    progress: Progress | None,
+) -> DrawnLayer:
     import shapely
 
-    if not path.is_file():
+    if not is_there(path) or is_folder(path):
         raise InputError(tr("There is no such file. Check its name."), file=path)
-    layer = layer or _layer_of(path, wanted)
-    with layers_of(path, lambda: _unreadable(path)) as named:
-        told, _, raw, fields = pyogrio.raw.read(named, layer=layer, force_2d=True)
-        # A table without geometry has none at all.
-        shapes = shapely.from_wkb([] if raw is None else raw, on_invalid="ignore")
-    columns = dict(zip(map(str, told["fields"]), fields, strict=True))
+    layer = layer or _layer_of(path, wanted, progress)
+    names = {name.casefold() for name in (*attributes, *OF_ENTITIES, "layer")}
+    read = next(
+        iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress)),
+        VectorLayer("", None),
+    )
+    # A table without geometry has none at all.
+    shapes = shapely.from_wkb([] if read.shapes is None else read.shapes, on_invalid="ignore")
+    columns = dict(read.columns or {})
     left_out: list[str] = []
     if path.suffix.lower() == ".dxf" and len(shapes):
         keep, left_out = features_of(path, columns, len(shapes))
         shapes = shapes[keep]
         columns = {name: values[keep] for name, values in columns.items()}
-    axes = _axes(path, told["crs"], shapes)
+    axes = _axes(path, read.crs, shapes)
     factor, said = _factor(path, axes)
     if wanted is _AREAS:
         shapes, outlines = _outlines(shapes)
@@ -128,7 +152,7 @@ def _read(path: Path, layer: str | None, wanted: tuple[str, ...], none: str) -> 
         parts = shapely.transform(parts, lambda xy: xy * factor)
     return DrawnLayer(
         path, parts, feature + 1, {name: values[feature] for name, values in columns.items()},
-        axes.crs, (*said, *left_out),
+        axes.crs, (*said, *left_out), read.fields,
     )  # fmt: skip
 
 
@@ -142,21 +166,18 @@ def _unreadable(path: Path) -> InputError:
     )
 
 
-def _layer_of(path: Path, wanted: tuple[str, ...]) -> str | None:
+def _layer_of(path: Path, wanted: tuple[str, ...], progress: Progress | None) -> str | None:
     """The only layer that can hold such shapes."""
-    import pyogrio
-
-    with layers_of(path, lambda: _unreadable(path)) as named:
-        layers = pyogrio.list_layers(named)
-    symbols = symbol_layers(str(name) for name, _ in layers)
+    layers = list_layers(path, lambda: _unreadable(path), progress)
+    symbols = symbol_layers(layer.name for layer in layers)
     # None is no geometry at all, Unknown is any.
     kinds = ("Unknown", *wanted, "Curve", "GeometryCollection")
     fit = [
-        str(name)
-        for name, kind in layers
-        if kind is not None
-        and str(name).casefold() not in symbols
-        and any(part in kind for part in kinds)
+        layer.name
+        for layer in layers
+        if layer.kind is not None
+        and layer.name.casefold() not in symbols
+        and any(part in layer.kind for part in kinds)
     ]
     if len(fit) > 1:
         raise UsageError(
@@ -222,8 +243,7 @@ def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
     kinds = shapely.get_type_id(shapes)
     if np.isin(kinds, (3, 6)).any():
         return shapes, []
-    finite = np.array([s is not None and _is_finite(s) for s in shapes], bool)
-    lines = finite & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
+    lines = _finite(shapes) & np.isin(kinds, (1, 2)) & (shapely.get_num_coordinates(shapes) >= 4)
     rows = np.flatnonzero(lines)
     closed = rows[shapely.is_closed(shapes[rows])]
     if not len(closed):
@@ -245,9 +265,9 @@ def _parts(
     """Single shapes of the wanted kind, the row of each, and what was left out in words."""
     import shapely
 
-    there = np.flatnonzero([s is not None and not s.is_empty for s in shapes])
+    there = np.flatnonzero(~(shapely.is_missing(shapes) | shapely.is_empty(shapes)))
     whole = np.flatnonzero(np.isfinite(shapely.bounds(shapes)).all(axis=1))
-    finite = [i for i in np.intersect1d(there, whole) if _is_finite(shapes[i])]
+    finite = np.intersect1d(np.intersect1d(there, whole), np.flatnonzero(_finite(shapes)))
     merged = shapes[finite]
     multi = np.flatnonzero(shapely.get_type_id(merged) == 5)
     merged[multi] = shapely.line_merge(merged[multi])
@@ -258,7 +278,7 @@ def _parts(
         # The parts of an outline that crosses itself may cancel.
         size = shapely.area(shapely.make_valid(parts))
     long = kind & (size > 0)
-    feature = np.asarray(finite, np.int64)[at]
+    feature = finite.astype(np.int64)[at]
     said = []
     if lost := len(shapes) - len(finite):
         said.append(
@@ -309,10 +329,14 @@ def _parts(
     return parts[kept], feature[kept], said
 
 
-def _is_finite(shape: Any) -> bool:
+def _finite(shapes: Shapes) -> npt.NDArray[np.bool_]:
+    """(n,) which of them have no coordinate that is no number."""
     import shapely
 
-    return bool(np.isfinite(shapely.get_coordinates(shape)).all())
+    points, row = shapely.get_coordinates(shapes, return_index=True)
+    found = np.ones(len(shapes), np.bool_)
+    found[row[~np.isfinite(points).all(axis=1)]] = False
+    return found
 
 
 def _first_of_each(shapes: Shapes) -> npt.NDArray[np.int64]:

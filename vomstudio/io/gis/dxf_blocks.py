@@ -19,9 +19,9 @@ MOST_UNFOLDED = 1_000_000
 _NO_ENTITIES = {b"SECTION", b"ENDSEC", b"BLOCK", b"ENDBLK", b"TABLE", b"ENDTAB", b"EOF"}
 
 
-def refuse_endless_blocks(path: Path) -> None:
-    """Raises InputError where a block holds itself, or where all that is put in places of blocks is
-    more than a million entities; OSError."""
+def refuse_endless_blocks(path: Path) -> float:
+    """How many entities are put in places of blocks. Raises InputError where a block holds itself,
+    or where they are more than a million; OSError."""
     total = _Drawing(dxf_pieces(path)).unfolded()
     if total > MOST_UNFOLDED:
         raise InputError(
@@ -32,6 +32,7 @@ def refuse_endless_blocks(path: Path) -> None:
             ),
             file=path,
         )
+    return total
 
 
 class _Drawing:

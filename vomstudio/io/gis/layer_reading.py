@@ -8,6 +8,7 @@ the CRS of a real GeoJSON may be the address of a page. Nothing is fetched from 
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import sqlite3
 import threading
@@ -32,6 +33,7 @@ _HEAD = 4096
 _SQLITE = b"SQLite format 3\0"
 _SHAPEFILE = b"\0\0\x27\x0a"
 _DXF = re.compile(rb"\s*\d{1,4}[ \t]*\r?\n|AutoCAD Binary DXF")
+_BINARY_DXF = b"AutoCAD Binary DXF"
 _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _KML = re.compile(rb"(?:\xef\xbb\xbf)?\s*<(?:[^>]*>\s*<)*?(?:kml:)?kml[\s>]", re.IGNORECASE)
 _JSON_NAME = re.compile(rb'"([^"\n]{1,200})"\s*:')
@@ -63,6 +65,7 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
         elif _JSON.match(head):
             _refuse_names_without_end(path)
         elif _DXF.match(head):
+            _refuse_lost_line_feed(path, head)
             refuse_endless_blocks(path)
         with utf8_name(path) as named, _options, limited_by(path):
             pyogrio.set_gdal_config_options(NO_NETWORK)
@@ -86,6 +89,24 @@ def _is_known(head: bytes) -> bool:
     return head.startswith((_SQLITE, _SHAPEFILE)) or (
         any(kind.match(head) for kind in (_JSON, _DXF, _KML)) and b"<OGRVRT" not in head
     )
+
+
+def _refuse_lost_line_feed(path: Path, head: bytes) -> None:
+    """GDAL never comes to the end of a drawing whose last byte is a carriage return. Raises
+    InputError."""
+    if head.startswith(_BINARY_DXF):
+        return
+    with open_regular(path) as file:
+        file.seek(-1, os.SEEK_END)
+        last = file.read(1)
+    if last == b"\r":
+        raise InputError(
+            tr(
+                "The drawing ends in the middle of a line: it was cut off, or has the line ends of "
+                "an old Macintosh. Save it again."
+            ),
+            file=path,
+        )
 
 
 def _refuse_views(path: Path) -> None:
@@ -130,16 +151,6 @@ def _refuse_names_without_end(path: Path) -> None:
                     ),
                     file=path,
                 )
-
-
-def wanted_columns(named: Path, layer: str | None, wanted: Iterable[str]) -> list[str]:
-    """Of the columns of a layer those of these names, small letters, and the layer of entities: the
-    others may be any number. Within `layers_of`."""
-    import pyogrio
-
-    names = {*wanted, "layer"}
-    fields = pyogrio.read_info(named, layer=layer)["fields"]
-    return [str(field) for field in fields if str(field).casefold() in names]
 
 
 def symbol_layers(names: Iterable[str]) -> set[str]:

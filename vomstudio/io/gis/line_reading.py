@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,18 +12,25 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, features_of, why_unreadable
-from vomstudio.io.gis.layer_reading import layers_of, symbol_layers, wanted_columns
+from vomstudio.io.gis.layer_reading import symbol_layers
+from vomstudio.io.gis.vector_layers import list_layers, read_layers
+from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
 _NAMES = ("name", "label", "id", "title")
+NO_LAYERS = ("", "0", "defpoints", "entities")
+"""Layers of CAD on which lies what nobody put on one."""
+_LOOKED_AT = 10_000
+"""Shapes between two looks at whether the work is still wanted."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReadLine:
     """points : (n, 2) or, where the file has heights and they are wanted, (n, 3); of an outline the
-    first is repeated at the end; crs : of its layer, None where that states none"""
+    first is repeated at the end; crs : of its layer, None where that states none. layer : of a
+    drawing for CAD that of the entity"""
 
     layer: str
     name: str
@@ -44,43 +51,47 @@ class ReadLines:
 
 
 @np.errstate(all="ignore")
-def read_gis_lines(path: str | Path) -> ReadLines:
+def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLines:
     """All lines and polygons of all layers of a GeoPackage, GeoJSON, shapefile or DXF; rings of a
     polygon and parts of a collection are lines of their own. Symbols, hidden layers of a drawing
     for CAD, and lines without length or with coordinates that are no numbers are none. Raises
-    InputError where the file cannot be read."""
-    import pyogrio
-
+    InputError where the file cannot be read, and Cancelled."""
     path = Path(path)
     found: list[ReadLine] = []
     described: dict[str, str] = {}
     systems: list[str] = []
     warnings: list[str] = []
     skipped = 0
-    with layers_of(path, lambda: _unreadable(path)) as named:
-        layers = pyogrio.list_layers(named)
-        symbols = symbol_layers(str(layer) for layer, _ in layers)
-        for layer, kind in layers:
-            if kind is None or str(layer).casefold() in symbols:
-                continue
-            wanted = wanted_columns(named, str(layer), (*_NAMES, *OF_ENTITIES))
-            told, _, shapes, fields = pyogrio.raw.read(
-                named, layer=layer, force_2d=True, columns=wanted
-            )
-            crs = None if told["crs"] is None else str(told["crs"])
-            systems += [] if crs is None else [crs]
-            info = pyogrio.read_info(named, layer=layer)
-            told_of = (info.get("layer_metadata") or {}).get("DESCRIPTION", "")
-            described[str(layer)] = str(told_of)
-            if path.suffix.lower() == ".dxf":
-                columns = dict(zip(map(str, told["fields"]), fields, strict=True))
-                keep, said = features_of(path, columns, len(shapes))
-                warnings += said
-                shapes, fields = shapes[keep], [values[keep] for values in fields]
-            names = _names(told["fields"], fields, len(shapes))
-            lines, others = _lines(str(layer), names, shapes, crs)
-            found += lines
-            skipped += others
+
+    def unreadable() -> InputError:
+        return _unreadable(path)
+
+    layers = list_layers(path, unreadable, progress)
+    symbols = symbol_layers(layer.name for layer in layers)
+    names = [n.name for n in layers if n.kind is not None and n.name.casefold() not in symbols]
+    read = (
+        read_layers(path, names, (*_NAMES, *OF_ENTITIES, "layer"), unreadable, progress)
+        if names
+        else []
+    )
+    for layer in read:
+        systems += [] if layer.crs is None else [layer.crs]
+        described[layer.name] = layer.described
+        columns, shapes = dict(layer.columns or {}), layer.shapes
+        if shapes is None:
+            continue
+        if path.suffix.lower() == ".dxf":
+            keep, said = features_of(path, columns, len(shapes))
+            warnings += said
+            shapes = shapes[keep]
+            columns = {name: values[keep] for name, values in columns.items()}
+        homes = [layer.name] * len(shapes)
+        if path.suffix.lower() == ".dxf":
+            homes = _words(columns, "layer") or homes
+        called = _names(columns, len(shapes))
+        lines, others = _lines(homes, called, shapes, layer.crs, unreadable, progress)
+        found += lines
+        skipped += others
     if skipped:
         warnings.append(
             tr_n(
@@ -118,22 +129,40 @@ def _unreadable(path: Path) -> InputError:
     )
 
 
-def _names(keys: Any, fields: Any, count: int) -> list[str]:
-    lower = {str(key).casefold(): k for k, key in enumerate(keys)}
+def _names(columns: Mapping[str, npt.NDArray[Any]], count: int) -> list[str]:
     for name in _NAMES:
-        if name in lower:
-            return ["" if value is None else str(value) for value in fields[lower[name]]]
+        if (found := _words(columns, name)) is not None:
+            return found
     return [""] * count
 
 
+def _words(columns: Mapping[str, npt.NDArray[Any]], name: str) -> list[str] | None:
+    """Of the column that is called so, in any letters."""
+    for key, values in columns.items():
+        if key.casefold() == name:
+            return ["" if value is None else str(value) for value in values]
+    return None
+
+
 def _lines(
-    layer: str, names: list[str], shapes: Any, crs: str | None
+    layers: list[str],
+    names: list[str],
+    shapes: Any,
+    crs: str | None,
+    unreadable: Callable[[], InputError],
+    progress: Progress | None,
 ) -> tuple[list[ReadLine], int]:
     import shapely
 
     found: list[ReadLine] = []
     skipped = 0
-    for name, shape in zip(names, shapely.from_wkb(shapes), strict=True):
+    try:
+        given = shapely.from_wkb(shapes)
+    except shapely.GEOSException as error:
+        raise unreadable() from error
+    for number, (layer, name, shape) in enumerate(zip(layers, names, given, strict=True)):
+        if progress is not None and not number % _LOOKED_AT:
+            progress.step(number)
         parts = _parts(shape)
         skipped += not parts
         for points, closed in parts:

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular, require_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import (
     FETCHED_AT_ONCE,
@@ -102,6 +103,7 @@ class CopcFile:
             raise InputError(
                 tr("This is not a COPC file: it has no octree. Read it as a LAZ file."), file=path
             )
+        require_regular(self.path)
         self.top: Top = read_top(self.path)
         self._settle_axes()
         info = self.top.records.get(("copc", 1), b"")
@@ -117,7 +119,7 @@ class CopcFile:
         self._pages: list[tuple[int, int, Key]] = [(at, size, (0, 0, 0, 0))]
         self._seen: set[int] = set()
         self._entries: dict[Key, tuple[int, int, int]] = {}
-        self._file: BinaryIO = open(self.path, "rb")  # noqa: SIM115  closed by close()
+        self._file: BinaryIO = open_regular(self.path)
         try:
             self._load_pages(range(1), None)
         except BaseException:

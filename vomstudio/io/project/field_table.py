@@ -12,12 +12,12 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geology.notation import parse_line, parse_plane
+from vomstudio.io.text.file_text import read_text
 from vomstudio.io.text.rows import (
     cut,
     is_blank,
     is_header,
     parse_number,
-    read_text,
     rejoined_header,
     sniff,
 )

@@ -4,6 +4,7 @@ drew in three dimensions under the same names of layers and columns."""
 from __future__ import annotations
 
 import csv
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -26,14 +27,22 @@ from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.io.text.encodings import text_of
 from vomstudio.io.text.shape_texts import shapes_of
+from vomstudio.progress import Progress, Silent
 from vomstudio.tables.listed_tables import WKT
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 AreaInside = Callable[[Floats], float | None]
 LAYERS = ("stations", "contacts", "lithologies")
+_WORDS = (
+    "name", "number", "id", "kind", "what", "type", "photo", "notes", "note", "description", "set",
+    "lithology", "rock", "area_m2",
+)  # fmt: skip
+"""Columns of which something is taken: a layer or table may have any number of others."""
 _DEGREES = "EPSG:4326"
 _LARGEST_TABLE = 256 << 20
+_LOOKED_AT = 2000
+"""Rows between two looks at whether the work is still wanted."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +76,7 @@ def read_listed(
     crs: str | None,
     area_inside: AreaInside | None = None,
     bounds: Floats | None = None,
+    progress: Progress | None = None,
 ) -> ImportedFeatures:
     """The features of a GeoPackage, GeoJSON, shapefile, KML or table (CSV with `wkt`, or stations
     with x, y, z), on a model. crs : that of World; area_inside : of the model's surface, and
@@ -76,7 +86,13 @@ def read_listed(
     """
     if not path.is_file():
         raise InputError(tr("There is no such file. Check its name."), file=path)
-    rows = list(_table(path) if path.suffix.lower() in (".csv", ".txt") else _layers(path))
+    table = path.suffix.lower() in (".csv", ".txt")
+    watched = Silent() if progress is None else progress
+    rows: list[_Row] = []
+    for row in _table(path) if table else _layers(path, watched):
+        if not len(rows) % _LOOKED_AT:
+            watched.step(len(rows))
+        rows.append(row)
     if not rows:
         raise InputError(
             tr(
@@ -90,7 +106,10 @@ def read_listed(
     made: list[Feature] = []
     skipped: list[tuple[str, str]] = []
     unknown: set[str] = set()
+    watched.stage(tr("Placing what was read"), len(rows))
     for number, row in enumerate(rows, 1):
+        if not number % _LOOKED_AT:
+            watched.step(number)
         name = row.word("name", "number", "id") or tr("row {number}", number=number)
         points = _in_frame(row, crs)
         if isinstance(points, str):
@@ -167,18 +186,28 @@ def _in_frame(row: _Row, crs: str | None) -> Floats | str:
     if not np.isfinite(points[:, 2]).all():
         return tr("it has no heights; draw it in three dimensions.")
     if row.crs is not None and crs is not None:
-        from pyproj import CRS, Transformer
         from pyproj.exceptions import CRSError
 
         try:
-            here, there = CRS.from_user_input(row.crs), CRS.from_user_input(crs)
+            turn = _turn(row.crs, crs)
         except CRSError:
             return tr("the file names no coordinate reference system that is known.")
-        if not here.equals(there, ignore_axis_order=True):
-            turn = Transformer.from_crs(here, there, always_xy=True)
+        if turn is not None:
             x, y = turn.transform(points[:, 0], points[:, 1])
             points = np.stack([x, y, points[:, 2]], axis=1)
     return why_no_coordinate(points.ravel().tolist()) or points
+
+
+@functools.lru_cache(8)
+def _turn(one: str, other: str) -> Any:
+    """From one CRS to the other, None where they are the same. Raises pyproj's CRSError. It takes
+    as long as reading a thousand rows, and is the same for all."""
+    from pyproj import CRS, Transformer
+
+    here, there = CRS.from_user_input(one), CRS.from_user_input(other)
+    if here.equals(there, ignore_axis_order=True):
+        return None
+    return Transformer.from_crs(here, there, always_xy=True)
 
 
 def _why_not_on(points: Floats, bounds: Floats | None) -> str | None:
@@ -197,29 +226,32 @@ def _layer_word(name: str) -> str:
     return next((layer for layer in LAYERS if plain == layer or plain.endswith(f"_{layer}")), "")
 
 
-def _layers(path: Path) -> Iterator[_Row]:
-    import pyogrio
+def _layers(path: Path, progress: Progress) -> Iterator[_Row]:
     import shapely
 
-    from vomstudio.io.gis.layer_reading import layers_of
+    from vomstudio.io.gis.vector_layers import list_layers, read_layers
 
-    try:
-        with layers_of(path, lambda: _unreadable(path)) as file:
-            named = [(str(name), _layer_word(str(name))) for name, _ in pyogrio.list_layers(file)]
-            if len(named) == 1 and not named[0][1]:
-                named = [(named[0][0], _layer_word(path.stem))]
-            for name, layer in named:
-                if not layer:
-                    continue
-                about, _, raw, columns = pyogrio.raw.read(file, layer=name)
-                crs = about["crs"] or (_DEGREES if path.suffix.lower() == ".kml" else None)
-                fields = [str(field).casefold() for field in about["fields"]]
-                for i, shape in enumerate(shapely.from_wkb(raw)):
-                    told = {f: c[i] for f, c in zip(fields, columns, strict=True)}
-                    for points in _points(shape):
-                        yield _Row(layer, points, told, crs)
-    except shapely.GEOSException as error:
-        raise _unreadable(path) from error
+    def unreadable() -> InputError:
+        return _unreadable(path)
+
+    known = [layer.name for layer in list_layers(path, unreadable, progress)]
+    named = {name: _layer_word(name) for name in known}
+    if len(known) == 1 and not named[known[0]]:
+        named = {known[0]: _layer_word(path.stem)}
+    wanted = [name for name, layer in named.items() if layer]
+    if not wanted:
+        return
+    for read in read_layers(path, wanted, _WORDS, unreadable, progress, flat=False):
+        crs = read.crs or (_DEGREES if path.suffix.lower() == ".kml" else None)
+        columns = {name.casefold(): values for name, values in (read.columns or {}).items()}
+        try:
+            shapes = shapely.from_wkb([] if read.shapes is None else read.shapes)
+        except shapely.GEOSException as error:
+            raise unreadable() from error
+        for i, shape in enumerate(shapes):
+            told = {name: values[i] for name, values in columns.items()}
+            for points in _points(shape):
+                yield _Row(named[read.name], points, told, crs)
 
 
 def _unreadable(path: Path) -> InputError:
@@ -258,15 +290,17 @@ def _table(path: Path) -> Iterator[_Row]:
     crs = next((x[6:].strip() for x in lines if x.startswith("# CRS:")), "")
     layer = _layer_word(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
+    known = {*_WORDS, *"xyz", WKT}
     while True:
         try:
+            wanted = [k for k in body.fieldnames or () if str(k).casefold() in known]
             told = next(body)
         except StopIteration:
             return
         except csv.Error as error:
             message = tr("The row cannot be read ({error}).", error=error)
             raise InputError(message, file=path, line=body.line_num) from error
-        row = {str(k).casefold(): unguarded(v) for k, v in told.items() if isinstance(v, str)}
+        row = {k.casefold(): unguarded(v) for k in wanted if isinstance(v := told.get(k), str)}
         own = crs if crs.startswith("EPSG:") else None
         if row.get(WKT):
             try:

@@ -1,14 +1,13 @@
-"""From a text file to rows of cells: encoding, comments, delimiter, quotes, widths.
+"""From text to rows of cells: comments, delimiter, quotes, widths.
 
-The meaning of the columns is `text_tables`'s business; here a file becomes text, the text lines,
-and the lines cells, and whatever cannot is refused with the file's name and the line.
+The meaning of the columns is `tables`'s business; here a text becomes lines, and the lines cells,
+and whatever cannot is refused with the file's name and the line.
 """
 
 from __future__ import annotations
 
 import csv
 import re
-import stat
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -18,12 +17,10 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.io.text.commented_rows import commented_rows, said_of_commented
+from vomstudio.io.text.file_text import read_text
 from vomstudio.words import to_translate, tr, tr_n
 
-LARGEST_FILE = 4 << 30
 LONGEST_LINE = 1_000_000
-_LONG = 20_000_000
-_SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
 _SAMPLE = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
 DECIMAL_COMMAS = to_translate(
@@ -42,7 +39,6 @@ _SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
 _MARKED = re.compile(r"(?:^|[;,\t ])'[=+\-@']", re.MULTILINE)
 # Excel's own first line, which is no row of the table.
 _STATED_DELIMITER = re.compile(r'\s*"?sep=(.|\\t)"?\s*', re.IGNORECASE)
-_CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"
 
 
 @dataclass(frozen=True)
@@ -170,100 +166,6 @@ def _commented(
     lines: list[str], sample: Sequence[str | list[str]], width: int, delimiter: str
 ) -> list[int]:
     return commented_rows(lines, sample, width, delimiter, cut, parse_number)
-
-
-def require_file(path: Path) -> int:
-    """The size in bytes of a file (0 of a pipe). Raises `InputError` for all that is none."""
-    try:
-        about = path.stat()
-    except (FileNotFoundError, NotADirectoryError) as error:
-        raise InputError(tr("There is no such file. Check the name."), file=path) from error
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from error
-    if stat.S_ISDIR(about.st_mode):
-        raise InputError(tr("This is a folder. Name a file in it."), file=path)
-    if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
-        raise InputError(tr("This is a device, not a file. Name a file."), file=path)
-    return about.st_size
-
-
-def read_bytes(path: Path) -> bytes:
-    """The bytes of a file or pipe; why a file cannot be read is an `InputError`."""
-    size = require_file(path)
-    if size > LARGEST_FILE:
-        raise InputError(
-            tr(
-                "This text is {size:.0f} GiB. Convert so many points to LAS or PLY first.",
-                size=size / 2**30,
-            ),
-            file=path,
-        )
-    try:
-        return path.read_bytes()
-    except PermissionError as error:
-        raise InputError(
-            tr("There is no permission to read this file. Ask its owner."), file=path
-        ) from error
-    except OSError as error:
-        raise _unreadable(path, error) from error
-
-
-def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
-    reason = getattr(error, "strerror", None) or error
-    return InputError(
-        tr("This file cannot be read ({reason}). Check the name.", reason=reason), file=path
-    )
-
-
-def read_text(path: Path) -> tuple[str, list[str]]:
-    """The text of a file, its lines ended by a line feed, and what was remarkable in reading it.
-    Raises `InputError` where it is no text."""
-    raw = read_bytes(path)
-    notes: list[str] = []
-    if not raw.strip():
-        raise InputError(tr("This file is empty. A table needs rows."), file=path)
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        try:
-            text = raw.decode("utf-16")
-        except UnicodeDecodeError as error:
-            raise InputError(
-                tr("This file begins as UTF-16 text but is damaged. Save it again as UTF-8."),
-                file=path,
-            ) from error
-        refuse_binary(path, text.encode("utf-8", "replace"))
-        notes.append(tr("The file is UTF-16 text."))
-    else:
-        refuse_binary(path, raw)
-        try:
-            text = raw.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = raw.decode("cp1252", errors="replace")
-            notes.append(
-                tr("The file is not UTF-8. It is read as Windows-1252: check names with accents.")
-            )
-    if "\r" in text:
-        text = text.replace("\r\n", "\n").replace("\r", "\n")
-    if len(text) > _LONG and text.count("\n") * _SHORTEST_LINE > len(text):
-        raise InputError(
-            tr("The file is made of millions of empty lines. Remove them, or export it again."),
-            file=path,
-        )
-    return text, notes
-
-
-def refuse_binary(path: Path, raw: bytes) -> None:
-    if len(raw.translate(None, _CONTROL)) == len(raw):
-        return
-    if raw[:4] == b"PK\x03\x04":
-        said = tr("This is a workbook or archive, not a text table. Save the sheet as CSV.")
-    else:
-        place = next(i for i, byte in enumerate(raw) if byte in _CONTROL)
-        said = tr(
-            "This is not a text table (byte {place} is 0x{value:02x}). Export it as text, UTF-8.",
-            place=place + 1,
-            value=raw[place],
-        )
-    raise InputError(said, file=path)
 
 
 _NO_ROW = frozenset({"", *"#-=_>,;\x1a", *(c for c in map(chr, range(0x3001)) if c.isspace())})

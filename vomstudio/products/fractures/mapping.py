@@ -22,9 +22,11 @@ from vomstudio.io.gis.drawn_layers import (
     same_frame,
 )
 from vomstudio.io.text.repeated_rows import repeats_left_out
+from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 SET_COLUMN = "set"
+_REPEAT = "repeat_of"
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ def map_fractures(
     lines: Shapes | None = None,
     counted: Counted | None = None,
     sets: Sequence[str] | None = None,
+    progress: Progress | None = None,
 ) -> Mapped:
     """lines : (n,) in place of the file of traces; counted : in place of that of the area or the
     scanline; sets : (n,) the set of each trace, in place of an attribute.
@@ -60,19 +63,21 @@ def map_fractures(
     drawn = (
         drawn_lines(lines)
         if lines is not None or order.traces is None
-        else read_lines(order.traces, order.layer)
+        else read_lines(
+            order.traces, order.layer, _attributes(order) if sets is None else (_REPEAT,), progress
+        )
     )
     drawn = _first_picks(drawn)
     said = list(drawn.warnings)
     if order.circle is not None:
         counted = Counted(circle_area(*order.circle), circle=order.circle)
     elif order.area is not None:
-        area, read = read_area(order.area)
+        area, read = read_area(order.area, progress=progress)
         same_frame(drawn, read)
         said += read.warnings
         counted = Counted(area)
     elif order.scanline is not None:
-        read = read_lines(order.scanline)
+        read = read_lines(order.scanline, progress=progress)
         same_frame(drawn, read)
         said += read.warnings
         counted = Counted(scanlines=read.shapes)
@@ -94,9 +99,14 @@ def map_fractures(
     )
 
 
+def _attributes(order: FractureOrder) -> list[str]:
+    """Of the traces, those that are asked for anything."""
+    return [_REPEAT, SET_COLUMN, *([] if order.set_column is None else [order.set_column])]
+
+
 def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
     """Without lines that repeat another, as their attribute `repeat_of` says."""
-    name = next((n for n in drawn.columns if n.casefold() == "repeat_of"), None)
+    name = next((n for n in drawn.columns if n.casefold() == _REPEAT), None)
     if name is None:
         return drawn
     first = np.array([not word for word in drawn.column(name, name)], np.bool_)

@@ -35,6 +35,7 @@ def draw_frame(ax: Axes) -> Any:
     """The primitive circle of radius 1 with ticks every 10 degrees and north; returns the circle,
     to clip by."""
     from matplotlib.patches import Circle
+    from matplotlib.patheffects import withStroke
 
     ax.set_aspect("equal")
     ax.set_axis_off()
@@ -45,5 +46,8 @@ def draw_frame(ax: Axes) -> Any:
         inner = 0.96 if azimuth % 90 == 0 else 0.98
         ends = np.outer([inner, 1.0], [np.sin(angle), np.cos(angle)])
         ax.plot(*ends.T, color=INK, linewidth=0.6, zorder=6)
-    ax.text(0.0, 1.02, tr("N"), ha="center", va="bottom", fontsize=FONT_PT, color=INK)
+    north = ax.text(0.0, 1.02, tr("N"), ha="center", va="bottom", fontsize=FONT_PT, color=INK)
+    # Arrows of slip at the rim reach up to it.
+    north.set_zorder(8)
+    north.set_path_effects([withStroke(linewidth=2.5, foreground=PAPER)])
     return rim

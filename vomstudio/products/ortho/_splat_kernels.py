@@ -9,6 +9,9 @@ from vomstudio.geometry.kernels.jit import kernel
 NEAR_SPACINGS = 3.0
 """Points within so many radii behind the nearest one are of the same surface."""
 
+STEEPEST = 12.0
+"""Depth by width: a surface that falls away faster (85 degrees) is seen as one that does so."""
+
 
 @kernel("void(f8[:,::1], f8[::1], f8, f8, f8, f8, i8, i8, i8[::1], i4[::1])")
 def bin_points(view, reach, left, top, side, margin, columns, rows, starts, members):  # type: ignore[no-untyped-def]
@@ -32,20 +35,39 @@ def bin_points(view, reach, left, top, side, margin, columns, rows, starts, memb
 
 
 @kernel(
-    "void(i4[::1], f8[:,::1], f8[::1], u1[:,::1], f8, f8, f8, f4[:,::1], f4[:,:,::1], f4[:,::1],"
-    " f8[:,::1])"
+    "void(i4[::1], f8[:,::1], f8[::1], u1[:,::1], f8, f8, f8, f4[:,::1], f4[:,::1], f4[:,:,::1],"
+    " f4[:,::1], f8[:,::1])"
 )
 def splat(  # type: ignore[no-untyped-def]
-    chosen, view, reach, colors, left, top, gsd, nearest, color, weight, depth
+    chosen, view, reach, colors, left, top, gsd, nearest, limit, color, weight, depth
 ):
     """Discs that face the viewer, twice over: first how near the surface is in each pixel, then
     the mean of the points at that depth, weighted by their distance from the pixel's centre.
 
     A nearest disc that covered the others would shift everything on a slope toward its near side;
-    a weighted mean does not. nearest comes full of infinity, color, weight and depth of zero.
+    a weighted mean does not, if all points of the surface within reach take part in it: on a
+    steep one these lie deeper behind the nearest than on one that faces the viewer. How steep it
+    is, is told by the nearest points of the pixels around, by the smaller difference to both sides,
+    since the edge of a surface is no slope. nearest comes full of infinity, limit, color, weight
+    and depth of zero.
     """
     h, w = nearest.shape
     for turn in range(2):
+        if turn == 1:
+            for j in range(h):
+                for i in range(w):
+                    limit[j, i] = NEAR_SPACINGS
+                    if nearest[j, i] == math.inf:
+                        continue
+                    across, down = 0.0, 0.0
+                    if 0 < i < w - 1:
+                        one = abs(nearest[j, i] - nearest[j, i - 1])
+                        across = min(one, abs(nearest[j, i + 1] - nearest[j, i]))
+                    if 0 < j < h - 1:
+                        one = abs(nearest[j, i] - nearest[j - 1, i])
+                        down = min(one, abs(nearest[j + 1, i] - nearest[j, i]))
+                    steep = min(math.sqrt(across * across + down * down) / gsd, STEEPEST)
+                    limit[j, i] = max(NEAR_SPACINGS, 2.0 * steep)
         for at in range(len(chosen)):
             p = chosen[at]
             x = (view[p, 0] - left) / gsd
@@ -54,7 +76,6 @@ def splat(  # type: ignore[no-untyped-def]
             r = reach[p] / gsd
             i0, i1 = max(math.ceil(x - r - 0.5), 0), min(math.floor(x + r - 0.5), w - 1)
             j0, j1 = max(math.ceil(y - r - 0.5), 0), min(math.floor(y + r - 0.5), h - 1)
-            limit = z - NEAR_SPACINGS * reach[p]
             for j in range(j0, j1 + 1):
                 for i in range(i0, i1 + 1):
                     dx, dy = i + 0.5 - x, j + 0.5 - y
@@ -63,7 +84,7 @@ def splat(  # type: ignore[no-untyped-def]
                         continue
                     if turn == 0:
                         nearest[j, i] = min(nearest[j, i], z)
-                    elif limit <= nearest[j, i]:
+                    elif z - limit[j, i] * reach[p] <= nearest[j, i]:
                         k = k * k
                         weight[j, i] += k
                         depth[j, i] += k * z

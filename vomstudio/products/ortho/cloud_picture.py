@@ -59,6 +59,7 @@ class CloudSource:
         g, halo = self._grid.gsd, self._halo
         h, w = tile.height + 2 * halo, tile.width + 2 * halo
         nearest = np.full((h, w), np.inf, np.float32)
+        limit = np.zeros((h, w), np.float32)
         color = np.zeros((h, w, 3), np.float32)
         weight = np.zeros((h, w), np.float32)
         depth = np.zeros((h, w))
@@ -66,7 +67,7 @@ class CloudSource:
         top = self._grid.top + (tile.row - halo) * g
         splat(
             chosen, self._view, self._reach, self._colors, left, top, g,
-            nearest, color, weight, depth,
+            nearest, limit, color, weight, depth,
         )  # fmt: skip
         seen = weight > 0
         some = np.where(seen, weight, 1.0)

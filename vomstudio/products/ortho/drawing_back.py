@@ -16,10 +16,11 @@ from vomstudio.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.dxf_facts import dxf_facts
-from vomstudio.io.gis.line_reading import ReadLine, ReadLines, read_gis_lines
+from vomstudio.io.gis.line_reading import NO_LAYERS, ReadLine, ReadLines, read_gis_lines
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
 from vomstudio.products.ortho.shown_surface import shown_depths
+from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -29,6 +30,8 @@ LIKE_PICTURE = 0.01
 this."""
 LEAST_INSIDE = 0.5
 """Of the vertices of a drawing, those within its picture."""
+OWN_LAYERS = ("traces", "patches", "planes", "lines", "frame")
+"""Of the drawings that are written over a picture: what lies on them has another name."""
 SAME_PLACE = 1e-3
 """Of the size of a picture: two that lie no farther apart are the same."""
 _MOST_PIXELS = 1 << 31
@@ -59,10 +62,11 @@ class Sidecar:
 
 @dataclass(frozen=True, eq=False)
 class BackLine:
-    """A line on the surface. points : (n, 3) World"""
+    """A line on the surface. points : (n, 3) World; layer : on which it was drawn"""
 
     name: str
     points: Array
+    layer: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +126,7 @@ def read_sidecar(path: str | Path) -> Sidecar:
 
 @np.errstate(all="ignore")
 def read_drawing(
-    path: str | Path, sidecar: Sidecar
+    path: str | Path, sidecar: Sidecar, progress: Progress | None = None
 ) -> tuple[tuple[ReadLine, ...], tuple[str, ...]]:
     """The lines of a drawing in pixels (column, row) of the picture, and what must be said. Raises
     InputError where the file cannot be read, holds no line, or was drawn on another picture."""
@@ -134,8 +138,11 @@ def read_drawing(
         to_pixels = _page_to_pixels(drawing, sidecar, path)
         lines = [_through(line, to_pixels) for line in drawing.lines]
     else:
-        lines, said = _gis_lines(path, sidecar)
+        lines, said = _gis_lines(path, sidecar, progress)
         warnings += said
+        if path.suffix.lower() == ".dxf":
+            # CAD has no names of lines: what a line is is said by its layer.
+            lines = [replace(line, name=line.name or _said_by(line.layer)) for line in lines]
     if not lines:
         raise InputError(tr("The drawing holds no line and no polygon."), file=path)
     if not all(np.isfinite(line.points).all() for line in lines):
@@ -163,14 +170,15 @@ def bring_back(
     skipped: list[str] = []
     off = 0
     names = _unique([line.name for line in lines])
-    for place, depth, name in zip(pixels, parts, names, strict=True):
+    for place, depth, name, line in zip(pixels, parts, names, lines, strict=True):
         met = np.isfinite(depth)
         off += int((~met).sum())
         if met.sum() < 2:
             skipped.append(name)
             continue
         at = np.column_stack([place[met], depth[met]])
-        found.append(BackLine(name, at @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]))
+        points_on = at @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
+        found.append(BackLine(name, points_on, line.layer))
     if not found:
         raise InputError(
             tr(
@@ -242,9 +250,11 @@ def _is_like(box: Array, sidecar: Sidecar) -> bool:
     return down > 0 and abs(across / down / ratio - 1) <= limit
 
 
-def _gis_lines(path: Path, sidecar: Sidecar) -> tuple[list[ReadLine], list[str]]:
+def _gis_lines(
+    path: Path, sidecar: Sidecar, progress: Progress | None
+) -> tuple[list[ReadLine], list[str]]:
     """The lines of a GIS layer or a drawing for CAD in pixels, and what must be said."""
-    read = read_gis_lines(path)
+    read = read_gis_lines(path, progress)
     warnings = list(read.warnings)
     _check_marks((_head_of(path),), sidecar, path)
     lines, said = _in_picture(read, sidecar, path)
@@ -374,6 +384,11 @@ def _denser(points: Array, step: float) -> Array:
         for a, b, n in zip(points[:-1], points[1:], counts, strict=True)
     ]
     return np.concatenate([*parts, points[-1:]])
+
+
+def _said_by(layer: str) -> str:
+    said = layer.strip()
+    return "" if said.casefold() in (*NO_LAYERS, *OWN_LAYERS) else said
 
 
 def _unique(names: Sequence[str]) -> list[str]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
+from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class ProfileLine:
     warnings: tuple[str, ...] = ()
 
 
-def read_profile_line(path: str | Path) -> ProfileLine:
+def read_profile_line(path: str | Path, progress: Progress | None = None) -> ProfileLine:
     """The line in a text table (x, y, z or x, y) or a GIS layer. Raises InputError for a file
     without a line, and where there are several."""
     path = Path(path)
@@ -45,7 +46,7 @@ def read_profile_line(path: str | Path) -> ProfileLine:
     from vomstudio.io.gis.layer_reading import names_no_crs
     from vomstudio.io.gis.line_reading import read_gis_lines
 
-    read = read_gis_lines(path)
+    read = read_gis_lines(path, progress)
     if len(read.lines) != 1:
         raise _not_one(len(read.lines), path)
     line = read.lines[0]

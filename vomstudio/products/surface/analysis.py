@@ -15,6 +15,7 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
+from vomstudio.geology.roughness.gaps import lacking
 from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.heights.levels import level_gap, said_of_levels
@@ -184,8 +185,10 @@ def analyse(
     deviations = np.asarray(heights, np.float64) - float(base)
     if int(np.isfinite(deviations).sum()) < FEWEST_CELLS:
         raise GeometryError(
-            tr("The patch is too small: {count} cells of its map are known; {least} are needed.",
-               count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS)
+            tr("The patch is too small: its map has {count} cells of {cell:.3g} m in which the "
+               "surface is known, and {least} are needed. Enlarge the patch, or choose one on a "
+               "finer part of the model.",
+               count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS, cell=plan.grid.gsd)
         )  # fmt: skip
     row = _row(fit, points, area, edge, model, frame, thresholds)
     found = where_it_holds(deviations, noise)
@@ -194,7 +197,11 @@ def analyse(
         float(np.finfo(values.dtype).eps * np.nanmax(np.abs(values)))
         for values in (points, heights)
     )
-    rough = _roughness(deviations, plan, plane, noise, edge, rounding)
+    off = (points - fit.centroid) @ np.asarray(fit.axes).T
+    is_cloud = not (isinstance(data, Mesh) and len(data.faces))
+    known_at = np.isfinite(off).all(axis=1)
+    lack = lacking(off[known_at, :2], off[known_at, 2], noise) if is_cloud else 0.0
+    rough = _roughness(deviations, plan, plane, (noise, lack), edge, rounding)
     known = deviations[np.isfinite(deviations)]
     line = rough["smoothest"]
     return SurfaceFigures(
@@ -301,9 +308,12 @@ def _trim(
 
 
 def _roughness(
-    deviations: Array, plan: HeightPlan, plane: Plane, noise: float, edge: float, rounding: float
-) -> dict[str, Any]:
-    """bent_share, hurst, smoothest and their reasons. rounding : of the heights, m"""
+    deviations: Array, plan: HeightPlan, plane: Plane, own: tuple[float, float],
+    edge: float, rounding: float,
+) -> dict[str, Any]:  # fmt: skip
+    """bent_share, hurst, smoothest and their reasons. own : noise of the model, m, and variance
+    that its map lacks, m2; rounding : of the heights, m"""
+    noise, lack = own
     flat, bent = _without_bend(deviations)
     shortest = SHORTEST * edge
     made: dict[str, Any] = {
@@ -319,11 +329,11 @@ def _roughness(
     if found is None:
         reason = tr(
             "The patch is too small for its resolution: the shortest distance that the model can "
-            "tell is {shortest:.3g} m.",
+            "tell is {shortest:.3g} m. Enlarge the patch, or use a finer model.",
             shortest=shortest,
         )
         return {**made, "hurst_reason": reason, "smoothest_reason": reason}
-    whole = increments.exponent(found, noise)
+    whole = increments.exponent(found, noise, lack)
     over = increments.range_told(found, noise)
     if whole is None and over is not None and over[0] <= 1.01 * float(found.lags[0]):
         made["hurst_reason"] = tr(
@@ -355,7 +365,7 @@ def _roughness(
     else:
         each = tuple(
             DirectionRoughness(*_line(one.angle_deg, plan, plane), one.H, one.error95)
-            for one in increments.exponents(found, noise)
+            for one in increments.exponents(found, noise, lack)
         )
         made["hurst"] = Hurst(whole.H, whole.error95, whole.from_m, whole.to_m, each)
     straight = increments.variations(flat, plan.grid.gsd, shortest)

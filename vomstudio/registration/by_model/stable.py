@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.io.gis.layer_reading import layers_of, names_no_crs
+from vomstudio.io.gis.layer_reading import names_no_crs
+from vomstudio.io.gis.vector_layers import VectorLayer, read_layers
+from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -38,15 +40,22 @@ def near_places(points: Array, places: Array, reach: float) -> Flags:
     return np.asarray(np.isfinite(distance), np.bool_)
 
 
-def in_polygons(points: Array, path: Path) -> tuple[Flags, str | None]:
+def in_polygons(
+    points: Array, path: Path, progress: Progress | None = None
+) -> tuple[Flags, str | None]:
     """(n,) which of the points (n, 3) lie inside polygons of a layer, seen from above; and the CRS
     that the layer states. Raises InputError where it cannot be read or has none."""
-    import pyogrio
     import shapely
 
-    with layers_of(path, lambda: _unreadable(path)) as named:
-        told, _, shapes, _ = pyogrio.raw.read(named, columns=[], force_2d=True)
-    found = [shape for shape in shapely.from_wkb(shapes) if _is_area(shape)]
+    layer = next(
+        iter(read_layers(path, [None], (), lambda: _unreadable(path), progress)),
+        VectorLayer("", None),
+    )
+    try:
+        shapes = shapely.from_wkb([] if layer.shapes is None else layer.shapes)
+    except shapely.GEOSException as error:
+        raise _unreadable(path) from error
+    found = [shape for shape in shapes if _is_area(shape)]
     if not found:
         raise InputError(
             tr("The mask holds no polygon. Draw one around what has stayed where it was."),
@@ -56,7 +65,7 @@ def in_polygons(points: Array, path: Path) -> tuple[Flags, str | None]:
     area = shapely.union_all([shapely.make_valid(shape) for shape in found])
     shapely.prepare(area)
     return np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_), (
-        None if names_no_crs(path) else told["crs"]
+        None if names_no_crs(path) else layer.crs
     )
 
 

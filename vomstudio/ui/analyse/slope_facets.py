@@ -126,7 +126,7 @@ class FacetSlopesView(QWidget):
             self.mode.addItem(tr(title), name)
         self.mode.keep_narrow()
         self.mode.activated.connect(lambda _: self.painted.emit(self.chosen))
-        self.off = QPushButton(theme.icon("image-outline"), tr("Photo texture"))
+        self.off = QPushButton(theme.icon("image-outline"), "")
         self.off.setToolTip(tr("The outcrop as it was before."))
         self.off.clicked.connect(lambda _=False: self.unpainted.emit())
         self.table = NumberTable(
@@ -164,7 +164,9 @@ class FacetSlopesView(QWidget):
         for index in self.table.selectionModel().selectedRows():
             self.pointed_at.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
-    def show_answer(self, answered: FacetsAnswer | None, notation: str) -> None:
+    def show_answer(self, answered: FacetsAnswer | None, notation: str, look: str) -> None:
+        """look : what the outcrop shows where it is not painted"""
+        self.off.setText(look)
         rows = []
         for each in () if answered is None else answered.found.facets:
             plane = Plane(each.face.dip_direction_deg, each.face.dip_deg)

@@ -54,6 +54,7 @@ from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
+from vomstudio.workspace.display import usual_look
 
 _FRICTION_DEG = 30.0
 
@@ -291,7 +292,10 @@ class SlopesPanel(SeenPanel):
         self.said.setText(said)
         self.results.setVisible(not self._at_facets)
         self.facets.setVisible(self._at_facets)
-        self.facets.show_answer(self.by_facet, self._studio.settings.notation)
+        found = self._studio.facets.found
+        opened = None if found is None else self._studio.models.get(found.model_id)
+        look = usual_look([] if opened is None else [opened.data])
+        self.facets.show_answer(self.by_facet, self._studio.settings.notation, look)
         self.results.show_answer(self.answered)
         self.results.mark(self._studio.selection.ids)
         self._refresh_buttons()

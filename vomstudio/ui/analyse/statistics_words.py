@@ -99,6 +99,8 @@ def _fisher(found: SetStatistics, notation: str) -> Rows:
     if fisher.kappa is not None:
         said = tr("{said}, kappa {kappa:.1f}", said=said, kappa=fisher.kappa)
     rows = [(tr("Mean (Fisher)"), said + _fit(fisher.fit_p))]
+    if fisher.alpha95_deg is None and found.fisher_reason is not None:
+        rows.append(("•", found.fisher_reason))
     if fisher.registration_error_deg is not None and fisher.total95_deg is not None:
         said = tr(
             "{registration:.1f}° (95 %), with alpha95 {total:.1f}°",

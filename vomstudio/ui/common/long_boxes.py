@@ -93,7 +93,7 @@ def _make_room(dialog: QDialog) -> None:
 
 def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
     """Put all but the buttons at the end, which stay in sight, into a place that scrolls."""
-    size = _size_when_shown(dialog)
+    width = min(_size_when_shown(dialog).width(), room.width())
     margins = layout.contentsMargins()
     buttons = _buttons_at_end(layout)
     page = QWidget()
@@ -109,7 +109,7 @@ def _scroll(dialog: QDialog, layout: QLayout, room: QRect) -> None:
     # Until then the dialog may be no smaller than all its contents.
     column.activate()
     # All of the room: its contents would need more.
-    dialog.resize(min(size.width(), room.width()), room.height())
+    dialog.resize(width, room.height())
 
 
 def _needed_height(dialog: QDialog, layout: QLayout) -> int:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QWidget
 
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Record
@@ -58,6 +59,8 @@ class Studio(QObject):
         owner = QtOwner(self)
         self.workspace = Workspace(settings, owner.post, owner.later, owner.aside)
         self.settings = settings
+        # Lists that can be filtered: of some features, those that do not pass there.
+        self.filters: list[tuple[QWidget, Callable[[Iterable[str]], set[str]]]] = []
         self._forward()
         self._connect()
 

@@ -33,6 +33,8 @@ class ActiveToolPanel(QStackedWidget):
             self.addWidget(panel)
         self._titles = {entry.name: entry.title for entry in TOOLS}
         self._told: Callable[[str], None] = lambda _: None
+        # The dock begins as wide as the widest: it would grow, and move the outcrop, with a tool.
+        self._take_size_of(self._choice, QSizePolicy.Policy.Preferred)
         studio.active_tool_changed.connect(self.refresh)
         studio.tool_changed_signal.connect(self.refresh)
         studio.project_opened.connect(self.refresh)
@@ -56,11 +58,19 @@ class ActiveToolPanel(QStackedWidget):
         self._told(self._titles.get(name, tr("Tool")))
         if shown is self.currentWidget():
             return
+        self._take_size_of(shown)
+        self.setCurrentWidget(shown)
+
+    def _take_size_of(
+        self, shown: QWidget, width: QSizePolicy.Policy = QSizePolicy.Policy.Ignored
+    ) -> None:
+        """Or the highest panel would give all of them a scroll bar. width : of those not shown"""
         ignored, wanted = QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred
         for page in (self._choice, *self.panels.values()):
-            policy = wanted if page is shown else ignored
-            page.setSizePolicy(policy, policy)
-        self.setCurrentWidget(shown)
+            if page is shown:
+                page.setSizePolicy(wanted, wanted)
+            else:
+                page.setSizePolicy(width, ignored)
 
 
 class _ToolChoice(QWidget):

@@ -97,12 +97,18 @@ class ByValue(QWidget):
         self.high.setVisible(name != _COLOUR)
         if name == _COLOUR:
             self.low.setPrefix(tr("within "))
+            self.low.setSuffix(" ΔE")
+            self.low.setDecimals(1)
             self.low.setValue(_FIRST_TOLERANCE)
             self.low.setToolTip(
                 tr("Difference in CIE L*a*b*, lightness by half: 2 is just seen, 30 another rock.")
             )
         else:
             self.low.setPrefix("")
+            unit = name.rpartition("[")[2].removesuffix("]") if name.endswith("]") else ""
+            for box in (self.low, self.high):
+                box.setSuffix(unit if unit in ("", "°") else f" {unit}")
+                box.setDecimals(3)
             self.low.setToolTip(tr("Where the first is above the second, what lies outside."))
             model_id, data = self._tool.changes.model_id(), self._tool.changes.data()
             model = get(self._studio.records, model_id, Model)

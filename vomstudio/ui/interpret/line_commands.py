@@ -10,7 +10,7 @@ from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.interpret.drawing_import import DrawingImport
-from vomstudio.ui.interpret.listed_import import choose_listed
+from vomstudio.ui.interpret.listed_import import ListedImport
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import tr
 
@@ -28,7 +28,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
         fit_to_screen(dialog)
         dialog.open()
 
-    drawings = DrawingImport(parent, studio)
+    drawings, listed = DrawingImport(parent, studio), ListedImport(parent, studio)
     return [
         Command("keep_intersection", tr("&Keep intersection"), lambda: plane_relations.keep(studio),
                 "vector-intersection", (),
@@ -41,7 +41,7 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
                    "fault."),
                 too_few_groups),
         Command("import_listed", tr("Import &stations, contacts and rocks…"),
-                lambda: choose_listed(parent, studio), "map-marker-plus", (),
+                listed.choose, "map-marker-plus", (),
                 tr("Import stations, samples, contact lines and rock areas from layers or a table "
                    "as they are exported."), lambda: why_no_model(studio)),
         Command("import_drawing", tr("Import lines &drawn on an orthophoto…"), drawings.choose,

@@ -3,54 +3,95 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.document import edits
+from vomstudio.document.records import Model
 from vomstudio.errors import VomError
+from vomstudio.failures import exception_hooks
 from vomstudio.ui.common import file_filters
+from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 
-
-def choose_listed(parent: QWidget, studio: Studio) -> None:
-    """Ask for a file, and take in what it holds."""
-    name, _ = QFileDialog.getOpenFileName(
-        parent,
-        tr("Import stations, contact lines and rock areas"),
-        start_folder(studio),
-        file_filters.listed(),
-    )
-    if name:
-        import_listed(studio, Path(name))
+if TYPE_CHECKING:
+    from vomstudio.io.project.listed_import import ImportedFeatures
 
 
-def import_listed(studio: Studio, path: Path) -> None:
-    """As one edit, on the current model; what was left out is told."""
-    from vomstudio.io.gis.crs import world_crs
-    from vomstudio.io.project.listed_import import read_listed
+class ListedImport(QObject):
+    """The file is read in a thread; what it holds comes as one edit."""
 
-    model = current_model(studio)
-    if model is None:
-        studio.warn(tr("Open the model first on which they lie."))
-        return
-    opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
-    try:
-        found = read_listed(
-            path, model, studio.records, world_crs(model.frame.crs, model.frame.unit_m),
-            None if surface is None else surface.area_inside,
-            None if opened is None else opened.data.bounds,
-        )  # fmt: skip
-    except VomError as error:
-        studio.fail(error)
-        return
-    if not studio.attempt(edits.add_features, found.features):
-        return
-    studio.selection.set([feature.id for feature in found.features])
-    said = [
-        tr_n("Added {count} feature.", "Added {count} features.", len(found.features)),
-        *found.warnings,
-        *(tr("{feature} was left out: {reason}", feature=n, reason=r) for n, r in found.skipped),
-    ]
-    (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(said))
+    def __init__(self, parent: QWidget, studio: Studio) -> None:
+        super().__init__(parent)
+        self._parent, self._studio = parent, studio
+        self._background = Background(self)
+
+    def choose(self) -> None:
+        """Ask for a file, and take in what it holds."""
+        name, _ = QFileDialog.getOpenFileName(
+            self._parent,
+            tr("Import stations, contact lines and rock areas"),
+            start_folder(self._studio),
+            file_filters.listed(),
+        )
+        if name:
+            self.take_in(Path(name))
+
+    def take_in(self, path: Path) -> None:
+        """On the current model; what was left out is told."""
+        studio = self._studio
+        model = current_model(studio)
+        if model is None:
+            studio.warn(tr("Open the model first on which they lie."))
+            return
+        shown, records = model, dict(studio.records)
+        opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
+        bounds = None if opened is None else opened.data.bounds
+
+        def work() -> ImportedFeatures | VomError | None:
+            from vomstudio.io.gis.crs import world_crs
+            from vomstudio.io.project.listed_import import read_listed
+
+            try:
+                return read_listed(
+                    path, shown, records, world_crs(shown.frame.crs, shown.frame.unit_m),
+                    None if surface is None else surface.area_inside, bounds,
+                )  # fmt: skip
+            except VomError as error:
+                return error
+            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
+                exception_hooks.report_as_uncaught(error)
+                return None
+
+        studio.info(tr("Reading {file}…", file=path.name))
+        self._background.run(work, lambda found: self._arrived(shown, found))
+
+    def _arrived(self, model: Model, found: object) -> None:
+        from vomstudio.io.project.listed_import import ImportedFeatures
+
+        studio = self._studio
+        if isinstance(found, VomError):
+            studio.fail(found)
+            return
+        if not isinstance(found, ImportedFeatures):
+            return
+        now = studio.records.get(model.id)
+        if not isinstance(now, Model) or now.to_world != model.to_world:
+            studio.warn(tr("The model was moved or removed meanwhile. Import the file once more."))
+            return
+        if not studio.attempt(edits.add_features, found.features):
+            return
+        studio.selection.set([feature.id for feature in found.features])
+        said = [
+            tr_n("Added {count} feature.", "Added {count} features.", len(found.features)),
+            *found.warnings,
+            *(
+                tr("{feature} was left out: {reason}", feature=n, reason=r)
+                for n, r in found.skipped
+            ),
+        ]
+        (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(said))

@@ -91,6 +91,7 @@ class ProjectTree(QWidget):
         photos.join(self.tree)
         self.filter = FilterLine(tr("Filter: words, or dip>30"), wraps=True)
         self.filter.changed.connect(self._filtered)
+        studio.filters.append((self, lambda ids: self._hidden.intersection(ids)))
         self.empty_types = QToolButton()
         self.empty_types.setIcon(theme.icon("shape-plus-outline"))
         self.empty_types.setToolTip(

@@ -32,6 +32,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, rich_label, rich_lines
 from vomstudio.ui.interpret import plane_relations
+from vomstudio.ui.interpret.parallel_traces import parallel_lines
 from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
 from vomstudio.words import tr, tr_n
 
@@ -182,16 +183,22 @@ class PropertiesPanel(QWidget):
         self._change(**{field: plane_id}, **({"slip": ""} if slips and not plane_id else {}))
 
     def _show_relation(self) -> None:
-        """Of two selected planes."""
+        """Of two selected planes; of traces of one type as parallel beds."""
         relation = plane_relations.of_selected(self._studio)
-        self._relation.setVisible(relation is not None)
+        parallel = parallel_lines(self._studio)
+        self._relation.setVisible(relation is not None or bool(parallel))
         self._keep.setVisible(relation is not None)
         if relation is None:
+            self._relation.setText("<br>".join(parallel))
             return
         first, second = (self._studio.records[i].name for i in self._studio.selection.ids)
         names = tr("{first} and {second}", first=first, second=second)
         measured = self._studio.measure(relation)
-        lines = [*plane_relations.relation_lines(measured), *crossing_lines(self._studio)]
+        lines = [
+            *plane_relations.relation_lines(measured),
+            *crossing_lines(self._studio),
+            *parallel,
+        ]
         self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
         none = tr("The two planes have no line in common that is known.")
         allow(self._keep, None if measured.line is not None else none)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 from PySide6.QtCore import (
@@ -35,7 +35,7 @@ from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel
 from vomstudio.words import tr, tr_n
 
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
-_MEASURED_ROWS = 50
+_MEASURED_ROWS, _NEW_ROWS = 50, 15
 # More features than this are listed and measured for the columns' widths one after the other.
 _AT_ONCE = 200
 
@@ -115,6 +115,13 @@ class TablePanel(QWidget):
         studio.settings_changed.connect(self._settings_changed)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(self._show_selection)
+        studio.filters.append((self, self._filtered_out))
+
+    def _filtered_out(self, ids: Iterable[str]) -> set[str]:
+        """Those of these features that the filter hides."""
+        if self._filter.test is None:
+            return set()
+        return {id_ for id_ in ids if self._sorted.row_of(self.model.place(id_)) is None}
 
     def _explained(self, column: int) -> Explained | None:
         if not 0 <= column < len(COLUMNS):
@@ -207,7 +214,7 @@ class TablePanel(QWidget):
 
     def _widen(self, ids: list[str]) -> None:
         """Make columns wide enough for these rows; none becomes narrower."""
-        places = [p for id_ in ids[:_MEASURED_ROWS] if (p := self.model.place(id_)) is not None]
+        places = [p for id_ in ids[:_NEW_ROWS] if (p := self.model.place(id_)) is not None]
         for i in range(len(COLUMNS)):
             shown = [self._sorted.mapFromSource(self.model.index(place, i)) for place in places]
             wanted = max((self.view.sizeHintForIndex(s).width() + 2 for s in shown), default=0)

@@ -14,6 +14,7 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model, why_none_chosen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
+from vomstudio.ui.interpret.deleting import delete_selected
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import to_translate, tr
 
@@ -96,7 +97,7 @@ class _OpenFeature:
         if self.tool is not None:
             self.delete_vertex()
         else:
-            self._studio.delete_selected()
+            delete_selected(self._studio)
 
     def undo_click(self) -> None:
         if (unfinished := self._studio.open_tool) is not None:
@@ -122,10 +123,14 @@ class _Following:
         return why_no_model(self._studio)
 
     def toggle(self) -> None:
-        """What was followed last is followed again."""
+        """What was followed last is followed again. While no line is being picked traces are: what
+        is switched without a tool to show it seems to do nothing."""
+        active = isinstance(self._studio.tool, FollowingTool)
         cost = self.tool.cost
         self._last = cost or self._last
-        self.tool.follow(None if cost else self._last)
+        if not active:
+            self._studio.activate(TraceTool.name)
+        self.tool.follow(None if cost and active else self._last)
 
 
 def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:

@@ -73,7 +73,7 @@ class BeddingAxis:
         self._kept, self._searched = None, False
 
     def renew(self) -> None:
-        """Another project: its bedding is known at once, the axis when it is asked for."""
+        """Its bedding is known at once, the axis when it is asked for."""
         self.forget()
         self.beds = tuple(self.planes())
 
@@ -83,7 +83,8 @@ class BeddingAxis:
         if not ids.isdisjoint(self.beds) or any(
             _is_bed(self._studio.records.get(id_)) for id_ in ids
         ):
-            self.forget()
+            # How many there are decides whether the axis is looked for beside the window.
+            self.renew()
 
     def search(self) -> Callable[[], FoldAxis | str]:
         """What finds the axis, or why there is none, of the bedding as it is now; to be called in

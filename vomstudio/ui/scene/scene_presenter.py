@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 
@@ -20,6 +20,7 @@ from vomstudio.document.records import (
     Model,
     Painted,
     Picked,
+    Record,
     get,
     get_feature,
 )
@@ -41,7 +42,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.surface_pieces import SurfacePieces
 from vomstudio.words import tr
 
-_PORTION, _LARGE = 500, 20_000
+_PORTION, _LARGE, _PIECE = 500, 20_000, 4_000
 """Drawings, and points of painted pieces, that are prepared between one event and the next."""
 
 
@@ -272,8 +273,7 @@ class ScenePresenter:
                     self._model_loaded(id_)
                     self._find_far(id_)
         ids, records = self._studio.affected(edit), self._studio.records
-        painted = [r for id_ in ids if (r := get(records, id_, Painted)) is not None]
-        if sum(patch.n for patch in painted) > _LARGE and len(painted) > 1:
+        if len(ids) > 1 and _painted(records, ids) > _LARGE:
             self._portions.finish()
             self._portions.begin(self._draw_portions(list(ids)))
         else:
@@ -299,19 +299,18 @@ class ScenePresenter:
         self._change(self._drawings(list(ids)))
 
     def _draw_portions(self, ids: list[str]) -> Iterator[None]:
-        """Thousands of features, or large pieces of the surface, are prepared by and by, and drawn
-        together."""
-        if len(ids) > _PORTION:
-            # Everybody else is busy at the moment in which thousands come.
-            yield
+        """Thousands of features, or large pieces, are prepared by and by, and drawn together."""
         changes: dict[str, FeatureDrawing | None] = {}
         records, size = self._studio.records, 0
+        if len(ids) > _PORTION or _painted(records, ids) > _LARGE:
+            # Everybody else is busy at the moment in which they come.
+            yield
         portion: list[str] = []
         for id_ in ids:
             patch = get(records, id_, Painted)
             portion.append(id_)
             size += 0 if patch is None else patch.n
-            if len(portion) >= _PORTION or size > _LARGE:
+            if len(portion) >= _PORTION or size > _PIECE:
                 changes.update(self._drawings(portion))
                 portion, size = [], 0
                 yield
@@ -452,6 +451,11 @@ def _middle(area: Area) -> npt.NDArray[np.float64]:
     points = area.corners.reshape(-1, 3)
     off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
     return np.asarray(area.origin + points[int(off.argmin())])
+
+
+def _painted(records: Mapping[str, Record], ids: Iterable[str]) -> int:
+    """Faces or points of all these that are pieces of the surface."""
+    return sum(r.n for id_ in ids if (r := get(records, id_, Painted)) is not None)
 
 
 def extent_of(measured: Measurement) -> float:

@@ -54,7 +54,7 @@ SAME_DEG = 0.5
 """Directions that differ by less are treated as the same."""
 
 _MOST_ASKED = 20
-_MANY_BEDS = 500
+_MANY_BEDS = 150
 
 _EDGE_ON = 0.05
 """Sine of the angle to the exposed face under which neither side is the better one."""

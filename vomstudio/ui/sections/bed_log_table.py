@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QAbstractItemModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -57,13 +58,28 @@ class BedLogTable(QTableWidget):
         self.show_unit("m")
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(NOTES, QHeaderView.ResizeMode.Stretch)
+        # Stretched it would be cut to nothing where the dock is narrow.
+        header.setSectionResizeMode(NOTES, QHeaderView.ResizeMode.Fixed)
         header.setMinimumSectionSize(32)
+        header.sectionResized.connect(
+            lambda column, *_: self._widen_notes() if column != NOTES else None
+        )
         self._rocks = _LithologyEditor(self)
         self.setItemDelegateForColumn(LITHOLOGY, self._rocks)
         self.setMinimumHeight(_LEAST_HEIGHT)
         self._keys: list[str] = []
         self.itemChanged.connect(self._typed)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
+        super().resizeEvent(event)
+        self._widen_notes()
+
+    def _widen_notes(self) -> None:
+        """What the others leave, and never less than the word at the top."""
+        header = self.horizontalHeader()
+        others = sum(header.sectionSize(column) for column in range(NOTES))
+        least = header.sectionSizeHint(NOTES)
+        header.resizeSection(NOTES, max(self.viewport().width() - others, least))
 
     def show_unit(self, unit: str) -> None:
         """Of the thicknesses."""
@@ -88,6 +104,7 @@ class BedLogTable(QTableWidget):
             for column, text in enumerate(texts):
                 self._put(row, column, text)
         self.blockSignals(blocked)
+        self._widen_notes()
 
     def _put(self, row: int, column: int, text: str) -> None:
         item = self.item(row, column)

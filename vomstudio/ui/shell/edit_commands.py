@@ -11,6 +11,7 @@ from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.interpret.deleting import delete_selected
 from vomstudio.words import tr
 from vomstudio.workspace.history import step_words
 
@@ -51,8 +52,8 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
                 text_now=undo_text),
         Command("redo", tr("&Redo"), studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
                 nothing_to_redo, text_now=redo_text),
-        Command("delete", tr("&Delete features"), studio.delete_selected, "delete-outline", (),
-                "", none_chosen),
+        Command("delete", tr("&Delete features"), lambda: delete_selected(studio),
+                "delete-outline", (), "", none_chosen),
         Command("rename", tr("&Rename…"), rename, None, "F2", "", none_chosen),
         Command("select_all", tr("Select &all features"),
                 lambda: studio.selection.set(f.id for f in studio.session.features()),

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QProgressBar,
     QPushButton,
+    QScrollArea,
     QSizePolicy,
     QWidget,
 )
@@ -22,7 +23,6 @@ from vomstudio.document.records import Model
 from vomstudio.geology.agreement_both_ways import agreement_both_ways
 from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.units import Axes
-from vomstudio.jobs.surface_tasks import Sight
 from vomstudio.tools.interaction_types import Hit, Preview
 from vomstudio.tools.painted_area import area_of
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -45,11 +45,12 @@ from vomstudio.ui.surface.facet_words import (
     summary_in_words,
 )
 from vomstudio.ui.surface.facets_command import copy_facets, why_no_command
+from vomstudio.ui.surface.part_in_view import part_in_view
 from vomstudio.words import to_translate, tr
-from vomstudio.workspace.surfaces.facet_proposals import PART_POINTS, FacetLimits, Proposals
+from vomstudio.workspace.surfaces.facet_proposals import FacetLimits, Proposals
 
 _LIVE_MS = 350
-_LEAST_HEIGHT = 130
+_LEAST_HEIGHT = 200
 _LEAST_WIDTH = 50
 _DOUBT = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 _VERDICTS = {
@@ -208,10 +209,10 @@ class FacetsPanel(SeenPanel):
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
         self.coplanarity.setMinimumWidth(_LEAST_WIDTH)
         self.coplanarity.setAccessibleName(tr("Coplanarity"))
-        limits.addWidget(Label(tr("Coplanarity")), 2, 0, 1, 2)
-        limits.addWidget(self.coplanarity, 2, 2, 1, 2)
-        limits.addWidget(self.start, 3, 0, 1, 3)
-        limits.addWidget(self.copy, 3, 3)
+        limits.addWidget(Label(tr("Coplanarity")), 2, 0)
+        limits.addWidget(self.coplanarity, 2, 1)
+        self.start.setMinimumWidth(_LEAST_WIDTH)
+        limits.addWidget(_row(self.start, self.copy), 2, 2, 1, 2)
         limits.setColumnStretch(1, 1)
         limits.setColumnStretch(3, 1)
         # Or the dock would take its width from the outcrop once something is found.
@@ -227,9 +228,10 @@ class FacetsPanel(SeenPanel):
         column.addWidget(self.live)
         column.addWidget(self.progress)
         column.addWidget(self.summary)
+        # Before the buttons: whoever accepts all should see what they become.
+        column.addWidget(self._choose)
         column.addWidget(self._decide)
         column.addWidget(self.table, 1)
-        column.addWidget(self._choose)
         column.addWidget(self.said)
         column.addStretch()
 
@@ -302,7 +304,7 @@ class FacetsPanel(SeenPanel):
             self._live.start()
 
     def _try_part(self) -> None:
-        model, sight = self._model, _sight(self._studio)
+        model, sight = self._model, part_in_view(self._studio)
         if model is not None and self._why_not() is None and sight is not None:
             self._facets.find(model.id, self._limits(), sight)
 
@@ -401,8 +403,17 @@ class FacetsPanel(SeenPanel):
         there = [r for r in self._facets.open if has_id(found.patches[r].runs, hit.index)]
         if there:
             self.table.choose(lambda values: bool(values[4] == there[0] + 1))
+            self._show_table()
         else:
             self.table.clearSelection()
+
+    def _show_table(self) -> None:
+        """The row that was chosen on the outcrop comes in sight where the dock is low."""
+        around = self.parentWidget()
+        while around is not None and not isinstance(around, QScrollArea):
+            around = around.parentWidget()
+        if isinstance(around, QScrollArea):
+            around.ensureWidgetVisible(self.table, 0, 0)
 
     def _accept(self, rows: list[int]) -> None:
         at = self.table.currentIndex().row()
@@ -474,21 +485,3 @@ def _spin(
     if decimals:
         box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
     return box
-
-
-def _sight(studio: Studio) -> Sight | None:
-    """What is in the middle of the view, as it was when it came to rest; None before that."""
-    camera = studio.project.journal.view("camera")
-    try:
-        eye = np.array(camera["position"], np.float64)
-        ahead = np.cross(np.array(camera["up"], np.float64), np.array(camera["right"], np.float64))
-        toward = eye + ahead * float(camera["distance"])
-    except (KeyError, TypeError, ValueError):
-        return None
-    if not np.isfinite([*eye, *toward]).all():
-        return None
-    return Sight(_triple(eye), _triple(toward), PART_POINTS)
-
-
-def _triple(x: np.ndarray) -> tuple[float, float, float]:
-    return float(x[0]), float(x[1]), float(x[2])

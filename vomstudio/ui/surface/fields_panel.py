@@ -27,6 +27,7 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.direction_wheel import DirectionWheel
 from vomstudio.ui.surface.measurable_plane import MeasurablePlane
 from vomstudio.words import to_translate, tr
+from vomstudio.workspace.display import usual_look
 from vomstudio.workspace.surfaces.measurable_planes import EXPECTED, MEASURABLE, set_names
 from vomstudio.workspace.surfaces.surface_fields import (
     TO_MODEL,
@@ -84,6 +85,7 @@ class FieldsPanel(SeenPanel):
         studio.edited.connect(self._soon)
         studio.jobs_changed.connect(self._show_progress)
         self._fields.changed.connect(self.refresh)
+        studio.display.changed.connect(lambda what: self._show_off() if what == "mode" else None)
         self.show_now()
 
     def _make_parts(self) -> None:
@@ -123,8 +125,8 @@ class FieldsPanel(SeenPanel):
         self.start = QPushButton(theme.icon("palette-outline"), tr("Show"))
         self.start.setObjectName("field_start")
         self.start.clicked.connect(lambda _: self._start_or_stop())
-        self.off = QPushButton(tr("Photo texture"))
-        self.off.setToolTip(tr("Show the model as before; the field stays at hand."))
+        self.off = QPushButton()
+        self.off.setObjectName("field_off")
         self.off.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
         self.progress = QProgressBar()
         self.progress.setTextVisible(True)
@@ -275,10 +277,19 @@ class FieldsPanel(SeenPanel):
         self.start.setText(tr("Stop") if busy else tr("Show"))
         self.start.setEnabled(why is None)
         self.start.setToolTip(why or "")
+        self._show_off()
+
+    def _show_off(self) -> None:
+        """A cloud goes back to its own colours: it has no photo texture."""
+        opened = None if self._model is None else self._studio.models.get(self._model.id)
+        self.off.setText(usual_look([] if opened is None else [opened.data]))
         shown = self._studio.display.mode == "field"
         self.off.setEnabled(shown)
-        if not shown:
-            self.off.setToolTip(tr("No field is shown."))
+        self.off.setToolTip(
+            tr("Show the model as before; the field stays at hand.")
+            if shown
+            else tr("No field is shown.")
+        )
 
     def _why_not(self) -> str | None:
         model = self._model

@@ -128,7 +128,7 @@ def _stable(
 ) -> tuple[npt.NDArray[np.bool_], float | None, list[str]]:
     names = (tr("The mask"), tr("the reference"))
     if path.suffix.lower() in POLYGONS:
-        flags, crs = in_polygons(points, path)
+        flags, crs = in_polygons(points, path, progress)
         reach = None
         said = crs_doubts(crs, target.crs, names) if crs is not None else []
     else:

@@ -16,7 +16,14 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
-from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model
+from vomstudio.document.records import (
+    SURROUNDINGS_RULE,
+    Feature,
+    FeatureType,
+    Model,
+    Record,
+    limits_of,
+)
 from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
@@ -69,10 +76,12 @@ class FacetLimits:
 class Proposals:
     """What was found on a model. patches : without names or type, the largest facet first;
     measured : their figures; label, covers : (points,) int32 of the model; exposed_m2 : of each
-    patch; whole : all of the model was looked at"""
+    patch; model, judged_by : as they were then; whole : all of the model was looked at"""
 
     model_id: str
     to_world: object
+    model: Model
+    judged_by: Thresholds
     limits: FacetLimits
     told: FoundFacets
     patches: tuple[Patch, ...]
@@ -120,7 +129,9 @@ class FacetProposals:
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
         hand_over: Callable[[Callable[[], object]], object],
+        foresee: Callable[[list[tuple[Feature, Measurement]], Thresholds], None],
     ) -> None:
+        self._foresee = foresee
         self.changed: Signal[()] = Signal()
         self._projects, self._models, self._editing = projects, models, editing
         self._display, self._mode_before = display, ""
@@ -129,6 +140,8 @@ class FacetProposals:
         self.found: Proposals | None = None
         self.open: set[int] = set()
         self.accepted: set[int] = set()
+        # Of what was accepted: id of the patch, and its place in `found`.
+        self._kept: dict[str, int] = {}
         self.said = ""
         self._asked = 0
 
@@ -212,14 +225,19 @@ class FacetProposals:
             self._say(tr("The facets could not be read from the cache; look for them again."))
             return
         self.found, self.open, self.accepted = made, set(range(len(made.patches))), set()
+        self._kept = {}
         self._say("")
 
     # --- on the outcrop ----------------------------------------------------------------------
     def paint(self, by: str, palette: str | None = None) -> None:
-        """Colour the outcrop by a key of PAINTED; what is decided upon or in no facet is grey."""
+        """Colour the outcrop by a key of PAINTED; what is decided upon or in no facet is grey.
+        Once all is decided the outcrop is as it was."""
         found = self.found
         opened = None if found is None else self._models.open.get(found.model_id)
         if found is None or opened is None:
+            return
+        if not self.open and by != "exposure":
+            self.unpaint()
             return
         values = np.full(len(found.patches) + 1, np.nan, np.float32)
         for row in self.open:
@@ -293,10 +311,21 @@ class FacetProposals:
         ]  # fmt: skip
         # Its own edit is no reason to forget the others.
         self.open -= set(chosen)
-        if not self._editing.attempt(edits.add_features, patches):
+        measured = [found.measured[row] for row in chosen]
+
+        def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
+            edit = edits.add_features(records, features)
+            if records.get(found.model_id) is found.model:
+                # Hundreds need not be measured once more while the window waits.
+                named = [f for f in edit.after.values() if isinstance(f, Feature)]
+                self._foresee(list(zip(named, measured, strict=True)), found.judged_by)
+            return edit
+
+        if not self._editing.attempt(added, patches):
             self.open |= set(chosen)
             return []
         self.accepted |= set(chosen)
+        self._kept |= {patch.id: row for patch, row in zip(patches, chosen, strict=True)}
         self.changed.emit()
         return [patch.id for patch in patches]
 
@@ -311,19 +340,37 @@ class FacetProposals:
         found, self.found = self.found, None
         if found is not None:
             self._as_before(found.model_id)
-        self.open, self.accepted = set(), set()
+        self.open, self.accepted, self._kept = set(), set(), {}
         self._say(why)
 
     def edited(self, edit: Edit) -> None:
-        """The model may have been placed anew or be gone."""
+        """The model may have been placed anew or be gone; what was accepted may have been taken
+        back, and is to be decided upon again."""
         found = self.found
-        if found is None or found.model_id not in edit.after:
+        if found is None:
+            return
+        if found.model_id not in edit.after:
+            self._follow(edit)
             return
         now = self._projects.records.get(found.model_id)
         if not isinstance(now, Model):
             self.drop()
         elif now.to_world != found.to_world:
             self.drop(tr("The model has been placed anew since: look for facets again."))
+
+    def _follow(self, edit: Edit) -> None:
+        """Facets whose patch is gone are open again; those whose patch is back are not."""
+        if self._kept.keys().isdisjoint(edit.after):
+            return
+        gone = {self._kept[id_] for id_, record in edit.after.items()
+                if id_ in self._kept and record is None}  # fmt: skip
+        back = {self._kept[id_] for id_, record in edit.after.items()
+                if id_ in self._kept and record is not None}  # fmt: skip
+        if gone <= self.open and back <= self.accepted:
+            return
+        self.open = (self.open | gone) - back
+        self.accepted = (self.accepted | back) - gone
+        self.changed.emit()
 
     def _say(self, said: str) -> None:
         self.said = said
@@ -362,8 +409,8 @@ def _proposals(
         )  # fmt: skip
     measured = measure_all(records, patches, thresholds)
     return Proposals(
-        model.id, model.to_world, limits, told, tuple(patches), tuple(measured), of["label"],
-        of["covers"], of["exposed_m2"], whole,
+        model.id, model.to_world, model, limits_of(records, thresholds), limits, told,
+        tuple(patches), tuple(measured), of["label"], of["covers"], of["exposed_m2"], whole,
     )  # fmt: skip
 
 

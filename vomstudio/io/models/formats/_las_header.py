@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 MIN_HEADER_BYTES = 227
@@ -191,6 +192,43 @@ def check_layers(path: Path, top: Top) -> None:
                 raise _contradiction(path)
 
 
+_BLOCK = 16 << 20
+_BLANK_BYTES = 128
+
+
+def _blank(record_bytes: int) -> bytes:
+    """A run of ones that no coder writes, and no first point of a chunk is either: memory cards
+    have it where they have nothing. lazrs goes beyond its own memory on it, which ends the
+    process."""
+    return b"\xff" * max(_BLANK_BYTES, record_bytes + 64)
+
+
+def refuse_blank(path: Path, progress: Progress) -> None:
+    """Raises InputError where a part of a LAZ file holds ones and nothing else."""
+    with open(path, "rb") as file:
+        head = file.read(MIN_HEADER_BYTES)
+        if not head[POINT_FORMAT_AT] & COMPRESSED:
+            return
+        header_size, points_at = struct.unpack_from("<HI", head, 94)
+        blank = _blank(struct.unpack_from("<H", head, 105)[0])
+        file.seek(max(points_at, header_size))
+        at, tail = file.tell(), b""
+        while block := file.read(_BLOCK):
+            found = (tail + block).find(blank)
+            if found >= 0:
+                raise InputError(
+                    tr(
+                        "A part of the file is blank (from byte {place}). Copy it again.",
+                        place=at - len(tail) + found + 1,
+                    ),
+                    file=path,
+                )
+            at += len(block)
+            tail = block[-len(blank) :]
+            if len(block) == _BLOCK:
+                progress.stage(tr("Checking the file"))
+
+
 def is_copc(path: str | Path) -> bool:
     """Whether the first record of a LAZ file is the one of COPC."""
     try:
@@ -321,6 +359,8 @@ def unpack(
         table = [(k, len(chunk)) for k, chunk in zip(points[first:stop], chunks[first:stop],
                                                      strict=True)]  # fmt: skip
         part = np.zeros(n * top.record_bytes, np.uint8)
+        if any(_blank(top.record_bytes) in chunk for chunk in chunks[first:stop]):
+            return None
         try:
             lazrs.decompress_points_with_chunk_table(
                 b"".join(chunks[first:stop]), top.laszip, part, table, everything

@@ -27,6 +27,7 @@ from vomstudio.io.models.formats._las_header import (
     is_layered,
     mended,
     read_top,
+    refuse_blank,
 )
 from vomstudio.io.models.formats._las_records import (
     STANDARD_FIELDS,
@@ -124,6 +125,7 @@ def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCl
     import laspy
 
     stream: Any = mended(path, size)
+    refuse_blank(path, progress)
     if is_layered(path):
         check_layers(path, read_top(path))
     place = place_of_unsound_extra(path)

@@ -20,8 +20,8 @@ from vomstudio.io.models.formats._row_widths import are_even
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.text.file_text import LARGEST_FILE, refuse_binary
 from vomstudio.io.text.rows import (
-    LARGEST_FILE,
     LONGEST_LINE,
     TextRows,
     cut,
@@ -29,7 +29,6 @@ from vomstudio.io.text.rows import (
     is_comma_number,
     is_header,
     parse_number,
-    refuse_binary,
     refuse_decimal_commas_between_spaces,
     sniff,
 )

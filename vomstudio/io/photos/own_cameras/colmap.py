@@ -24,7 +24,7 @@ from vomstudio.io.photos.own_cameras.result import (
     said_of_lens,
     straight,
 )
-from vomstudio.io.text.rows import read_bytes, read_text
+from vomstudio.io.text.file_text import read_bytes, read_text
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]

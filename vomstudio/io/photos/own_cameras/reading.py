@@ -13,7 +13,7 @@ from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_camera
 from vomstudio.io.photos.own_cameras import centres, colmap, metashape, opensfm
 from vomstudio.io.photos.own_cameras.frames import Candidate, best_of
 from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
-from vomstudio.io.text.rows import require_file
+from vomstudio.io.text.file_text import require_file
 from vomstudio.io.text.xml_tree import is_xml, read_xml
 from vomstudio.words import tr
 

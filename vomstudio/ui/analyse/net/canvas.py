@@ -47,7 +47,8 @@ class Wanted:
 
 @dataclass(eq=False)
 class DrawnNet:
-    """A net with its pixels, over which the emphasis is drawn."""
+    """A net with its pixels, over which the emphasis is drawn, and over that the words: a great
+    circle that stands out would cross out the name of the fold axis."""
 
     artists: NetArtists
     ratio: float
@@ -67,14 +68,14 @@ class DrawnNet:
         return cls(draw_stereonet(figure, contents, wanted.style), wanted.ratio, canvas)
 
     def _keep_emphasis_out(self) -> None:
-        for artist in self.artists.emphasis:
+        for artist in (*self.artists.emphasis, *self.artists.axes.texts):
             artist.set_animated(True)
 
     def image(self) -> QImage:
         """The net with its emphasis."""
         self._keep_emphasis_out()
         self._canvas.restore_region(self._clean)
-        for artist in self.artists.emphasis:
+        for artist in (*self.artists.emphasis, *self.artists.axes.texts):
             self.artists.axes.draw_artist(artist)
         return _image_of(self._canvas, self.ratio)
 

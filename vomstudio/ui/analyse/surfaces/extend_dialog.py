@@ -94,6 +94,7 @@ class ExtendDialog(QDialog):
         self._background = Background(self)
         self._busy = False
         self._mode_before = studio.display.mode
+        self._style_before = studio.display.styles.get(self._model_id)
         self._reach: float | None = None
         self._refresh_buttons()
 
@@ -153,13 +154,27 @@ class ExtendDialog(QDialog):
         if self.painted.isChecked():
             style = FieldStyle(FIELD, -self._reach, self._reach, palette="PuOr_r")
             display.show_field(self._model_id, style)
-        elif display.mode == "field":
+        else:
+            self._unpaint()
+
+    def _unpaint(self) -> None:
+        """The outcrop as it was before, unless another field is shown by now."""
+        display = self._studio.display
+        shown = display.styles.get(self._model_id)
+        if shown is None or shown.name != FIELD:
+            return
+        if self._style_before is not None:
+            display.show_field(self._model_id, self._style_before)
+        else:
+            display.show_no_field(self._model_id)
+        if display.mode == "field":
             display.set_mode(self._mode_before)
 
     def done(self, result: int) -> None:
-        """However it is closed."""
+        """However it is closed: colours go with the lines, or a grey outcrop would stay."""
         try:
             self._studio.extension_shown.emit(None)
+            self._unpaint()
         finally:
             super().done(result)
 

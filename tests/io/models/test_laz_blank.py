@@ -1,0 +1,49 @@
+"""A LAZ file of which a part is blank, as a memory card leaves it, is refused by its place."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+
+READ = """
+import sys
+from pathlib import Path
+from vomstudio.errors import InputError
+from vomstudio.io.models.opening import read_model
+try:
+    print(len(read_model(Path(sys.argv[1])).data.points))
+except InputError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("format_", [1, 3, 7])
+def test_a_blank_part_does_not_end_the_process(format_: int, tmp_path: Path) -> None:
+    chance = np.random.default_rng(4)
+    cloud = laspy.LasData(laspy.LasHeader(version="1.4", point_format=format_))
+    cloud.header.scales = [0.001] * 3
+    cloud.x, cloud.y, cloud.z = (chance.random((6000, 3)) * 40).T
+    cloud.intensity = np.full(6000, 65535)
+    cloud.gps_time = np.arange(6000) * 1e-3
+    path = tmp_path / "a.laz"
+    cloud.write(path)
+    whole = path.read_bytes()
+    said = []
+    for length in (0, 100, 4096):
+        data = bytearray(whole)
+        data[10_000 : 10_000 + length] = b"\xff" * length
+        path.write_bytes(bytes(data))
+        # In a process of its own, which it would take with it.
+        done = subprocess.run(
+            [sys.executable, "-c", READ, str(path)], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        said.append(done.stdout.strip())
+    assert said[0] == "6000"
+    assert "a.laz: A part of the file is blank (from byte " in said[2]
+    assert abs(int(said[2].partition("byte ")[2].partition(")")[0]) - 10_001) < 3

@@ -1,0 +1,23 @@
+"""The table of the beds of a log, as narrow as a dock can be."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtWidgets import QApplication
+
+from vomstudio.ui.sections.bed_log_table import NOTES, BedLogTable
+
+
+@pytest.mark.parametrize("width", [180, 260, 420, 900])
+def test_no_head_is_cut_however_narrow_the_table_is(qtbot, width):
+    table = BedLogTable()
+    qtbot.addWidget(table)
+    table.resize(width, 160)
+    table.show()
+    QApplication.processEvents()
+    header = table.horizontalHeader()
+    for column in range(table.columnCount()):
+        assert header.sectionSize(column) >= header.sectionSizeHint(column)
+    # Where there is room the notes have all of it.
+    left = table.viewport().width() - sum(header.sectionSize(i) for i in range(NOTES))
+    assert header.sectionSize(NOTES) == max(left, header.sectionSizeHint(NOTES))

@@ -1,0 +1,111 @@
+"""From a file to its text: the encoding is told, what is no file, no text or too large refused."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+from vomstudio.errors import InputError
+from vomstudio.files.regular import is_regular, read_pipe
+from vomstudio.words import tr
+
+LARGEST_FILE = 4 << 30
+_LONG = 20_000_000
+_SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
+_CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"
+
+
+def require_file(path: Path) -> int:
+    """The size in bytes of a file (0 of a pipe). Raises `InputError` for all that is none."""
+    try:
+        about = path.stat()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputError(tr("There is no such file. Check the name."), file=path) from error
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
+    if stat.S_ISDIR(about.st_mode):
+        raise InputError(tr("This is a folder. Name a file in it."), file=path)
+    if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
+        raise InputError(tr("This is a device, not a file. Name a file."), file=path)
+    return about.st_size
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a file or pipe; why a file cannot be read is an `InputError`."""
+    size = require_file(path)
+    if size > LARGEST_FILE:
+        raise InputError(
+            tr(
+                "This text is {size:.0f} GiB. Convert so many points to LAS or PLY first.",
+                size=size / 2**30,
+            ),
+            file=path,
+        )
+    try:
+        if not is_regular(path):
+            return read_pipe(path, LARGEST_FILE)
+        return path.read_bytes()
+    except PermissionError as error:
+        raise InputError(
+            tr("There is no permission to read this file. Ask its owner."), file=path
+        ) from error
+    except OSError as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
+    reason = getattr(error, "strerror", None) or error
+    return InputError(
+        tr("This file cannot be read ({reason}). Check the name.", reason=reason), file=path
+    )
+
+
+def read_text(path: Path) -> tuple[str, list[str]]:
+    """The text of a file, its lines ended by a line feed, and what was remarkable in reading it.
+    Raises `InputError` where it is no text."""
+    raw = read_bytes(path)
+    notes: list[str] = []
+    if not raw.strip():
+        raise InputError(tr("This file is empty. A table needs rows."), file=path)
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        try:
+            text = raw.decode("utf-16")
+        except UnicodeDecodeError as error:
+            raise InputError(
+                tr("This file begins as UTF-16 text but is damaged. Save it again as UTF-8."),
+                file=path,
+            ) from error
+        refuse_binary(path, text.encode("utf-8", "replace"))
+        notes.append(tr("The file is UTF-16 text."))
+    else:
+        refuse_binary(path, raw)
+        try:
+            text = raw.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = raw.decode("cp1252", errors="replace")
+            notes.append(
+                tr("The file is not UTF-8. It is read as Windows-1252: check names with accents.")
+            )
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if len(text) > _LONG and text.count("\n") * _SHORTEST_LINE > len(text):
+        raise InputError(
+            tr("The file is made of millions of empty lines. Remove them, or export it again."),
+            file=path,
+        )
+    return text, notes
+
+
+def refuse_binary(path: Path, raw: bytes) -> None:
+    if len(raw.translate(None, _CONTROL)) == len(raw):
+        return
+    if raw[:4] == b"PK\x03\x04":
+        said = tr("This is a workbook or archive, not a text table. Save the sheet as CSV.")
+    else:
+        place = next(i for i, byte in enumerate(raw) if byte in _CONTROL)
+        said = tr(
+            "This is not a text table (byte {place} is 0x{value:02x}). Export it as text, UTF-8.",
+            place=place + 1,
+            value=raw[place],
+        )
+    raise InputError(said, file=path)
