@@ -13,10 +13,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.patches import equal_cells
 from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+Shorts = npt.NDArray[np.int16]
 
 FEWEST = 200
 """Fewer points tell no step of some times their noise."""
@@ -38,6 +39,7 @@ _TURNS, _MOST_LEVELS = 12, 4
 _SMOOTH, _VALLEY, _DEEP, _CHANCE = 0.35, 0.9, 0.6, 4.0
 _BINS = 256
 _EXACT = 1e-9
+_FARTHEST = 32_000
 
 
 def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
@@ -179,28 +181,11 @@ def _slopes(u: Floats, v: Floats, h: Floats) -> Floats:
     return np.asarray(np.median(found, axis=1))
 
 
-def _rounded(x: Floats) -> Floats:
+def _rounded(x: Floats) -> Shorts:
     """In a lattice whole rows are at one place but for the tilt of the plane, and by that the
-    height of a point would choose its cell."""
-    return np.asarray(np.round(x / max(1e-3 * float(x.std()), 1e-300)))
-
-
-def equal_cells(u: Floats, v: Floats, side: int) -> Ints:
-    """Which of side x side cells of equal count each point is in."""
-    slab = _equal_parts(u, side)
-    cell = np.empty(len(u), np.int64)
-    for i in range(side):
-        own = np.flatnonzero(slab == i)
-        cell[own] = i * side + _equal_parts(v[own], side)
-    return cell
-
-
-def _equal_parts(values: Floats, parts: int) -> Ints:
-    part = np.empty(len(values), np.int64)
-    part[np.argsort(values, kind="stable")] = np.repeat(
-        np.arange(parts), [len(own) for own in np.array_split(np.empty(len(values)), parts)]
-    )
-    return part
+    height of a point would choose its cell. Short integers are sorted in a tenth of the time."""
+    steps = np.round(x / max(1e-3 * float(x.std()), 1e-300))
+    return np.clip(steps, -_FARTHEST, _FARTHEST).astype(np.int16)
 
 
 # --- layers -----------------------------------------------------------------------------------
