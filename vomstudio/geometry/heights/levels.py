@@ -53,8 +53,10 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     n = np.asarray(normal, np.float64)
     local = xyz - xyz.mean(axis=0)
     grid = float(np.abs(n) @ grid_steps(xyz))
-    _, axes = np.linalg.eigh(np.cov((local - np.outer(local @ n, n)).T))
-    u, v, h = local @ axes[:, 2], local @ axes[:, 1], local @ n
+    _, _, basis = np.linalg.svd(n[None])
+    flat, h = local @ basis[1:].T, local @ n
+    _, axes = np.linalg.eigh(flat.T @ flat)
+    v, u = (flat @ axes).T
     extent = max(float(np.ptp(u)), float(np.ptp(v)))
     if not h.std() > _EXACT * extent:
         return None
@@ -109,12 +111,12 @@ def grid_steps(points: Floats) -> Floats:
     """(3,) of the grid on which a file's coordinates were rounded, 0 where there is none."""
     steps = np.zeros(3)
     for axis in range(3):
-        lined = np.unique(points[:500, axis])
-        apart = np.diff(lined)
-        apart = apart[apart > 1e-6 * max(float(np.median(apart)), 0.0)] if len(apart) else apart
+        apart = np.diff(np.sort(points[:500, axis]))
+        apart = np.sort(apart[apart > 0.0])
+        apart = apart[apart > 1e-6 * apart[len(apart) // 2]] if len(apart) else apart
         if len(apart) < 2:
             continue
-        step = float(apart.min())
+        step = float(apart[0])
         off = apart / step
         # On no grid differences are any multiple of the least one.
         if float(np.abs(off - np.round(off)).max()) < 0.02 * max(1.0, 1e-3 * off.max()):
@@ -197,9 +199,8 @@ def _of_layers(h: Floats, deep: float, grid: float) -> float | None:
     if not width > 0.0:
         return None
     reach = 4.0 * width
-    edges = np.linspace(low - reach, high + reach, _BINS + 1)
+    count, edges = np.histogram(own, _BINS, (low - reach, high + reach))
     step = edges[1] - edges[0]
-    count = np.histogram(own, edges)[0].astype(np.float64)
     away = np.arange(-int(reach / step), int(reach / step) + 1) * step
     kernel = np.exp(-0.5 * (away / width) ** 2)
     density = np.convolve(count, kernel, mode="same")
