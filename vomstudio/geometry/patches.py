@@ -232,7 +232,7 @@ def _equal_parts(place: Ints, count: Any, parts: int) -> Ints:
     size, more = np.divmod(count, parts)
     first = more * (size + 1)
     late = more + (place - first) // np.maximum(size, 1)
-    return np.where(place < first, place // (size + 1), late).astype(np.int64)
+    return np.asarray(np.where(place < first, place // (size + 1), late), np.int64)
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
