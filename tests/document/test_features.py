@@ -275,3 +275,17 @@ def test_of_a_face_that_was_scanned_it_is_asked_whether_it_is_a_trace() -> None:
             assert found.verdict is not None
             notes = " ".join(found.verdict.notes)
             assert ("is this a trace?" in notes) == each.name.startswith("scan"), each.name
+
+
+def test_a_patch_at_two_levels_stays_doubtful_and_its_gap_grows_with_its_model():
+    from dataclasses import replace
+
+    feature = replace(patch(on_plane(BED, 3, n=400)), level_gap=0.012)
+    plain = replace(feature, level_gap=None)
+    to_world = np.diag([2.0, 2.0, 2.0, 1.0])
+    large = {**records(feature), "m1": placed(MODEL, to_world)}
+    assert measure_all(records(plain), [plain])[0].verdict.quality == "good"
+    for known, said in ((records(feature), "0.012 m"), (large, "0.024 m")):
+        verdict = measure_all(known, [feature])[0].verdict
+        assert verdict.quality == "doubtful"
+        assert any("two levels" in reason and said in reason for reason in verdict.reasons)

@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
 from tests.extraction.planes_by_construction import grid_mesh, normal_of, sheet
 from vomstudio.extraction.facets import find_facets
+from vomstudio.extraction.selecting.neighbours import neighbours_of
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
@@ -73,3 +75,53 @@ def test_normals_of_a_file_that_are_wrong_in_part_are_used_where_they_are_right(
     assert found.exposure.coverage > 0.99
     assert len(found.facets) == 3
     assert any("normals of the file" in said for said in found.warnings) == (share > 0.0)
+
+
+def two_tiles(apart: float = 0.0, gap: float = 0.0, coarse: int = 1) -> Mesh:
+    """4 x 2 m of one plane in two meshes that share no corner, rounded apart, with a gap or an
+    overlap between them, one coarser than the other."""
+    rng = np.random.default_rng(31)
+    side = 40 // coarse + 1
+    one = grid_mesh(np.zeros((41, 41)), 0.05)
+    two = grid_mesh(np.zeros((side, side)), 0.05 * coarse)
+    beside = two.vertices + [2.0 + gap, 0.0, 0.0] + rng.uniform(-apart, apart, two.vertices.shape)
+    return Mesh(
+        np.concatenate([one.vertices, beside]),
+        np.concatenate([one.faces, two.faces + len(one.vertices)]).astype(np.int32),
+    )
+
+
+UNSTITCHED = [
+    {"apart": 1e-6}, {"apart": 5e-4}, {"apart": 2e-3}, {"gap": 0.02}, {"gap": -0.02},
+    {"coarse": 4}, {"coarse": 5, "gap": 0.01},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("tiles", UNSTITCHED)
+def test_a_plane_across_unstitched_tiles_is_one_facet(tiles: dict[str, float]) -> None:
+    found = find_facets(two_tiles(**tiles))
+    assert len(found.facets) == 1
+    facet = found.facets[0]
+    assert facet.area == pytest.approx(8.0, rel=0.01)
+    border = shapely.from_wkt(facet.border)
+    assert border.geom_type == "Polygon"
+    assert len(border.interiors) == 0
+    assert border.area == pytest.approx(8.0 + 2.0 * tiles.get("gap", 0.0), rel=0.005)
+    assert not any("hang together" in said for said in found.warnings)
+
+
+@pytest.mark.parametrize("tiles", UNSTITCHED)
+def test_growing_from_a_click_goes_on_across_tiles(tiles: dict[str, float]) -> None:
+    mesh = two_tiles(**tiles)
+    near = neighbours_of(mesh, 0.05)
+    assert near.piece(100, angle_deg=15.0, distance=0.02, left_out=None).mask.all()
+
+
+def test_tiles_that_are_farther_apart_than_their_sides_are_two_facets() -> None:
+    assert len(find_facets(two_tiles(gap=0.2)).facets) == 2
+
+
+def test_tiles_with_a_step_between_them_are_two_facets() -> None:
+    mesh = two_tiles()
+    mesh.vertices[41 * 41 :, 2] += 0.5
+    assert len(find_facets(mesh).facets) == 2

@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
 from tests import driver
+from tests.extraction.test_facets_with_levels import at_two_levels
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
@@ -237,3 +238,21 @@ def test_in_a_low_dock_nothing_lies_over_anything_else(window, panel) -> None:
     first = panel.table.model().index(0, 0)
     icon = first.data(Qt.ItemDataRole.DecorationRole).pixmap(16, 16).toImage()
     assert icon == theme.verdict_icon(first.data()).pixmap(16, 16).toImage()
+
+
+def test_a_facet_at_two_levels_says_so_in_the_list_and_as_a_patch(window, tmp_path) -> None:
+    path = tmp_path / "steps.xyz"
+    np.savetxt(path, at_two_levels(720, 3.0).points, fmt="%.6f")
+    window.open_path(path)
+    driver.settled(window)
+    window.actions_table.run("propose_facets")
+    panel = window.findChild(FacetsPanel)
+    driver.settled(window)
+    driver.wait(panel.start.isEnabled, "the model")
+    find(window, panel)
+    (proposed,) = panel._facets.found.measured
+    driver.click(panel.accept_all, panel.accept_all.rect().center())
+    (patch,) = patches(window)
+    for measured in (proposed, window.studio.measured([patch.id])[patch.id]):
+        assert measured.verdict.quality == "doubtful"
+        assert any("two levels" in reason for reason in measured.verdict.reasons)

@@ -45,8 +45,8 @@ class Facets(Shown):
 
     facets : how many; table : DataFrame of the orientation table's columns and `wkt` (the border,
         World), a row for each, its id the facet's label
-    coverage, near_planar_share : of the model's area, and of the exposed rock's; None where there
-        is none
+    coverage, near_planar_share : of the model's area, and of the exposed rock's; level_share : of
+        that rock's in facets that dip by less than 10 degrees; None where there is none
     sets, discontinuities : as `vs.sets` tells them, where they were asked for
     labels : {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none
     """
@@ -55,6 +55,7 @@ class Facets(Shown):
     table: Any
     coverage: float | None
     near_planar_share: float | None
+    level_share: float | None
     sets: tuple[DescribedSet, ...]
     discontinuities: tuple[Discontinuity, ...]
     labels: dict[str, npt.NDArray[np.int32]]

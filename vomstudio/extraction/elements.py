@@ -19,6 +19,7 @@ from vomstudio.extraction.points_around import (
     QUIET,
     Seen,
     drowned,
+    normals_of_places,
     scattered,
     seen_around,
 )
@@ -28,7 +29,7 @@ from vomstudio.geometry.kernels.cell_lists import bounds_of
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.shared_corners import counted_once, say_apart, snapped
+from vomstudio.geometry.nearby.shared_corners import across_gaps, counted_once, say_apart, snapped
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -39,6 +40,8 @@ Rows = npt.NDArray[np.int32]
 Labels = npt.NDArray[np.int32]
 
 _SMOOTHINGS = 12
+# Ours: neighbours of faces are turned by 30 degrees and more.
+_FEWEST_NOISY, _NOISY = 1_000, 0.12
 _PER_CELL = 16.0
 FEWEST_AROUND = 20
 """Points in a cell and those around it that tell a plane."""
@@ -353,8 +356,8 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     rows, nodes = rows[first], nodes[first]
     row_of = np.full(len(faces), -1, np.int64)
     row_of[rows] = np.arange(len(rows))
-    starts, near = _face_neighbours(nodes)
     own = corners[rows]
+    starts, near = _face_neighbours(nodes, own)
     places = own.mean(axis=1)
     areas = double[rows] / 2.0
     normals = cross[rows] / double[rows, None]
@@ -362,16 +365,20 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     inner = np.stack([(off[..., a] * off[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1)
     progress.stage(tr("Normals"), None)
-    normals, variation = _quiet_normals(
+    places = for_kernels(places, np.float64)
+    normals, variation, quiet = _quiet_normals(
         for_kernels(normals, np.float64), for_kernels(areas, np.float64), starts, near, angle_deg,
         progress,
     )  # fmt: skip
+    if not quiet:
+        found = normals_of_places(places, angle_deg, progress)
+        normals = normals if found is None else found
     # Two faces for each vertex.
     spacing = np.sqrt(2.0 * areas)
     return Elements(
         "face",
         origin,
-        for_kernels(places, np.float64),
+        places,
         normals,
         for_kernels(areas, np.float64),
         for_kernels(inner, np.float64),
@@ -386,9 +393,9 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     )
 
 
-def _face_neighbours(nodes: Ints) -> tuple[Ints, Rows]:
-    """Neighbours across edges of faces (k, 3 numbers of places); the faces of an edge that more
-    than two share follow each other in a ring."""
+def _face_neighbours(nodes: Ints, corners: Array) -> tuple[Ints, Rows]:
+    """Neighbours across edges of faces (k, 3 numbers of places), and across gaps; the faces of an
+    edge that more than two share follow each other in a ring."""
     k = len(nodes)
     a = nodes.ravel()
     b = np.roll(nodes, -1, axis=1).ravel()
@@ -396,8 +403,9 @@ def _face_neighbours(nodes: Ints) -> tuple[Ints, Rows]:
     order = np.argsort(key, kind="stable")
     same = np.diff(key[order]) == 0
     one, two = order[:-1][same] // 3, order[1:][same] // 3
-    source = np.concatenate([one, two])
-    target = np.concatenate([two, one])
+    before, _, beyond = across_gaps(nodes, corners)
+    source = np.concatenate([one, two, before, beyond])
+    target = np.concatenate([two, one, beyond, before])
     by = np.argsort(source, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(source, minlength=k))]).astype(np.int64)
     return starts, for_kernels(target[by], np.int32)
@@ -405,11 +413,11 @@ def _face_neighbours(nodes: Ints) -> tuple[Ints, Rows]:
 
 def _quiet_normals(
     normals: Array, areas: Array, starts: Ints, near: Rows, angle_deg: float, progress: Progress
-) -> tuple[Array, Array]:
-    """Normals smoothed until neighbours agree, and half the mean squared sine between each face as
-    it is and its neighbours: how rough the mesh is there."""
+) -> tuple[Array, Array, bool]:
+    """Normals smoothed until neighbours agree, half the mean squared sine between each face as it
+    is and its neighbours, which is how rough the mesh is there, and whether they agree."""
     if not len(near):
-        return normals, np.zeros(len(normals))
+        return normals, np.zeros(len(normals)), True
     cosine = np.empty(len(near))
     agreement(normals, starts, near, cosine)
     number = np.diff(starts)
@@ -420,10 +428,14 @@ def _quiet_normals(
     for _ in range(_SMOOTHINGS):
         angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
         if angle <= 0.5 * QUIET * angle_deg:
-            break
+            return normals, rough, True
         out = np.empty_like(normals)
         smoothed(normals, areas, starts, near, least, out)
         normals = out
         agreement(normals, starts, near, cosine)
         progress.step(0)
-    return normals, rough
+    # With noise of some half of a side faces look in all directions; where they are tells more.
+    # Those of a mesh with few faces are a block's own.
+    angle = np.degrees(np.arccos(min(float(np.median(cosine)), 1.0)))
+    noisy = len(normals) >= _FEWEST_NOISY and float(np.median(rough)) > _NOISY
+    return normals, rough, not noisy or bool(angle <= 0.5 * QUIET * angle_deg)

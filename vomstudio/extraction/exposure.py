@@ -2,8 +2,9 @@
 
 Tavani et al., section 4.1.3: where less than 30 % of the exposure is near-planar, planes found
 automatically do not stand for the outcrop. Vegetation is what scatters in all directions at the
-scale of the resolution (in a cloud), or is green and rough; debris is gentle ground whose pieces
-face all directions at a scale of twenty resolutions. What lies in a smooth facet is neither.
+scale of the resolution (in a cloud), or is green and rough, or very green, as a lawn is; debris is
+gentle ground whose pieces face all directions at a scale of twenty resolutions. No shape tells a
+level bed from a sheet of gravel or asphalt, so how much is level is told beside the share.
 """
 
 from __future__ import annotations
@@ -39,6 +40,10 @@ _SKIN = 0.75
 _SPARSE, _LOOSE = 16.0, 0.08
 _ROUGH = 0.02
 _GREEN = 0.08
+# Ours: grass has 0.2 to 0.4; more than the second figure is the green of a drawn scale.
+_GRASS = 0.14, 0.9
+LEVEL_DEG = 10.0
+"""Facets that dip by less may be ground."""
 _WIDE = 20.0
 _GENTLE_DEG = 40.0
 _JUMBLED = 0.25
@@ -51,6 +56,7 @@ class Exposure:
     coverage : of the whole model, the share that lies in facets
     near_planar_share : of the exposed rock, without vegetation and debris, the share in facets
         that are large beside the resolution
+    level_share : of the exposed rock, the share in such facets that dip by less than LEVEL_DEG
     vegetation_share, debris_share : of the whole model
     exposed_m2 : of the exposed rock; by_facet_m2 : (facets,) what each of the facets that are large
         beside the resolution has of it
@@ -60,6 +66,7 @@ class Exposure:
     area_m2: float
     coverage: float | None
     near_planar_share: float | None
+    level_share: float | None
     vegetation_share: float
     debris_share: float
     exposed_m2: float
@@ -67,10 +74,13 @@ class Exposure:
     covers: Labels
 
 
-def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array | None) -> Exposure:
+def exposure_of(
+    elements: Elements, labels: Labels, large: Bools, level: Bools, colors: Array | None
+) -> Exposure:
     """labels : (n,) facet of each element, -1 for none; large : (n,) whether that facet is so large
     beside the resolution that its error can be believed: any surface is planar at the scale of its
-    points; colors : (n, 3) 0 to 255 of the elements, or None."""
+    points; level : (n,) whether it dips by less than LEVEL_DEG; colors : (n, 3) 0 to 255 of the
+    elements, or None."""
     area = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     inside = labels >= 0
     variation = _mean_of_neighbours(elements)
@@ -81,8 +91,9 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
         area[volume] = np.minimum(area[volume], middle_of(area[~volume]))
     plants = ~inside & volume
     if colors is not None:
-        green = _green(colors)
+        green = _excess_green(colors) > _GREEN
         plants |= green & (variation > np.where(inside, 2.0 * _ROUGH, _ROUGH))
+        plants |= is_grass(colors)
     rubble = _jumbled_ground(elements, ~(inside | plants))
     covers = np.where(inside, 0, 1).astype(np.int32)
     covers[plants], covers[rubble] = 2, 3
@@ -90,10 +101,12 @@ def exposure_of(elements: Elements, labels: Labels, large: Bools, colors: Array 
     total, exposed = float(by.sum()), float(by[..., :2].sum())
     count = max(int(labels.max(initial=-1)) + 1, 0)
     own = np.where(large & (covers == 0), labels, -1)
+    flat = float(area[large & level & (covers == 0)].sum())
     return Exposure(
         total,
         float(by[:, 1].sum()) / total if total > 0.0 else None,
         float(by[1, :, :2].sum()) / exposed if exposed > 0.0 else None,
+        flat / exposed if exposed > 0.0 else None,
         float(by[..., 2].sum()) / total if total > 0.0 else 0.0,
         float(by[..., 3].sum()) / total if total > 0.0 else 0.0,
         exposed,
@@ -120,10 +133,16 @@ def fills_volume(elements: Elements, variation: Array | None = None, skin: bool 
     return np.asarray(none | (variation > limit))
 
 
-def _green(colors: Array) -> Bools:
+def is_grass(colors: Array) -> Bools:
+    """(n,) which colours (n, 3), 0 to 255, are so green that no rock is, however smooth."""
+    excess = _excess_green(colors)
+    return np.asarray((excess > _GRASS[0]) & (excess < _GRASS[1]))
+
+
+def _excess_green(colors: Array) -> Array:
     """Excess green (Woebbecke et al. 1995), of chromatic coordinates."""
     total = np.maximum(colors.sum(axis=1), 1.0)
-    return np.asarray((3.0 * colors[:, 1] - total) / total > _GREEN)
+    return np.asarray((3.0 * colors[:, 1] - total) / total)
 
 
 def _mean_of_neighbours(elements: Elements) -> Array:

@@ -24,7 +24,8 @@ class FacetTable(Shown):
     facets : how many; rows : of the orientation table with `wkt`, the border in World; the id of a
         row is the facet's label
     coverage : share of the model's area that lies in facets; near_planar_share : of the exposed
-        rock's, without vegetation and debris; None where there is none
+        rock's, without vegetation and debris; level_share : of it in facets that dip by less than
+        10 degrees, which may be ground; None where there is none
     sets, discontinuities : as `vomstudio sets` tells them, where they were asked for
     facet, set_of : (points,) int32 of each point or vertex of the model, -1 for none
     area_m2, vegetation_share, debris_share : of the whole model
@@ -35,6 +36,7 @@ class FacetTable(Shown):
     rows: list[Row]
     coverage: float | None
     near_planar_share: float | None
+    level_share: float | None
     sets: list[dict[str, Any]]
     discontinuities: list[dict[str, Any]]
     facet: npt.NDArray[np.int32]
@@ -88,6 +90,7 @@ def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> Fac
         rows=rows,
         coverage=seen.coverage,
         near_planar_share=seen.near_planar_share,
+        level_share=seen.level_share,
         sets=[],
         discontinuities=[],
         facet=found.labels,

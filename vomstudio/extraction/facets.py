@@ -17,13 +17,21 @@ from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
-from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE, Exposure, exposure_of, fills_volume
-from vomstudio.extraction.growing import grown, reach_of, share_going_over
-from vomstudio.extraction.kernels import grouped, powers_across
+from vomstudio.extraction.exposure import (
+    LEVEL_DEG,
+    NEAR_PLANAR_SHARE,
+    Exposure,
+    exposure_of,
+    fills_volume,
+    is_grass,
+)
+from vomstudio.extraction.growing import bending, grown, reach_of
+from vomstudio.extraction.kernels import grouped
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.heights.levels import level_gap, said_of_bend, said_of_levels
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -38,6 +46,7 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 Labels = npt.NDArray[np.int32]
 
 ANGLE_DEG = 20.0
@@ -46,11 +55,11 @@ _MOST_POINTS = 2**31 - 1
 # Facets of a mesh with few large faces are told by their area.
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
-_WAVY, _WAVY_TURN = 0.5, 3.0
+_WAVY, _WAVY_TURN = 0.4, 3.0
 # Ours, of standard deviations: a strip of even width is 3.5 of its own wide.
 _SLICE = 2.0
 # Ours; below this share of the spacing layers are no matter.
-_HUMPS, _TOLD = 0.72, 0.05
+_TOLD = 0.05
 # Ours: of the area, and by as much as areas of a dozen points each make it wider by chance.
 _THIN_PART, _CHANCE, _MANY = 0.9, 1.2, 5_000
 # In which facets are fitted, several at once.
@@ -77,7 +86,8 @@ class Limits:
 class Facet:
     """One facet. fit, verdict : of its plane in World; moments : of its points, World; area : m2;
     resolution : m, around it; border : polygon with holes in the plane, as WKT in World; rows : of
-    the faces or points"""
+    the faces or points; level_gap : m between the levels in which its points lie, None for one;
+    bent : it goes over into others beside it, as a piece of a wavy or curved face"""
 
     fit: PlaneFit
     moments: Moments
@@ -86,6 +96,8 @@ class Facet:
     resolution: float
     border: str | None
     rows: Ints
+    level_gap: float | None = None
+    bent: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,13 +182,16 @@ def find_facets(
         progress=progress,
         begun=elements.begun,
     )
-    labels = _without_volumes(elements, labels)
+    colors = _colors(data, elements)
+    labels = _without_most(labels, fills_volume(elements, skin=True))
+    if colors is not None:
+        elements, labels = _without_grass(elements, labels, colors)
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
-    wavy = share_going_over(elements, labels, _WAVY_TURN * limits.angle_deg)
-    return _told(data, elements, found, labels, usual, fewest, thresholds,
-                 wavy > _WAVY)  # fmt: skip
+    bent = bending(elements, labels, _WAVY_TURN * limits.angle_deg)
+    found = [_bent(facet) if one else facet for facet, one in zip(found, bent, strict=True)]
+    return _told(data, elements, found, labels, usual, fewest, thresholds, colors)
 
 
 def _with_shared_corners(mesh: Mesh) -> Mesh:
@@ -187,14 +202,29 @@ def _with_shared_corners(mesh: Mesh) -> Mesh:
     return mesh if own is vertices else replace(mesh, vertices=own)
 
 
-def _without_volumes(elements: Elements, labels: Labels) -> Labels:
-    """Without facets most of whose points fill a volume: slices of it are no surface."""
-    filling = np.flatnonzero(fills_volume(elements, skin=True) & (labels >= 0))
+def _without_most(labels: Labels, none: Bools) -> Labels:
+    """Without facets most of whose elements are (n,) none of the rock: slices of what fills a
+    volume, and lawns."""
+    filling = np.flatnonzero(none & (labels >= 0))
     if not len(filling):
         return labels
     count = np.bincount(labels + 1)[1:]
-    none = np.append(2 * np.bincount(labels[filling], minlength=len(count)) > count, False)
-    return np.where(none[labels], np.int32(-1), labels) if none.any() else labels
+    out = np.append(2 * np.bincount(labels[filling], minlength=len(count)) > count, False)
+    return np.where(out[labels], np.int32(-1), labels) if out.any() else labels
+
+
+def _without_grass(elements: Elements, labels: Labels, colors: Array) -> tuple[Elements, Labels]:
+    """The labels without facets that are mostly grass, which the elements' warnings tell."""
+    rock = _without_most(labels, is_grass(colors))
+    lost = (rock < 0) & (labels >= 0)
+    if not lost.any():
+        return elements, rock
+    said = tr(
+        "Facets whose photo colours are those of grass were left out as vegetation: {share:.0f} % "
+        "of the model.",
+        share=max(100.0 * float(elements.areas[lost].sum() / np.nansum(elements.areas)), 1.0),
+    )
+    return replace(elements, warnings=(*elements.warnings, said)), rock
 
 
 def facets_of_labels(
@@ -214,7 +244,8 @@ def facets_of_labels(
     was[fresh[kept]] = labels[kept]
     # There is no distance by which they were grown: that of the points counts.
     reach = float(np.median(elements.spacing))
-    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, False), was
+    colors = _colors(cloud, elements)
+    return _told(cloud, elements, found, fresh, reach, fewest, thresholds, colors), was
 
 
 def _told(
@@ -225,10 +256,11 @@ def _told(
     reach: float,
     fewest: int,
     thresholds: Thresholds,
-    wavy: bool,
+    colors: Array | None,
 ) -> Facets:
     large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
-    exposure = exposure_of(elements, labels, large[labels], _colors(data, elements))
+    level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in found] + [False])
+    exposure = exposure_of(elements, labels, large[labels], level[labels], colors)
     return Facets(
         found,
         _of_points(data, elements, labels),
@@ -237,7 +269,7 @@ def _told(
         fewest,
         exposure,
         _of_points(data, elements, exposure.covers),
-        (*elements.warnings, *_said(elements, found, exposure, wavy)),
+        (*elements.warnings, *_said(elements, found, exposure)),
     )
 
 
@@ -313,17 +345,14 @@ def _facet(
         polygon, axes = polygon_of_points(points, wide, fit.centroid, fit.normal)
         area = float(polygon.area)
     resolution = max(spacing, fit.rms or 0.0)
+    thick = (fit.rms or 0.0) > _TOLD * spacing
+    gap = level_gap(points, fit.normal) if thick else None
     verdict = judge(
-        fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds
-    )
-    if (fit.rms or 0.0) > _TOLD * spacing and _is_double(points, fit):
-        verdict = replace(
-            verdict,
-            quality="doubtful" if verdict.quality == "good" else verdict.quality,
-            reasons=(*verdict.reasons, _double(fit.rms or 0.0)),
-        )
+        fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds,
+        seen=said_of_levels(gap),
+    )  # fmt: skip
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
-    return Facet(fit, known, verdict, area, resolution, border, rows)
+    return Facet(fit, known, verdict, area, resolution, border, rows, gap)
 
 
 def _wide_spacing(areas: Array) -> float:
@@ -335,22 +364,17 @@ def _wide_spacing(areas: Array) -> float:
     return float(np.sqrt(lined[np.searchsorted(upto, _THIN_PART * upto[-1])])) / _CHANCE
 
 
-def _is_double(points: Array, fit: PlaneFit) -> bool:
-    """Whether the distances of points (n, 3) from their plane are in two humps, by Sarle's
-    coefficient: 1/3 for a normal distribution, 0.56 for an even one, 0.66 for those of a bow, 1 for
-    two values."""
-    normal = for_kernels(fit.normal, np.float64)
-    two, three, four = powers_across(for_kernels(points, np.float64), fit.centroid, normal)
-    skew, peak = three / two**1.5, four / two**2
-    return bool((skew * skew + 1.0) / peak > _HUMPS)
-
-
-def _double(rms: float) -> str:
-    return tr(
-        "Its points lie in two layers some {gap:.2g} m apart, as of two scans that do not fit or "
-        "of two surfaces, and the plane is between them. Allow less distance to have each by "
-        "itself.",
-        gap=2.0 * rms,
+def _bent(facet: Facet) -> Facet:
+    """Said to be a piece of a wavy or curved face."""
+    verdict = facet.verdict
+    return replace(
+        facet,
+        bent=True,
+        verdict=replace(
+            verdict,
+            quality="doubtful" if verdict.quality == "good" else verdict.quality,
+            reasons=(*verdict.reasons, *said_of_bend(True)),
+        ),
     )
 
 
@@ -403,7 +427,7 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
     return result
 
 
-def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: bool) -> list[str]:
+def _said(elements: Elements, found: list[Facet], exposure: Exposure) -> list[str]:
     if not found and elements.of == "point" and not elements.around:
         return [
             tr(
@@ -429,12 +453,33 @@ def _said(elements: Elements, found: list[Facet], exposure: Exposure, wavy: bool
                 share=100.0 * share,
             )
         )
-    if wavy:
+    said += _of_ground(exposure)
+    whole = sum(facet.area for facet in found)
+    if sum(facet.area for facet in found if facet.bent) > _WAVY * whole:
         said.append(
             tr(
-                "Most facets go over into a neighbour that is turned by little, so they are pieces "
+                "Many facets bend on into a neighbour that is turned by little, so they are pieces "
                 "of wavy or curved faces. Allow a larger distance for planes of whole faces, or "
                 "pick traces by hand."
             )
         )
     return said
+
+
+def _of_ground(exposure: Exposure) -> list[str]:
+    """What of the share may be level ground, where that is much of it."""
+    level, share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
+    if level < NEAR_PLANAR_SHARE:
+        return []
+    rest = (share - level) / (1.0 - level) if level < 1.0 else 0.0
+    return [
+        tr(
+            "{level:.0f} % of what counts as exposed rock is in facets that dip by less than "
+            "{limit:g}°. Where these are no level beds but gravel, asphalt or another sheet of "
+            "ground, they are no exposure: without them {rest:.0f} % is near-planar (30 % "
+            "recommended). Leave ground out of the model first.",
+            level=100.0 * level,
+            limit=LEVEL_DEG,
+            rest=100.0 * max(rest, 0.0),
+        )
+    ]

@@ -40,11 +40,13 @@ about their own."""
 
 
 _PARALLEL_DEG = 2.0
-_TURNING = 0.25
-"""Of the turn from one piece of a bend to the next, what normals turn within both from their middle
-to their outer third: 0.6 on a cylinder, and about nothing beside an edge between planes."""
+_TURNING = 0.125
+"""Of the turn from one piece of a bend to the next, what normals turn within one of the two from
+its middle to its outer third: 0.3 on a cylinder, and about nothing beside an edge of planes."""
 _PARTS = (0.35, 0.65, 0.93)
-_LOOKED_AT, _FEWEST_TURNING, _MOST_FACETS = 3000, 30, 200
+_TURNING_ROUND, _FEWEST_BESIDE = 0.06, 3
+"""The same on the mean of all that are beside one, if these are so many."""
+_LOOKED_AT, _FEWEST_TURNING, _MOST_FACETS = 1500, 30, 500
 _LOOSE = 0.35
 """A slice of a cloud without a surface, as clutter is, has more neighbours than this beside it that
 are of no facet."""
@@ -382,41 +384,39 @@ def _count(labels: Labels) -> int:
     return max(int(labels.max(initial=NONE)) + 1, 0)
 
 
-def share_going_over(elements: Elements, labels: Labels, angle_deg: float) -> float:
-    """Of the facets' area, the share of those that go over into another one: pieces of a face that
-    is wavy or curved.
+def bending(elements: Elements, labels: Labels, angle_deg: float) -> Bools:
+    """(f,) which of the facets, the largest first, bend and go on so into another one: pieces of a
+    face that is wavy or curved. Of more than some hundred only the largest are looked at.
 
-    The two are turned by less than the angle, but not by so little that they are parallel, and
-    their points turn from the middle of a facet towards the other, as those on a bend do. Beside an
-    edge between planes only a few of them turn.
+    The two are turned by less than the angle, but not by so little that they are parallel, and the
+    facet's points turn from its middle towards the other, as those on a bend do. Beside an edge
+    between planes only a few of them turn, and beside a worn edge those of the edge.
     """
     f = _count(labels)
+    bent = np.zeros(f, np.bool_)
     if f < 2:
-        return 0.0
+        return bent
     planes = planes_of(elements, labels)
     pairs = _touching(elements, labels, f)
     turn = _angle_deg(planes.normal[pairs[:, 0]], planes.normal[pairs[:, 1]])
     pairs = pairs[(turn > _PARALLEL_DEG) & (turn < angle_deg)]
-    # Of thousands some hundreds say as much, each as likely to be among them as it is large.
-    chosen = np.ones(f, np.bool_)
-    if f > _MOST_FACETS:
-        share = planes.area / planes.area.sum()
-        drawn = np.random.default_rng(0).choice(f, _MOST_FACETS, p=share)
-        chosen = np.bincount(drawn, minlength=f) > 0
-    pairs = pairs[chosen[pairs].any(axis=1)]
+    pairs = pairs[(pairs < _MOST_FACETS).any(axis=1)]
     ends, rows = np.zeros(f + 1, np.int64), np.empty(len(labels), np.int64)
     grouped(labels, ends, rows)
     some = [rows[a:b][:: max(1, (b - a) // _LOOKED_AT)] for a, b in pairwise(ends.tolist())]
-    going = np.zeros(f, np.bool_)
+    # Where pieces are small one neighbour may not tell it, all of them together do.
+    sums = np.zeros((f, 3))
     for one, two in pairs.tolist():
-        turned, error = _turning(elements, planes, some[one], one, two) + _turning(
-            elements, planes, some[two], two, one
-        )
-        if turned > _TURNING + 2.0 * np.sqrt(error):
-            going[[one, two]] = True
-    if f > _MOST_FACETS:
-        return float(going[drawn].mean())
-    return float(planes.area[going].sum() / planes.area.sum())
+        own = _turning(elements, planes, some[one], one, two)
+        other = _turning(elements, planes, some[two], two, one)
+        for facet, (turned, error) in ((one, own), (two, other)):
+            bent[facet] |= bool(turned > _TURNING + 2.0 * np.sqrt(error))
+            if 0.0 < error < np.inf:
+                sums[facet] += 1.0, 1.0 / error, turned / error
+    known = sums[:, 0] >= _FEWEST_BESIDE
+    weight = np.where(known, sums[:, 1], 1.0)
+    bent |= known & (sums[:, 2] / weight > _TURNING_ROUND + 3.0 / np.sqrt(weight))
+    return np.asarray(bent)
 
 
 def _turning(elements: Elements, planes: Planes, rows: Ints, one: int, two: int) -> Array:
@@ -434,7 +434,7 @@ def _turning(elements: Elements, planes: Planes, rows: Ints, one: int, two: int)
     whole /= float(other @ normal) * size
     off = elements.places[rows] - planes.centre[one]
     place, height = off @ (towards / size), off @ normal
-    inner, middle, end = np.quantile(place, _PARTS)
+    inner, middle, end = np.sort(place)[(np.array(_PARTS) * len(place)).astype(np.int64)]
     slopes = [
         _slope(place[own], height[own])
         for own in ((place > middle) & (place < end), (place > inner) & (place < middle))

@@ -305,19 +305,3 @@ def grouped(labels, starts, order):  # type: ignore[no-untyped-def]
     for f in range(len(starts) - 1, 0, -1):
         starts[f] = starts[f - 1]
     starts[0] = 0
-
-
-@kernel("Tuple((f8,f8,f8))(f8[:,::1], f8[::1], f8[::1])")
-def powers_across(points, centre, normal):  # type: ignore[no-untyped-def]
-    """The means of the second, third and fourth power of the distances from a plane."""
-    x, y, z = normal[0], normal[1], normal[2]
-    two, three, four = 0.0, 0.0, 0.0
-    for p in range(len(points)):
-        off = (
-            (points[p, 0] - centre[0]) * x
-            + (points[p, 1] - centre[1]) * y
-            + (points[p, 2] - centre[2]) * z
-        )
-        square = off * off
-        two, three, four = two + square, three + square * off, four + square * square
-    return two / len(points), three / len(points), four / len(points)

@@ -34,6 +34,8 @@ _BLOCK = 20_000
 # A plane has a variation near 0; with noise of 1.7 spacings that of the most points is above this,
 # and at an edge of 90 degrees 0.1.
 _DROWNED, _QUIET_PART = 0.11, 0.2
+# Of a mesh with noise of one side half of this.
+_FLAT_AROUND = 0.08
 # A hundred points that fill a block are above it in 98 of 100 cases; of those of a plane that has
 # as many as are scattered around it hardly any are.
 _SCATTERED, _IN_BLOCK, _IN_CELL = 0.22, 60, 4.0
@@ -84,6 +86,22 @@ def scattered(places: Array) -> tuple[Bools, float]:
     filled = (count >= _IN_BLOCK) & (spreads[:, 0] > _SCATTERED * spreads.sum(axis=1))
     area = grid.side**2 / _IN_CELL ** (2.0 / 3.0)
     return np.repeat(filled, np.diff(grid.begins))[grid.row_of], area
+
+
+def normals_of_places(places: Array, angle_deg: float, progress: Progress) -> Array | None:
+    """(n, 3) normals of places by as many of those around as make neighbours' normals agree; None
+    where these are not flat."""
+    tree = _tree(places)
+    around = _wanted_neighbours(tree, places, angle_deg, 0.5)
+    normals, variation = np.empty((len(places), 3)), np.empty(len(places))
+
+    def work(block: slice) -> None:
+        rows = np.arange(block.start, block.stop)
+        near = np.ascontiguousarray(tree.query(places[rows], k=around)[1], np.int32)
+        normals[block], variation[block] = _planes(places, rows, near)
+
+    in_blocks(work, len(places), progress, _BLOCK)
+    return normals if float(np.nanmedian(variation)) < _FLAT_AROUND else None
 
 
 def seen_around(

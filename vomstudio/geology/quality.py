@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -120,6 +121,7 @@ def judge(
     kind: Kind = "trace",
     thresholds: Thresholds = DEFAULTS,
     registration_deg: float | None = None,
+    seen: Sequence[str] = (),
 ) -> Verdict:
     """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
     that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
@@ -130,6 +132,7 @@ def judge(
         sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     registration_deg : 95 % half-angle by which the model's registration can tilt the plane
+    seen : what the surface itself says against its plane (geometry/heights/levels.py)
     """
     if fit.error is not None:
         said = tr("There is no plane: {error}", error=_sentence(fit.error))
@@ -137,7 +140,7 @@ def judge(
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
     poor, reasons, notes = decided(fit, kind, resolution_m, thresholds, registration_deg)
-    reasons += drawn
+    reasons += [*drawn, *seen]
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
 
@@ -305,11 +308,9 @@ def _of_direction(
     if angle <= t.good_confidence95_deg:
         return False, []
     poor = angle > t.poor_confidence95_deg
-    limit = (
-        tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
-        if poor
-        else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
-    )
+    limit = tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
+    if poor:
+        limit = tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
     own = angle
     if registration_deg is not None:
         own = total_error_deg(fit, resolution_m, kind) or 0.0

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -137,7 +138,7 @@ def _excesses(u: Floats, v: Floats, r: Floats, side: int) -> tuple[float, float]
         four = (side // 2, 2, side // 2, 2)
         wide, heights = (x.reshape(four).sum(axis=(1, 3)).ravel() for x in (count, sums[:, 2]))
         return _excess(count, sums[:, 2]), _excess(wide, heights)
-    fine, coarse = (_cells(u, v, k) for k in (side, side // 2))
+    fine, coarse = (equal_cells(u, v, k) for k in (side, side // 2))
     of_fine, of_coarse = (_excess(np.bincount(c), np.bincount(c, r)) for c in (fine, coarse))
     return of_fine, of_coarse
 
@@ -184,7 +185,7 @@ def _products(
         a, b, h = (sums[:, :3] / np.maximum(count, 1)[:, None]).T
         less = a * a, a * b, b * b, a * h, b * h
         return tuple(np.asarray(sums[:, 3 + i] - count * x) for i, x in enumerate(less))
-    cell = _cells(rows, columns, side)
+    cell = equal_cells(rows, columns, side)
     count = np.maximum(np.bincount(cell), 1)
     a, b, h = (x - (np.bincount(cell, x) / count)[cell] for x in (u, v, r))
     products = a * a, a * b, b * b, a * h, b * h
@@ -210,23 +211,28 @@ def _sums(
     return count, sums
 
 
-def _cells(u: Floats, v: Floats, side: int) -> Ints:
+def equal_cells(u: npt.NDArray[Any], v: npt.NDArray[Any], side: int) -> Ints:
     """Which of side x side cells of equal count each point is in."""
-    slab = _equal_parts(u, side)
-    cell = np.empty(len(u), np.int64)
-    for i in range(side):
-        own = np.flatnonzero(slab == i)
-        cell[own] = i * side + _equal_parts(v[own], side)
+    n = len(u)
+    slab = np.empty(n, np.int16)
+    slab[np.argsort(u, kind="stable")] = _equal_parts(np.arange(n), np.int64(n), side)
+    lined = np.argsort(v, kind="stable")
+    lined = lined[np.argsort(slab[lined], kind="stable")]
+    count = np.bincount(slab, minlength=side)
+    of = slab[lined].astype(np.int64)
+    begin = np.cumsum(count) - count
+    cell = np.empty(n, np.int64)
+    cell[lined] = of * side + _equal_parts(np.arange(n) - begin[of], count[of], side)
     return cell
 
 
-def _equal_parts(values: Floats, parts: int) -> Ints:
-    """Which of that many parts of equal count each value is in."""
-    part = np.empty(len(values), np.int64)
-    part[np.argsort(values, kind="stable")] = np.repeat(
-        np.arange(parts), [len(own) for own in np.array_split(np.empty(len(values)), parts)]
-    )
-    return part
+def _equal_parts(place: Ints, count: Any, parts: int) -> Ints:
+    """Which of so many parts of nearly equal size, the larger ones first, a place among `count` is
+    in."""
+    size, more = np.divmod(count, parts)
+    first = more * (size + 1)
+    late = more + (place - first) // np.maximum(size, 1)
+    return np.asarray(np.where(place < first, place // (size + 1), late), np.int64)
 
 
 def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:

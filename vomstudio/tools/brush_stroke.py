@@ -14,6 +14,7 @@ from vomstudio.document.records import SURROUNDINGS_RULE, Model, Painted
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.heights.levels import level_gap
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import Moments, moments, outline, runs_of
 from vomstudio.tools.interaction_types import Area, Hit
@@ -92,7 +93,7 @@ class Stroke:
         if whole:
             return record_figures(self.surface, ids)
         points, weights = self.surface.weighted(ids)
-        figures = _moments_and_area(self.surface, ids, moments(points, weights))
+        figures = _moments_and_area(self.surface, ids, points, moments(points, weights))
         spacing = self.surface.resolution_near(points) if self.quick else self.resolution
         return {**figures, "resolution": spacing}
 
@@ -126,7 +127,7 @@ def record_figures(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[st
     with contextlib.suppress(VomError):
         ring = outline(points, fit_moments(known.n, known.mean, known.scatter).normal)
     return {
-        **_moments_and_area(surface, ids, known),
+        **_moments_and_area(surface, ids, points, known),
         "runs": runs_of(ids),
         "outline": ring,
         "resolution": surface.resolution_near(points),
@@ -134,7 +135,10 @@ def record_figures(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[st
 
 
 def _moments_and_area(
-    surface: PaintSurface, ids: npt.NDArray[np.int64], known: Moments
+    surface: PaintSurface,
+    ids: npt.NDArray[np.int64],
+    points: npt.NDArray[np.float64],
+    known: Moments,
 ) -> dict[str, Any]:
     return {
         "n": known.n,
@@ -143,4 +147,6 @@ def _moments_and_area(
         "n_effective": known.n_effective,
         "area": surface.area_of(ids),
         "rule": SURROUNDINGS_RULE,
+        "bent": False,
+        "level_gap": level_gap(points, np.linalg.eigh(np.asarray(known.scatter))[1][:, 0]),
     }

@@ -27,6 +27,7 @@ from vomstudio.document.records import Painted, Point, Repeatable, Surrounded, T
 from vomstudio.errors import GeometryError
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
+from vomstudio.geometry.heights.levels import said_of_bend, said_of_levels
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.units import area_text
 from vomstudio.words import to_translate as _
@@ -38,7 +39,9 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     """element, runs, n, mean, outline: as in Painted. scatter, n_effective: with n and mean the
     moments of its points in the file frame (geometry/patches.py), so that the plane survives a
     missing model. area: of the faces, in file units squared, None for points. rule: by which the
-    resolution was measured. Other fields as in Trace.
+    resolution was measured. level_gap: how far apart the levels are in which its points lie
+    (geometry/heights/levels.py), file units, None where they lie in one. bent: proposed as a piece
+    of a wavy or curved face. Other fields as in Trace.
     """
 
     id: str
@@ -61,6 +64,8 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     rule: int = 0
     repeat_of: str | None = None
     interpreter: str | None = None
+    level_gap: float | None = None
+    bent: bool = False
 
 
 def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
@@ -95,6 +100,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         kind="patch",
         thresholds=at.thresholds,
         registration_deg=tilt,
+        seen=(*said_of_levels(in_world(patch.level_gap, rows)), *said_of_bend(patch.bent)),
     )
     verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
     return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)

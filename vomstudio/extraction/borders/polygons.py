@@ -28,6 +28,8 @@ _LONGEST_TEXT = 100_000
 _SECTOR_SQUARES = 32
 # Of cells with more points one of each square is enough.
 _CROWDED, _SQUARES = 64, 8
+# Of a side: the gap between the pieces of a facet is up to twice as wide.
+_CLOSED = 0.8
 
 
 def axes_in(normal: Array) -> Array:
@@ -45,7 +47,35 @@ def polygon_of_faces(corners: Array, centre: Array, normal: Array) -> tuple[Any,
     axes = axes_in(normal)
     flat = ((corners.reshape(-1, 3) - centre) @ axes.T).reshape(-1, 3, 2)
     lines = np.stack([flat, np.roll(flat, -1, axis=1)], axis=2).reshape(-1, 2, 2)
-    return _around(lines[_free(ends)]), axes
+    pieces = _pieces(nodes)
+    if not pieces.any():
+        return _around(lines[_free(ends)]), axes
+    side = float(np.median(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)))
+    return _closed(lines, ends, np.repeat(pieces, 3), _CLOSED * side), axes
+
+
+def _pieces(nodes: Ints) -> Ints:
+    """(k,) which piece that hangs together each face (k, 3) is of."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n = int(nodes.max()) + 1
+    one, two = nodes[:, [0, 1]].ravel(), nodes[:, [1, 2]].ravel()
+    graph = coo_matrix((np.ones(len(one), np.int8), (one, two)), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1][nodes[:, 0]], np.int64)
+
+
+def _closed(lines: Array, ends: Ints, pieces: Ints, width: float) -> Any:
+    """What the pieces' free edges go around, which may overlap, with the gaps between them that are
+    narrower than twice the width."""
+    import shapely
+
+    parts = []
+    for own in np.split(np.argsort(pieces, kind="stable"), np.cumsum(np.bincount(pieces))[:-1]):
+        parts.append(_around(lines[own[_free(ends[own])]]))
+    whole = shapely.union_all(parts)
+    wider = shapely.buffer(whole, width, join_style="mitre")
+    return shapely.union(whole, shapely.buffer(wider, -width, join_style="mitre"))
 
 
 def polygon_of_points(

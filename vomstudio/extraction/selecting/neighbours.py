@@ -20,6 +20,7 @@ from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import PointGrid, in_blocks
+from vomstudio.geometry.nearby.shared_corners import across_gaps
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.progress import Silent
 from vomstudio.words import tr
@@ -33,6 +34,8 @@ MOST = 2_000_000
 CELL = 2.0
 """Mean spacings on a side of the cells in which points stand: about 4 points each, and 30 in those
 that touch one, of which a normal is worked out."""
+_APART = 0.7
+"""Of sides that are of one face only: where more are, the faces do not hang together."""
 _AT_ONCE = 1_000_000
 _FEW = 8
 
@@ -108,6 +111,20 @@ class MeshNeighbours:
 
         in_blocks(own, len(faces), Silent(), _AT_ONCE)
         in_blocks(mean, len(faces), Silent(), _AT_ONCE)
+        self._reach_over_gaps(nodes)
+
+    def _reach_over_gaps(self, nodes: npt.NDArray[np.int32]) -> None:
+        """Tiles that share no corners are one surface all the same. nodes : of the vertices"""
+        alone = self._beside < 0
+        if alone.mean() > _APART:
+            return
+        free = np.flatnonzero(alone.any(axis=1))
+        own = self._vertices[self._faces[free]]
+        sound = np.isfinite(own).all(axis=(1, 2))
+        free, own = free[sound], own[sound]
+        corners = nodes[self._faces[free]].astype(np.int64)
+        row, side, other = across_gaps(corners, own, alone[free])
+        self._beside[free[row], side] = free[other]
 
     def piece(
         self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None

@@ -1,5 +1,5 @@
-"""What a mesh's faces share: corners at one place are one corner, and faces on the same corners are
-one piece of surface."""
+"""What a mesh's faces share: corners at one place are one corner, faces on the same corners are one
+piece of surface, and free sides beside each other, as at the seam of two tiles, are one side."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ _NEAR = 4e-3
 _MANY = 1.5
 """For each face; where faces share corners there is one for two of them."""
 _APART, _FEW = 0.7, 20
+_WITHIN, _LOOKED_AT, _BESIDE = 0.75, 9, 2
+"""Ours: a gap is no more than so many times the two sides; so many are looked at and taken."""
 
 
 def snapped(places: Array, faces: Ints) -> Array:
@@ -42,6 +44,36 @@ def snapped(places: Array, faces: Ints) -> Array:
     result[used] = places[first[number]]
     # Nothing is gained where the faces are apart in truth.
     return result if _loose(welded(result)[faces]) < 0.9 * loose else places
+
+
+def across_gaps(nodes: Ints, corners: Array, alone: Bools | None = None) -> tuple[Ints, Ints, Ints]:
+    """Faces, their sides (0 to 2) that are of one face only, and the faces that have such a side
+    beside that one: what is nearer than a side is long is as near as neighbours are, whether tiles
+    were cut there, rounded apart, overlap, or are not as fine as each other. nodes : (k, 3) numbers
+    of corners (k, 3, 3); alone : (k, 3) which sides are of one face, where these are not all faces.
+    Nothing where most faces are apart."""
+    from scipy.spatial import cKDTree
+
+    none = np.zeros(0, np.int64)
+    free = np.flatnonzero(_alone(nodes) if alone is None else alone.ravel())
+    if len(free) < 2 or (alone is None and len(nodes) >= _FEW and len(free) > _APART * nodes.size):
+        return none, none, none
+    face, side = free // 3, free % 3
+    begin, end = corners[face, side], corners[face, (side + 1) % 3]
+    length = np.linalg.norm(end - begin, axis=1)
+    middle = (begin + end) / 2.0
+    count = min(_LOOKED_AT, len(free))
+    apart, other = cKDTree(middle).query(middle, k=count)
+    beside = apart <= _WITHIN * (length[:, None] + length[other])
+    a, b = nodes[face, side], nodes[face, (side + 1) % 3]
+    for one in (a, b):
+        for two in (a, b):
+            # Sides of one border follow each other.
+            beside &= one[:, None] != two[other]
+    beside &= face[:, None] != face[other]
+    beside &= np.cumsum(beside, axis=1) <= _BESIDE
+    row, column = np.nonzero(beside)
+    return face[row], side[row], face[other[row, column]]
 
 
 def say_apart(nodes: Ints, said: list[str]) -> None:
@@ -79,12 +111,24 @@ def counted_once(nodes: Ints, said: list[str]) -> Bools:
 
 def _loose(nodes: Ints) -> float:
     """Of the sides of faces, the share that is of one face only."""
+    return float(_alone(nodes).mean())
+
+
+def _alone(nodes: Ints) -> Bools:
+    """(3 k,) which sides of faces (k, 3) are of one face only."""
+    key = _side_keys(nodes)
+    order = np.argsort(key, kind="stable")
+    same = np.diff(key[order]) == 0
+    alone = np.empty(len(key), np.bool_)
+    alone[order] = ~(np.append(same, False) | np.append(False, same))
+    return alone
+
+
+def _side_keys(nodes: Ints) -> Ints:
+    """A number for each side of faces (k, 3), one after the other, the same for the same ends."""
     a = nodes.ravel()
     b = np.roll(nodes, -1, axis=1).ravel()
-    key = np.sort(np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b))
-    same = key[1:] == key[:-1]
-    shared = np.append(same, False) | np.append(False, same)
-    return float(1.0 - shared.mean())
+    return np.asarray(np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b))
 
 
 def _nearly_welded(places: Array, near: float) -> Ints:

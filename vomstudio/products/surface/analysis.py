@@ -18,6 +18,7 @@ from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.gaps import lacking
 from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.heights.levels import level_gap, said_of_levels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import face_areas, face_points, moments
@@ -189,7 +190,7 @@ def analyse(
                "finer part of the model.",
                count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS, cell=plan.grid.gsd)
         )  # fmt: skip
-    row = _row(fit, area, edge, model, frame, thresholds)
+    row = _row(fit, points, area, edge, model, frame, thresholds)
     found = where_it_holds(deviations, noise)
     trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
     rounding = _ROUNDINGS * max(
@@ -236,12 +237,19 @@ def _fitted(data: Mesh | PointCloud) -> tuple[Array, PlaneFit, float | None]:
 
 
 def _row(
-    fit: PlaneFit, area: float | None, edge: float, model: str, frame: str, thresholds: Thresholds
+    fit: PlaneFit,
+    points: Array,
+    area: float | None,
+    edge: float,
+    model: str,
+    frame: str,
+    thresholds: Thresholds,
 ) -> Row:
     resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
     verdict = judge(
-        fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds
-    )
+        fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds,
+        seen=said_of_levels(level_gap(points[np.isfinite(points).all(axis=1)], fit.normal)),
+    )  # fmt: skip
     return plane_row(
         fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, model=model, frame=frame
     )
@@ -295,7 +303,7 @@ def _trim(
     except GeometryError:
         return None, np.ones(len(points), np.bool_)
     turn = math.degrees(math.acos(min(abs(float(rest.normal @ fit.normal)), 1.0)))
-    made = _row(rest, None, edge, model, frame, thresholds)
+    made = _row(rest, points[holds], None, edge, model, frame, thresholds)
     return Trim(found.departs, found.limit, turn, made), holds
 
 

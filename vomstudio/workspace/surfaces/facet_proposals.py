@@ -404,6 +404,7 @@ def _proposals(
                 float(of["n_effective"][i]), tuple(_triple(p) for p in ring),
                 float(of["area"][i]) if told.element == "face" else None,
                 float(of["resolution"][i]), rule=SURROUNDINGS_RULE,
+                level_gap=float(of["level_gap"][i]) or None, bent=bool(of["bent"][i]),
             )
         )  # fmt: skip
     measured = measure_all(records, patches, thresholds)

@@ -1,0 +1,134 @@
+"""Facets, and patches of what they are, whose points lie at two levels or in two layers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.extraction.planes_by_construction import angle_deg, axes_of, grid_mesh, normal_of
+from vomstudio.extraction.facets import Facets, find_facets
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+
+ATTITUDE = (100.0, 60.0)
+NOISE = 0.004
+
+
+def turned(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> np.ndarray:
+    u, v = axes_of(*ATTITUDE)
+    n = normal_of(*ATTITUDE)
+    return x[:, None] * u + y[:, None] * v + height[:, None] * n
+
+
+def at_two_levels(seed: int, times: float, share: float = 0.5, *, over: bool = False) -> PointCloud:
+    """2 x 2 m with a step of so many times the noise, or with a layer over the other."""
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(-1.0, 1.0, (2, 8000))
+    up = rng.random(8000) < share if over else x > 1.0 - 2.0 * share
+    return PointCloud(turned(x, y, NOISE * (rng.standard_normal(8000) + times * up)))
+
+
+def are_told(found: Facets) -> bool:
+    """The two levels are two good planes of the right attitude, or the one is said to be none."""
+    if len(found.facets) == 1:
+        verdict = found.facets[0].verdict
+        return verdict.quality != "good" and any("two levels" in said for said in verdict.reasons)
+    return all(
+        angle_deg(facet.fit.normal, normal_of(*ATTITUDE)) < 0.1 for facet in found.facets[:2]
+    )
+
+
+@pytest.mark.parametrize("seed", range(700, 704))
+@pytest.mark.parametrize(
+    ("times", "share"), [(2.0, 0.5), (3.0, 0.5), (5.0, 0.5), (3.0, 0.2), (5.0, 0.2)]
+)
+def test_a_step_of_some_times_the_noise_is_told(times: float, share: float, seed: int) -> None:
+    assert are_told(find_facets(at_two_levels(seed, times, share)))
+
+
+@pytest.mark.parametrize("seed", range(704, 708))
+@pytest.mark.parametrize("times", [4.0, 5.0, 7.0])
+def test_a_layer_over_another_is_told(times: float, seed: int) -> None:
+    found = find_facets(at_two_levels(seed, times, over=True))
+    assert len(found.facets) == 1
+    assert are_told(found)
+    assert found.facets[0].level_gap == pytest.approx(times * NOISE, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", range(708, 711))
+@pytest.mark.parametrize("times", [2.0, 3.0])
+def test_a_step_in_a_mesh_is_told(times: float, seed: int) -> None:
+    heights = NOISE * np.random.default_rng(seed).standard_normal((100, 100))
+    heights[:, 50:] += times * NOISE
+    mesh = grid_mesh(heights, 0.02)
+    assert are_told(find_facets(Mesh(turned(*mesh.vertices.T), mesh.faces)))
+
+
+@pytest.mark.parametrize("seed", range(711, 714))
+def test_one_level_is_not_told_to_be_two(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, y = rng.uniform(-1.0, 1.0, (2, 8000))
+    noise = rng.standard_normal(8000)
+    for height in (
+        NOISE * noise,
+        # Even noise, a bow, and a wave of the height of the noise.
+        NOISE * rng.uniform(-1.0, 1.0, 8000),
+        NOISE * (noise + 4.0 * x * x),
+        NOISE * (noise + np.sin(8.0 * x)),
+    ):
+        found = find_facets(PointCloud(turned(x, y, height)))
+        assert found.facets[0].level_gap is None
+        assert found.facets[0].verdict.quality == "good"
+
+
+@pytest.mark.parametrize("dip", [0.0, 0.3, 5.0])
+def test_coordinates_on_a_grid_are_no_levels(dip: float) -> None:
+    rng = np.random.default_rng(714)
+    x, y = rng.uniform(-1.0, 1.0, (2, 8000))
+    height = x * np.tan(np.radians(dip)) + NOISE * rng.standard_normal(8000)
+    points = np.round(np.stack([x, y, height], axis=1), 2)
+    found = find_facets(PointCloud(points))
+    assert found.facets[0].level_gap is None
+    assert found.facets[0].verdict.quality == "good"
+
+
+def worn_cube(rng: np.random.Generator, radius: float) -> np.ndarray:
+    """2 m wide, its edges and corners rounded, with 4 mm of noise."""
+    points = rng.uniform(0.0, 2.0, (30_000, 3))
+    side = np.arange(30_000) % 6
+    points[np.arange(30_000), side // 2] = 2.0 * (side % 2)
+    core = np.clip(points, radius, 2.0 - radius)
+    off = points - core
+    length = np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
+    return core + radius * off / length + NOISE * rng.standard_normal(points.shape)
+
+
+@pytest.mark.parametrize("seed", range(715, 718))
+def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    flat = find_facets(PointCloud(worn_cube(rng, 0.3)))
+    assert [f.bent for f in flat.facets[:6]] == [False] * 6
+    assert all(f.verdict.quality == "good" for f in flat.facets[:6])
+    assert not any("wavy or curved" in said for said in flat.warnings)
+    ball = rng.standard_normal((30_000, 3))
+    ball *= (1.0 + NOISE * rng.standard_normal((30_000, 1))) / np.linalg.norm(ball, axis=1)[:, None]
+    x, y = rng.uniform(0.0, 8.0, (2, 26_000))
+    egg_box = 0.3 * np.sin(np.pi * x) * np.sin(np.pi * y) + 0.003 * rng.standard_normal(26_000)
+    for points, share in ((ball, 0.6), (np.stack([x, y, egg_box], axis=1), 0.5)):
+        found = find_facets(PointCloud(points))
+        assert any("wavy or curved" in said for said in found.warnings)
+        area = sum(f.area for f in found.facets)
+        assert sum(f.area for f in found.facets if f.bent) > share * area
+        assert not any(f.bent and f.verdict.quality == "good" for f in found.facets)
+
+
+@pytest.mark.parametrize("seed", range(718, 721))
+@pytest.mark.parametrize("times", [0.5, 0.75, 1.0])
+def test_a_mesh_whose_noise_is_as_long_as_its_sides_is_one_plane(times: float, seed: int) -> None:
+    heights = times * 0.02 * np.random.default_rng(seed).standard_normal((100, 100))
+    mesh = grid_mesh(heights, 0.02)
+    found = find_facets(Mesh(turned(*mesh.vertices.T), mesh.faces))
+    assert len(found.facets) == 1
+    assert found.exposure.coverage is not None
+    assert found.exposure.coverage > 0.97
+    assert angle_deg(found.facets[0].fit.normal, normal_of(*ATTITUDE)) < 0.1

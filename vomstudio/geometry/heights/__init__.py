@@ -1,0 +1,1 @@
+"""What the heights of points over a plane tell beyond the plane."""
