@@ -9,6 +9,7 @@ import numpy as np
 
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import Measurement
+from vomstudio.document.records import get
 from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.parallel import LEVEL, ParallelBeds, SamePlane, parallel_beds
 from vomstudio.geology.notation import format_plane
@@ -27,9 +28,11 @@ _APART_DEG = 15.0
 def parallel_lines(studio: Studio) -> list[str]:
     """Rich text on the selected traces, where all are of one type; empty for others, and where
     together they determine no plane."""
-    traces = [studio.records.get(id_) for id_ in studio.selection.ids]
-    beds = [t for t in traces if isinstance(t, Trace)]
-    if not 2 <= len(beds) == len(traces) <= _MOST or len({t.type_id for t in beds}) > 1:
+    ids = list(studio.selection.ids)
+    if not 2 <= len(ids) <= _MOST:
+        return []
+    beds = [t for id_ in ids if (t := get(studio.records, id_, Trace)) is not None]
+    if len(beds) < len(ids) or len({t.type_id for t in beds}) > 1:
         return []
     measured = studio.measured(t.id for t in beds)
     if _far_apart([measured[t.id] for t in beds]):
