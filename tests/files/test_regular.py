@@ -169,7 +169,9 @@ def test_a_pipe_into_which_nobody_writes_is_refused_by_tables_clouds_and_caches(
     from vomstudio.io.models import copc
     from vomstudio.io.text.tables import read_points
 
-    for name, read in (("a.csv", read_points), ("a.copc.laz", copc.points_in)):
+    for name, read in (("a.csv", read_points), ("a.copc.laz", copc.CopcFile)):
         os.mkfifo(tmp_path / name)
         with pytest.raises(InputError, match="pipe"):
             read(tmp_path / name)
+    # Whether it is streamed is asked in the thread of the window, and the reading then refuses.
+    assert copc.points_in(tmp_path / "a.copc.laz") == 0

@@ -99,11 +99,11 @@ class CopcFile:
     def __init__(self, path: str | Path) -> None:
         """Raises InputError where it is no COPC file, or a damaged one."""
         self.path = Path(path)
+        require_regular(self.path)
         if not is_copc(path):
             raise InputError(
                 tr("This is not a COPC file: it has no octree. Read it as a LAZ file."), file=path
             )
-        require_regular(self.path)
         self.top: Top = read_top(self.path)
         self._settle_axes()
         info = self.top.records.get(("copc", 1), b"")

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -31,7 +32,7 @@ POINT_FORMAT_AT, COMPRESSED = 104, 0x80
 def check_header(path: Path) -> int:
     """Size of the file. Refuses what cannot be a LAS file before any library sees it."""
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             head = file.read(MIN_HEADER_BYTES)
             size = file.seek(0, 2)
     except OSError as error:
@@ -82,7 +83,7 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
     can do without. None where the file needs no mending. lazrs believes what it reads here and
     aborts the process when it asks for too much memory, so this is where lies must be found.
     """
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
         if not head[POINT_FORMAT_AT] & COMPRESSED:
             return None
@@ -159,7 +160,7 @@ def laszip_chunk_points(top: bytes, at: int, n_records: int, record_bytes: int) 
 
 def is_layered(path: Path) -> bool:
     """Whether the points are compressed, and of a format that is compressed in layers."""
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         file.seek(POINT_FORMAT_AT)
         kind = file.read(1)[0]
     return bool(kind & COMPRESSED) and kind & 0x3F >= 6
@@ -172,7 +173,7 @@ def check_layers(path: Path, top: Top) -> None:
     if not top.layers or is_copc(path):
         return
     form = f"<{top.layers}I"
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         file.seek(top.points_at)
         (end,) = struct.unpack("<q", file.read(8).ljust(8, b"\0"))
         if end == -1:
@@ -205,7 +206,7 @@ def _blank(record_bytes: int) -> bytes:
 
 def refuse_blank(path: Path, progress: Progress) -> None:
     """Raises InputError where a part of a LAZ file holds ones and nothing else."""
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
         if not head[POINT_FORMAT_AT] & COMPRESSED:
             return
@@ -230,11 +231,11 @@ def refuse_blank(path: Path, progress: Progress) -> None:
 
 
 def is_copc(path: str | Path) -> bool:
-    """Whether the first record of a LAZ file is the one of COPC."""
+    """Whether the first record of a LAZ file is the one of COPC; not that of what is no file."""
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             head = file.read(393)
-    except OSError:
+    except (OSError, InputError):
         return False
     return head[:4] == b"LASF" and head[377:381] == b"copc"
 
@@ -271,7 +272,7 @@ class Top:
 def read_top(path: Path) -> Top:
     """Raises InputError where it cannot be the top of a LAS file with points."""
     size = check_header(path)
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         head = file.read(375)
         header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
         file.seek(0)
