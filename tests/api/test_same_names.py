@@ -50,7 +50,8 @@ PAIRS = {
         lambda *_: vs.section(OBJ, plane="110/90", through=[364534, 4721859.5, 852]),
         # Of a section in memory there are the lines, and no features beside.
         ("file", "polylines", "points", "features", "left_out", "features_file", "warnings",
-         "convention", "projection_trend_deg", "projection_plunge_deg", "projection_angle_deg"),
+         "convention", "projection_trend_deg", "projection_plunge_deg", "projection_angle_deg",
+         "domains"),
     ),
     "dem": Pair(
         f"dem {OBJ} --gsd 0.5 -o {{out}}.tif",

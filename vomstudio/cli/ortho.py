@@ -67,6 +67,14 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("of --draw: some of traces, patches, symbols, legend (default: all)"),
     )
     parser.add_argument(
+        "--domain",
+        metavar="NAME",
+        help=tr(
+            "with --draw: all but this domain of the project grey, along its own axis where no "
+            "direction is given"
+        ),
+    )
+    parser.add_argument(
         "--up",
         choices=["y", "z"],
         help=tr("the model's axis that points up (default z)"),
@@ -95,31 +103,29 @@ def run(args: argparse.Namespace, out: Output) -> None:
         parse_parts,
         read_items,
     )
+    from vomstudio.products.ortho.one_domain import territory
     from vomstudio.products.ortho.sheet import format_of
 
-    requests.check_direction(args.trend, args.plunge, args.plane, args.fold)
-    if args.project is not None and (args.up is not None or args.unit is not None):
-        raise UsageError(
-            tr("With --project the model stands as it does there. Leave out the other option."),
-            field="--unit" if args.up is None else "--up",
-        )
+    own_axis = _checked(args)
     requests.check_gsd(args.gsd)
     region = None if args.around is None else requests.parse_region(args.around)
     if args.sheet is not None:
         format_of(args.sheet)
-    if args.show is not None and args.draw is None:
-        raise UsageError(
-            tr("--show is for what a project draws on the picture, --draw PROJECT."),
-            field="--show",
-        )
     parts = PARTS if args.show is None else parse_parts(args.show)
     drawings = () if args.draw is None else drawing_targets(args.output).values()
     for target in (args.output, *orthophoto.outputs_of(args.output), args.sheet, *drawings):
         if target is not None:
             check_target(target, force=args.force)
     fold = None if args.fold is None else _fold(args)
-    direction = requests.direction_of(args.trend, args.plunge, args.plane, fold)
-    features = None if args.draw is None else items_shown(read_items(Path(args.draw)), parts)
+    items = () if args.draw is None else read_items(Path(args.draw))
+    only = None if args.domain is None else territory(items, args.domain)
+    direction = (
+        requests.axis_of_domain(items, args.domain)
+        if own_axis
+        else requests.direction_of(args.trend, args.plunge, args.plane, fold)
+    )
+    shown = items if only is None else only.features(items)
+    features = None if args.draw is None else items_shown(shown, parts)
     progress = progress_of(args)
     loaded = read_model(args.model, progress)
     place = _place(args, loaded)
@@ -146,11 +152,35 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
         features=features,
         legend=LEGEND in parts,
+        only=only,
     )
     found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
     out.result(named_by_unit(found.as_dict(), metric=place.in_metres))
     out.warn(found.warnings)
     out.text(_in_words(found.as_dict(), unit_of(place.in_metres)))
+
+
+def _checked(args: argparse.Namespace) -> bool:
+    """Whether to look along the domain's own axis. Raises UsageError for options that contradict
+    each other."""
+    from vomstudio.products.ortho.requests import check_direction
+
+    given = (args.trend, args.plunge, args.plane, args.fold)
+    own_axis = args.domain is not None and all(word is None for word in given)
+    if not own_axis:
+        check_direction(*given)
+    if args.project is not None and (args.up is not None or args.unit is not None):
+        raise UsageError(
+            tr("With --project the model stands as it does there. Leave out the other option."),
+            field="--unit" if args.up is None else "--up",
+        )
+    for word, field in ((args.show, "--show"), (args.domain, "--domain")):
+        if word is not None and args.draw is None:
+            raise UsageError(
+                tr("{option} is for the features of a project, --draw PROJECT.", option=field),
+                field=field,
+            )
+    return own_axis
 
 
 class _Place(NamedTuple):

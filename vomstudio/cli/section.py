@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from vomstudio.workspace.world_models import WorldModel
 
 
+DOMAINS = "domains"
+
+
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "section", run, help_=tr("Section of a model along a plane or a line")
@@ -48,8 +51,11 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument(
         "--along",
-        metavar="T/P",
-        help=tr("project along this trend and plunge (default: at right angles)"),
+        metavar="T/P|domains",
+        help=tr(
+            "project along this trend and plunge (default: at right angles), or with the word "
+            "domains each domain along its own axis"
+        ),
     )
     parser.add_argument(
         "--within", type=float, metavar="M", help=tr("leave out features farther away than this")
@@ -62,8 +68,10 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.models.opening import point_spacing
+    from vomstudio.products.ortho.domain_axes import axes_of_domains
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
+    from vomstudio.products.section.directions import Directions
     from vomstudio.products.section.reading import ReadFeatures, read_features
     from vomstudio.workspace.world_models import read_in_world
 
@@ -76,19 +84,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
             tr("--along and --within are for --features."),
             field="--along" if args.along is not None else "--within",
         )
-    along = _direction(args.along)
+    along = None if args.along == DOMAINS else _direction(args.along)
     writing.check_targets(args.output, args.features is not None, force=args.force)
     read = ReadFeatures() if args.features is None else read_features(args.features, args.azimuth)
+    axes = axes_of_domains(read.items, "--along") if args.along == DOMAINS else {}
+    directions = Directions(along, axes)
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     if args.slab is not None and isinstance(model.data, Mesh):
         raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
     curtain, warnings = _curtain(asked, model)
-    grazing = writing.check_projection(curtain, along)
+    grazing = directions.checked(curtain)
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
     cut = cut_model(model.data, curtain, args.slab, spacing if math.isfinite(spacing) else 0.0)
-    flats, left_out = writing.project_items(read.items, curtain, along, args.within)
+    flats, left_out = writing.project_items(read.items, curtain, directions, args.within)
     try:
-        figures = writing.figures_of(cut, curtain, flats, left_out, along)
+        figures = writing.figures_of(cut, curtain, flats, left_out, directions)
     except InputError as error:
         raise error.of_file(args.model) from error
     made = writing.write_section(

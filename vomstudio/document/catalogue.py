@@ -1,5 +1,4 @@
-"""The figures that several kinds have; those of planes and lines in the order of the orientation
-table's columns, which is a contract."""
+"""The figures that several kinds have; those of planes and lines in the order of the table."""
 
 from __future__ import annotations
 
@@ -193,6 +192,7 @@ KIND = _text(
 )
 GEOMETRY = _text("geometry", _("Geometry"), _("Geometry of the feature: plane or line"), _geometry)
 SET = _text("set", _("Set"), _("Set"), _feature("set_name"), words=("set",), attribute="set_name")
+DOMAIN = _text("domain", _("Domain"), _("Domain"), _feature("domain"), words=("domain",))
 OVERTURNED = Figure(
     "overturned",
     _("Overturned"),

@@ -269,8 +269,8 @@ def change_feature(records: Records, feature: Feature, what: str = "Change") -> 
 
 
 def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
-    """Change fields that all the features have: `name`, `type_id`, `set_name`, `overturned`,
-    `notes`, `method`, `plane_id`, `slip`, `slip_confidence`."""
+    """Change fields that all the features have: `name`, `type_id`, `set_name`, `domain`,
+    `overturned`, `notes`, `method`, `plane_id`, `slip`, `slip_confidence`."""
     after: dict[str, Record | None] = {}
     for id_ in ids:
         feature = _get(records, id_, Feature)

@@ -46,6 +46,7 @@ class Attribute:
 NAME = Attribute("name", _("Name"))
 TYPE = Attribute("type_id", _("Type"), "type")
 SET = Attribute("set_name", _("Set"))
+DOMAIN = Attribute("domain", _("Domain"))
 OVERTURNED = Attribute("overturned", _("Bed"), "flag", text=_("overturned"))
 NOTES = Attribute("notes", _("Notes"))
 

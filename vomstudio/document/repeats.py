@@ -61,7 +61,7 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
     while name in taken:
         name, k = f"{first.name} {tr('again')} {k}", k + 1
     values: dict[str, Any] = {"repeat_of": first.id, "interpreter": interpreter or None}
-    for field in ("type_id", "set_name"):
+    for field in ("type_id", "set_name", "domain"):
         if hasattr(first, field):
             values[field] = getattr(first, field)
     made: Any = replace(again, name=name, **values)

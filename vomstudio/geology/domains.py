@@ -17,9 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError
+from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
-from vomstudio.geology.orientation import Array, angle_between_lines, planes_to_poles
+from vomstudio.geology.orientation import Array, Line, angle_between_lines, planes_to_poles
 from vomstudio.geology.populations.chances import f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 from vomstudio.words import tr
@@ -79,6 +80,48 @@ def domain_axes(
         figures[name] = DomainFigures(len(poles), None if found is None else found.figures, reason)
     off += [angle_between_lines(a.beta, b.beta) for a, b in combinations(own.values(), 2)]
     return figures, _judged(together, separate, parameters, n, max(off))
+
+
+@dataclass(frozen=True)
+class ProjectionAxis:
+    """Along which a domain is projected: its fold axis, or the line in which its beds meet the
+    faults (fig. 31c). line, error95_deg : None where there is none, or it is not known; said : in a
+    sentence what it is, or why there is none"""
+
+    line: Line | None
+    error95_deg: float | None
+    said: str
+
+
+def projection_axes(
+    beds: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
+    faults: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+) -> dict[str, ProjectionAxis]:
+    """Of each domain its own axis (textbook 4.2, fig. 31c and d): beta of a fold whose verdict is
+    not "no"; of beds of one dip the line in which their mean meets that of the faults.
+
+    beds : by domain, dip directions and dips (n,) in degrees; faults : those of all faults.
+    """
+    found: dict[str, ProjectionAxis] = {}
+    for name, (azimuth, dip) in beds.items():
+        fold, reason = _own_axis(azimuth, dip, None)
+        if fold is not None and fold.verdict != "homoclinal" and fold.valid != "no":
+            said = tr("fold axis, {verdict}", verdict=fold.verdict)
+            found[name] = ProjectionAxis(fold.beta, fold.error95_deg, said)
+            continue
+        if faults is not None:
+            try:
+                met = common_axis({"beds": (azimuth, dip), "faults": faults})
+            except GeometryError as error:
+                found[name] = ProjectionAxis(None, None, error.message)
+                continue
+            said = tr("where the beds meet the faults")
+            found[name] = ProjectionAxis(met.beta, met.error95_deg, said)
+            continue
+        if fold is not None:
+            reason = tr("{verdict}, and no fault that its beds meet", verdict=fold.verdict)
+        found[name] = ProjectionAxis(None, None, reason or "")
+    return found
 
 
 def _own_axis(

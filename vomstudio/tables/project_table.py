@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vomstudio.document.catalogue import IN_WORLD, NO_MODEL
+from vomstudio.document.catalogue import DOMAIN, IN_WORLD, NO_MODEL
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import Kind
 from vomstudio.document.kinds import kind_of
@@ -24,7 +24,10 @@ from vomstudio.tables.orientation_table import Row, rows_of
 from vomstudio.tables.registration_lines import registrations_of
 from vomstudio.words import tr
 
-__all__ = ["IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
+__all__ = ["FURTHER", "IN_WORLD", "NO_MODEL", "ProjectTable", "feature_rows", "project_table"]
+
+FURTHER = ("domain", *REPEAT_COLUMNS)
+"""Columns of the orientation table that stand behind the others where any feature has one."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +57,8 @@ class ProjectTable:
 
     @property
     def more(self) -> tuple[str, ...]:
-        """The columns behind the others: who picked what, and what repeats another."""
-        return tuple(c for c in REPEAT_COLUMNS if any(c in row for row in self.rows))
+        """The columns behind the others: domains, who picked what, and what repeats another."""
+        return tuple(c for c in FURTHER if any(c in row for row in self.rows))
 
     def without_repeats(self) -> ProjectTable:
         """For programs that would take a second pick for a second structure."""
@@ -119,9 +122,15 @@ def feature_rows(subjects: Sequence[Subject]) -> list[Row | None]:
         for i, row in zip(own, made, strict=True):
             said = [subjects[i].feature.notes, *kind.remarks(subjects[i])]
             row["notes"] = "; ".join(filter(None, said)) or None
-            row |= told(subjects[i].feature, subjects[i].records)
+            row |= _further(subjects[i])
             rows[i] = row
     return rows
+
+
+def _further(subject: Subject) -> Row:
+    domain = DOMAIN.value(subject)
+    own = {} if domain is None else {DOMAIN.name: domain}
+    return own | told(subject.feature, subject.records)
 
 
 def _listed(records: Mapping[str, Record], only: Collection[str] | None) -> list[Feature]:

@@ -39,6 +39,7 @@ class Contact(Logged, Repeatable, Typed):
     repeat_of: str | None = None
     interpreter: str | None = None
     beds: tuple[tuple[str, str, str], ...] = ()
+    domain: str = ""
 
 
 def measure(at: Measuring, contacts: Sequence[Contact]) -> list[Measurement]:
@@ -75,7 +76,7 @@ KIND = Kind(
     icon="vector-line",
     measure=measure,
     figures=(*of.NAMED, *of.PLACE, LENGTH, LENGTH_REGISTRATION, *of.ON_A_MODEL, of.NOTES),
-    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.NOTES),
+    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.NOTES),
     sketch=sketch,
     words=words,
     headline=headline,

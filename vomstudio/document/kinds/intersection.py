@@ -60,6 +60,7 @@ class Intersection(Typed):
     second: Group
     set_name: str = ""
     notes: str = ""
+    domain: str = ""
 
 
 def members(records: Records, group: Group) -> list[Feature]:
@@ -217,7 +218,7 @@ KIND = Kind(
         *of.NAMED, *of.LINE, *of.PLACE, of.ANGLE, *of.CONFIDENCE, of.REGISTRATION_ERROR, of.TOTAL,
         *of.VERDICT, of.FRAME, of.NOTES,
     ),
-    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.NOTES),
+    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.NOTES),
     sketch=sketch,
     parts={"first": Group, "second": Group},
     words=words,

@@ -71,6 +71,7 @@ class Lineation(Picked, Repeatable, Typed):
     slip_confidence: SlipConfidence = ""
     repeat_of: str | None = None
     interpreter: str | None = None
+    domain: str = ""
 
 
 def measure(at: Measuring, lines: Sequence[Lineation]) -> list[Measurement]:
@@ -224,7 +225,7 @@ KIND = Kind(
         of.REGISTRATION_ERROR, of.TOTAL, *of.VERDICT, of.METHOD, *of.ON_A_MODEL, of.NOTES,
     ),
     attributes=(
-        kind.NAME, kind.TYPE, kind.SET,
+        kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN,
         Attribute("plane_id", _("On plane"), "plane"),
         Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
         Attribute(

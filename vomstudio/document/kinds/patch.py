@@ -66,6 +66,7 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     interpreter: str | None = None
     level_gap: float | None = None
     bent: bool = False
+    domain: str = ""
 
 
 def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
@@ -154,7 +155,7 @@ KIND = Kind(
         *of.NAMED, *of.PLANE, of.OVERTURNED, *of.PLACE, *of.FITTED, of.AREA, *of.VERDICT,
         *of.ON_A_MODEL, of.NOTES,
     ),
-    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.OVERTURNED, kind.NOTES),
+    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
     sketch=sketch,
     words=words,
     orientations=("plane",),

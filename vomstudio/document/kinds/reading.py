@@ -39,6 +39,7 @@ class Reading(Typed):
     set_name: str = ""
     overturned: bool = False
     notes: str = ""
+    domain: str = ""
 
 
 def measure(at: Measuring, readings: Sequence[Reading]) -> list[Measurement]:
@@ -142,7 +143,7 @@ KIND = Kind(
         replace(of.METHOD, value=lambda s: "compass"), of.FRAME, of.TO_PICK, *of.VERDICT,
         of.NOTES,
     ),
-    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.OVERTURNED, kind.NOTES),
+    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
     sketch=sketch,
     remarks=remarks,
     about=about,

@@ -87,6 +87,7 @@ class Trace(Logged, Surrounded, Repeatable, Typed):
     repeat_of: str | None = None
     interpreter: str | None = None
     beds: tuple[tuple[str, str, str], ...] = ()
+    domain: str = ""
 
 
 def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
@@ -218,7 +219,7 @@ KIND = Kind(
         of.NOTES,
     ),
     attributes=(
-        kind.NAME, kind.TYPE, kind.SET, kind.OVERTURNED,
+        kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED,
         Attribute("method", _("Fit"), "choice", METHODS), kind.NOTES,
     ),
     sketch=sketch,

@@ -35,10 +35,15 @@ class Feature:
 
 
 class Typed(Feature):
-    """A feature of one of the project's feature types, in a set of it or in none ("")."""
+    """A feature of one of the project's feature types, in a set of it or in none ("").
+
+    domain: part of the structure that it lies in, of all types alike (hanging wall, footwall, dip
+    domain), "" for none.
+    """
 
     type_id: str
     set_name: str
+    domain: str
 
 
 class OnAModel(Feature):

@@ -62,7 +62,7 @@ def _orient(row: Row) -> list[Any]:
     line = (row["trend_deg"], row["plunge_deg"])
     return [
         label(row), row["x"], row["y"], row["z"], *map(degrees, (*plane, *line)),
-        row["kind"], None, row["notes"],
+        row["kind"], row.get("domain"), row["notes"],
     ]  # fmt: skip
 
 

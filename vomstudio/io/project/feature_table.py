@@ -9,11 +9,10 @@ from typing import Any
 from vomstudio.document.figures import Subject
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Record
-from vomstudio.document.repeats import COLUMNS as REPEAT_COLUMNS
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
 from vomstudio.io.text.tables import table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS
-from vomstudio.tables.project_table import feature_rows
+from vomstudio.tables.project_table import FURTHER, feature_rows
 from vomstudio.tables.registration_lines import registration_lines, registrations_of
 from vomstudio.words import tr
 
@@ -29,7 +28,7 @@ def feature_table(
     repeats : also those that repeat another. Raises InputError where none has."""
     subjects = [Subject(f, measured[f.id], records) for f in features]
     rows = [row for row in feature_rows(subjects) if row is not None]
-    names = (*COLUMNS, *REPEAT_COLUMNS)
+    names = (*COLUMNS, *FURTHER)
     cells = [[_cell(row.get(name)) for name in names] for row in rows]
     told = registration_lines(registrations_of(records, features))
     return orientations_of(table_of_cells(names, cells, tr("the project"), told), repeats=repeats)

@@ -51,6 +51,8 @@ def guess(table: FieldTable) -> Guess:
         "overturned": of("overturned"),
         "text": of("attitude"),
     }
+    if found["set"] is None:
+        found["set"] = first({"domain"})
     if found["name"] is None:
         found["name"] = of("id")
     for letter in "xyz":

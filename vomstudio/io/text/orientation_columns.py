@@ -48,7 +48,7 @@ ALIASES: dict[str, set[str]] = {
     "attitude": {"attitude", "orientation", "planeorientation"},
     "geometry": {"geometry", "geometrytype"},
     "kind": {"kind", "type", "featuretype", "planetype"},
-    "set": {"set", "sets", "setname", "family", "domain"},
+    "set": {"set", "sets", "setname", "family"},
     "id": {"id", "fid", "uid", "number", "no", "nr"},
     "overturned": {"overturned", "isoverturned", "inverted", "overturnedbed", "overturnedbedding"}
     | {"bedoverturned", "invertedbed", "beddingoverturned", "upsidedown"},
@@ -84,6 +84,10 @@ class Columns:
                     self._claimed_twice.setdefault(meaning, [first]).append(name)
                 else:
                     found[meaning] = i
+        if "set" not in found:
+            for i, name in enumerate(self.table.names or ()):
+                if plain(name) == "domain":
+                    found["set"] = i
         return found
 
     @property

@@ -47,7 +47,8 @@ trace of a plane on it is near the strike, whatever the dip."""
 class Item:
     """A feature in World. form : of `points` (n, 3); normal : (3,) of a plane, upward, None of
     everything else; said : what is written beside it in place of its name; filled : the color is
-    that of its area; overturned : of a bed, its younger side is below"""
+    that of its area; overturned : of a bed, its younger side is below; domain : part of the
+    structure, "" for none"""
 
     layer: str
     form: Form
@@ -63,6 +64,7 @@ class Item:
     said: str = ""
     filled: bool = False
     overturned: bool = False
+    domain: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +140,8 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                 Item(layer.name, layer.kind, shape, **text, color=color, normal=normal,
                      dip_direction_deg=dd, dip_deg=dip,
                      said=written.get(text["id"], ""), filled=layer.by != "kind",
-                     overturned=normal is not None and bool(said.get("overturned")))
+                     overturned=normal is not None and bool(said.get("overturned")),
+                     domain=str(getattr(records.get(text["id"]), "domain", "")))
             )  # fmt: skip
     return tuple(found)
 
@@ -157,7 +160,7 @@ def count_features(items: Iterable[Item]) -> int:
 
 def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
     """Planes of an orientation table. places : (n, 3) World; rows : `id`, `dip_direction_deg`,
-    `dip_deg`, and where known `name`, `kind`, `set`, `overturned`."""
+    `dip_deg`, and where known `name`, `kind`, `set`, `domain`, `overturned`."""
     return tuple(
         Item(
             "planes", "point", np.asarray([place]), str(row["id"]),
@@ -165,6 +168,7 @@ def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[It
             str(row.get("kind") or ""), str(row.get("set") or ""), NO_COLOR,
             planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
             row["dip_direction_deg"], row["dip_deg"], overturned=bool(row.get("overturned")),
+            domain=str(row.get("domain") or ""),
         )
         for place, row in zip(places, rows, strict=True)
     )  # fmt: skip

@@ -42,6 +42,7 @@ from vomstudio.products.ortho.drawn_features import (
 )
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.interpretation import Item
+from vomstudio.products.ortho.one_domain import OneDomain, Territory
 from vomstudio.products.ortho.planning import Plan, edge_on
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
@@ -109,13 +110,15 @@ def write_orthophoto(
     drawn: Source | None = None,
     features: tuple[Item, ...] | None = None,
     legend: bool = True,
+    only: Territory | None = None,
 ) -> Made:
     """Draw and write all files, whole or none of them.
 
     crs : of World ("EPSG:n" or WKT). model, content_hash : for the sidecar. sheet : a page to scale
     for people (PNG, JPG or PDF), with the features on it. drawn : the picture, where it has been
     drawn by this plan already. features : of World, to be drawn over it as vector data. legend :
-    on the sheet, of these features. Raises TargetError, Cancelled, InputError.
+    on the sheet, of these features. only : the domain beside which all is grey. Raises
+    TargetError, Cancelled, InputError.
     """
     progress = progress or Silent()
     image = Path(image)
@@ -136,7 +139,7 @@ def write_orthophoto(
     shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(facts))
     raster = Raster(grid.width, grid.height, "rgba", transform, shown_crs, _tags(plan))
     progress.stage(tr("Preparing the model"))
-    source = drawn or source_of(data, plan)
+    source = _of_domain(drawn or source_of(data, plan), plan, only)
     small = _Reduced(grid) if sheet is not None or drawings else None
     with atomic_group(targets, force, named=chosen) as parts_of:
         paths = dict(zip(targets, parts_of, strict=True))
@@ -152,9 +155,7 @@ def write_orthophoto(
             "image": image.name,
             "depth": depth.name,
             "world_file": world.name,
-            "coverage": covered / (grid.width * grid.height),
-            "holes_filled_px": filled,
-            "holes_filled_up_to_m": getattr(source, "hole_m", None),
+            **_drawn_facts(covered / (grid.width * grid.height), filled, source),
             "model": model,
             "content_hash": content_hash,
             **_place_facts(plan, crs, facts),
@@ -174,6 +175,19 @@ def write_orthophoto(
             write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
     shown, said = next(iter(chosen), None), tuple(warnings)
     return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
+
+
+def _drawn_facts(coverage: float, filled: int, source: Source) -> dict[str, Any]:
+    facts = {
+        "coverage": coverage,
+        "holes_filled_px": filled,
+        "holes_filled_up_to_m": getattr(source, "hole_m", None),
+    }
+    return facts | ({"domain": source.territory.facts} if isinstance(source, OneDomain) else {})
+
+
+def _of_domain(source: Source, plan: Plan, only: Territory | None) -> Source:
+    return source if only is None else OneDomain(source, plan, only)
 
 
 def _refuse_empty(covered: int, plan: Plan) -> None:

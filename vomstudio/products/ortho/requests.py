@@ -12,11 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.folding.figures import BetaFigures
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.table_folds import LeftOut, TableFold
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.ortho.domain_axes import axes_of_domains
+from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.orthophoto import Made
 from vomstudio.products.ortho.planning import Plan, Region, plan
 from vomstudio.products.ortho.view_directions import (
@@ -37,10 +40,11 @@ NOT_PLACED = to_translate(
 
 @dataclass(frozen=True)
 class Direction:
-    """Where to look: a line, against a plane, or along the axis of a fold."""
+    """Where to look: a line, against a plane, or along the axis of a fold or of a domain."""
 
     view: View | None
     fold: TableFold | None = None
+    axis: ProjectionAxis | None = None
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,22 @@ def parse_region(text: str) -> Region:
     return Region((x, y, z), width, height)
 
 
+def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
+    """Along the domain's own axis. Raises UsageError where it has none."""
+    axis = axes_of_domains(items, "--domain").get(name)
+    if axis is None or axis.line is None:
+        reason = tr("it has no planes") if axis is None else axis.said
+        raise UsageError(
+            tr(
+                "Domain {name} has no axis of its own ({reason}). Give a direction of view.",
+                name=repr(name),
+                reason=reason,
+            ),
+            field="--domain",
+        )
+    return Direction(None, None, axis)
+
+
 def direction_of(
     trend_deg: float | None, plunge_deg: float | None, plane: str | None, fold: TableFold | None
 ) -> Direction:
@@ -159,6 +179,9 @@ def request_picture(
                 )
             )
         view = view_along_axis(fold.beta.trend_deg, fold.beta.plunge_deg, data, to_world)
+    axis = direction.axis
+    if axis is not None and axis.line is not None:
+        view = view_along_axis(axis.line.trend_deg, axis.line.plunge_deg, data, to_world)
     assert view is not None
     if flip:
         view = view.flipped()
@@ -173,6 +196,10 @@ def request_picture(
         along = _fold_view(fold, planned)
         if fold.valid != "yes" or is_costly(fold.beta.total95_deg, *_size_of(planned)):
             warnings.append(along.cost)
+    if axis is not None and is_costly(axis.error95_deg, *_size_of(planned)):
+        deep, _ = _size_of(planned)
+        said = cost_of_direction(axis.error95_deg, deep, metric=planned.view.metric)
+        warnings.append(said)
     if not placed:
         warnings.append(tr(NOT_PLACED))
     return Requested(planned, along, tuple(warnings))

@@ -191,12 +191,15 @@ def read_features(path: str | Path, azimuth: Azimuth | None = None) -> ReadFeatu
         )
     named = "name" in (table.table.names or ())
     names = table.column("name") if named else [""] * len(table)
+    parts = "domain" if "domain" in (table.table.names or ()) else None
+    domains = [""] * len(table) if parts is None else table.column(parts)
     rows = [
         {
             "id": table.ids[k],
             "name": names[k],
             "kind": "" if table.kinds is None else table.kinds[k],
             "set": "" if table.sets is None else table.sets[k],
+            "domain": domains[k],
             "dip_direction_deg": float(table.dip_direction_deg[k]),
             "dip_deg": float(table.dip_deg[k]),
             "overturned": table.overturned is not None and table.overturned[k] is True,

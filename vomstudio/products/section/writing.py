@@ -27,8 +27,16 @@ from vomstudio.products.ortho.vector_drawing import (
 )
 from vomstudio.products.ortho.view_words import wind
 from vomstudio.products.section.bent_projection import projected_along_bends
-from vomstudio.products.section.curtain import Curtain, Panel
+from vomstudio.products.section.curtain import Curtain
 from vomstudio.products.section.cutting import Cut
+from vomstudio.products.section.directions import (
+    REFUSED_DEG,
+    Directions,
+    DomainProjection,
+    angle_to,
+    domain_projections,
+    least_angle,
+)
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
@@ -39,10 +47,8 @@ _NARROWEST, _FLATTEST = 0.7, 0.15
 
 ENDINGS = (".csv", ".dxf", ".svg")
 _SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
-GRAZING_DEG, REFUSED_DEG = 20.0, 2.0
-"""A direction of projection that meets the section at less is warned of: an error of one degree
-moves what is projected by 15 % of its distance and more; and refused: by 14 times the distance."""
 MOST_BENDS = 20
+RIGHT_ANGLES = Directions()
 FEATURE_COLUMNS = (
     "layer", "id", "name", "kind", "set", "point", "distance_m", "height_m", "away_m",
     "dip_direction_deg", "dip_deg", "apparent_dip_deg", "overturned",
@@ -75,6 +81,7 @@ class SectionFigures:
     projection_trend_deg: float | None = None
     projection_plunge_deg: float | None = None
     projection_angle_deg: float | None = None
+    domains: tuple[DomainProjection, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -116,14 +123,15 @@ def check_targets(path: str | Path, has_features: bool, *, force: bool) -> None:
 
 
 def project_items(
-    items: tuple[Item, ...], curtain: Curtain, along: Array | None, within: float | None
+    items: tuple[Item, ...], curtain: Curtain, directions: Directions, within: float | None
 ) -> tuple[tuple[Flat, ...], int]:
     """Features on the section, and how many were left out: too far from it, or not before any of
-    its panels that the direction meets. along : (3,) direction of projection, None at right
-    angles. A line goes onto each piece of a section with bends before which it lies."""
+    its panels that their direction meets. A line goes onto each piece of a section with bends
+    before which it lies."""
     found: list[Flat] = []
-    met = [panel for panel in curtain.panels if _angle(panel, along) >= REFUSED_DEG]
     for item in items:
+        along = directions.of(item)
+        met = [panel for panel in curtain.panels if angle_to(panel, along) >= REFUSED_DEG]
         if len(curtain.panels) > 1 and len(item.points) > 1:
             parts = projected_along_bends(item, met, along)
             near = [f for f in parts if within is None or np.abs(f.away).mean() <= within]
@@ -152,62 +160,14 @@ def _count(flats: Iterable[Flat]) -> int:
     return count_features({id(flat.item): flat.item for flat in flats}.values())
 
 
-def check_projection(curtain: Curtain, along: Array | None) -> tuple[str, ...]:
-    """What must be said of a direction that meets the section at a small angle. Raises UsageError
-    for one that lies in it, or nearly."""
-    if along is None:
-        return ()
-    angles = [_angle(panel, along) for panel in curtain.panels]
-    if max(angles) < REFUSED_DEG:
-        raise UsageError(
-            tr(
-                "The direction of projection lies in the section (within {limit:g} degrees). "
-                "Choose one that meets it, at {wanted:g} degrees or more.",
-                limit=REFUSED_DEG,
-                wanted=GRAZING_DEG,
-            ),
-            field="--along",
-        )
-    said = []
-    if any(angle < REFUSED_DEG for angle in angles):
-        said.append(
-            tr(
-                "Pieces of the section within {limit:g} degrees of the direction of projection "
-                "hold no features.",
-                limit=REFUSED_DEG,
-            )
-        )
-    least = min(angle for angle in angles if angle >= REFUSED_DEG)
-    if least < GRAZING_DEG:
-        cost = math.radians(1.0) / math.sin(math.radians(least)) ** 2
-        said.append(
-            tr(
-                "The direction of projection meets the section at {angle:.0f} degrees only: each "
-                "degree of its error moves features by {cost:.0f} % of their distance from the "
-                "section. Choose a section more at right angles to it, or leave out what lies far "
-                "from it.",
-                angle=least,
-                cost=100.0 * cost,
-            )
-        )
-    return tuple(said)
-
-
-def _angle(panel: Panel, along: Array | None) -> float:
-    """Between a direction (3,) and a section, degrees; 90 where it is projected at right angles."""
-    if along is None:
-        return 90.0
-    return math.degrees(math.asin(min(abs(float(along @ panel.normal)), 1.0)))
-
-
 def figures_of(
     cut: Cut,
     curtain: Curtain,
     flats: tuple[Flat, ...],
     left_out: int,
-    along: Array | None = None,
+    directions: Directions = RIGHT_ANGLES,
 ) -> SectionFigures:
-    """along : as of `project_items`. Raises InputError where the section misses the model."""
+    """directions : as of `project_items`. Raises InputError where the section misses the model."""
     if not cut.lines:
         if cut.points is not None and cut.slab_m is not None:
             raise InputError(
@@ -234,18 +194,17 @@ def figures_of(
         right,
         _count(flats),
         left_out,
-        *(_projection(curtain, along) if flats or left_out else ()),
+        *(_projection(curtain, directions) if flats or left_out else ()),
     )
 
 
-def _projection(curtain: Curtain, along: Array | None) -> tuple[float | None, float | None, float]:
-    """Trend and plunge, and the angle to the section."""
-    if along is None:
-        return None, None, 90.0
-    line = Line.from_vector(along)
-    angles = [_angle(panel, along) for panel in curtain.panels]
-    least = min(angle for angle in angles if angle >= REFUSED_DEG)
-    return line.trend_deg, line.plunge_deg, least
+def _projection(curtain: Curtain, directions: Directions) -> tuple[Any, ...]:
+    """Trend and plunge, the angle to the section, and those of domains."""
+    own = domain_projections(directions, curtain) or None
+    if directions.along is None:
+        return None, None, 90.0, own
+    line = Line.from_vector(directions.along)
+    return line.trend_deg, line.plunge_deg, least_angle(curtain, directions.along), own
 
 
 def write_section(
@@ -346,16 +305,21 @@ def projection_words(figures: SectionFigures) -> list[str]:
     """How features came onto the section; nothing of a section without."""
     if not figures.features:
         return []
+    own = [each.words for each in figures.domains or ()]
+    if own:
+        own = [tr("Domains projected each along its own axis (trend/plunge, °):"), *own]
     if figures.projection_trend_deg is None or figures.projection_plunge_deg is None:
-        return [tr("Features projected at right angles to the section")]
+        rest = tr("Features projected at right angles to the section")
+        return [*own, tr("Other features: at right angles to the section")] if own else [rest]
     return [
+        *own,
         tr(
             "Features projected along {trend}/{plunge:04.1f} (trend/plunge, °), {angle:.0f}° to "
             "the section",
             trend=format_azimuth(figures.projection_trend_deg, 1),
             plunge=figures.projection_plunge_deg,
             angle=figures.projection_angle_deg or 90.0,
-        )
+        ),
     ]
 
 
@@ -411,7 +375,8 @@ def _head(
                 f"{figures.projection_plunge_deg:.4f}, at {figures.projection_angle_deg:.1f} deg "
                 "to the section"
             )
-        rows.append(f"features projected {said}")
+        rows.append(f"{'other ' if figures.domains else ''}features projected {said}")
+        rows += [f"domain {each.words}" for each in figures.domains or ()]
     if figures.slab_m is not None:
         unit = "m" if axes.metric else axes.unit
         rows.append(f"points within {figures.slab_m / 2:.6g} {unit} of the section on either side")
@@ -435,10 +400,12 @@ def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
 
     file = io.StringIO()
     out = csv.writer(file, lineterminator="\n")
-    out.writerow(columns_of(FEATURE_COLUMNS, metric=axes.metric))
+    parts = any(flat.item.domain for flat in flats)
+    names = (*FEATURE_COLUMNS, "domain") if parts else FEATURE_COLUMNS
+    out.writerow(columns_of(names, metric=axes.metric))
     for flat in flats:
         item = flat.item
-        names = [guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
+        words = [guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
         angles = [
             "" if angle is None or not math.isfinite(angle) else written(angle)
             for angle, written in (
@@ -447,8 +414,9 @@ def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
             )
         ]  # fmt: skip
         turned = "" if item.normal is None else str(item.overturned).lower()
+        last = [turned, guarded(item.domain)] if parts else [turned]
         for k, ((s, t), away) in enumerate(
             zip(flat.points.tolist(), flat.away.tolist(), strict=True)
         ):
-            out.writerow([*names, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}", *angles, turned])
+            out.writerow([*words, k + 1, f"{s:.6f}", f"{t:.6f}", f"{away:.6f}", *angles, *last])
     return file.getvalue()

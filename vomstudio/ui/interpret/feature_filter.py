@@ -14,7 +14,17 @@ from vomstudio.errors import UsageError
 from vomstudio.ui.interpret.feature_row import CLASS, Row
 from vomstudio.words import to_translate, tr
 
-_WORDS = (of.NAME, of.KIND, of.SET, CLASS, of.QUALITY, of.REASONS, of.NOTES, of.OVERTURNED)
+_WORDS = (
+    of.NAME,
+    of.KIND,
+    of.SET,
+    of.DOMAIN,
+    CLASS,
+    of.QUALITY,
+    of.REASONS,
+    of.NOTES,
+    of.OVERTURNED,
+)
 _FIGURES = (
     of.DIP, of.DIP_DIRECTION, of.STRIKE, of.TREND, of.PLUNGE, slip_figures.RAKE, of.MAX_CONFIDENCE,
     of.MIN_CONFIDENCE, of.DIP_ERROR, of.DIP_DIRECTION_ERROR, of.M, of.K, of.COPLANARITY,

@@ -30,7 +30,8 @@ Array = npt.NDArray[np.float64]
 class SectionQuestion:
     """data : of the model in its own frame; path : of its file; crs : of World; slab : of a cloud,
     None for the usual one; records : None for a section without features; along : (3,) direction of
-    projection, None at right angles; within : metres, or None"""
+    projection, None at right angles; within : metres, or None; by_domain : each domain along the
+    axis of its own"""
 
     data: Mesh | PointCloud
     to_world: Matrix
@@ -43,6 +44,7 @@ class SectionQuestion:
     records: Mapping[str, Record] | None
     along: Array | None
     within: float | None
+    by_domain: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +61,14 @@ def answer(question: SectionQuestion) -> SectionAnswer | VomError:
     """In a thread: the section that `vomstudio section` makes."""
     from vomstudio.geometry.moving import moved
     from vomstudio.io.models.opening import point_spacing
+    from vomstudio.products.ortho.domain_axes import axes_of_domains
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
+    from vomstudio.products.section.directions import Directions
 
     q = question
     try:
-        grazing = writing.check_projection(q.curtain, q.along)
         data = moved(q.data, q.to_world)
         spacing = 0.0 if isinstance(data, Mesh) else point_spacing(data)
         cut = cut_model(data, q.curtain, q.slab, spacing if np.isfinite(spacing) else 0.0)
@@ -73,8 +76,11 @@ def answer(question: SectionQuestion) -> SectionAnswer | VomError:
             isinstance(record, Feature) for record in q.records.values()
         )
         items = items_of(q.records, Measurements()) if features and q.records else ()
-        flats, left_out = writing.project_items(items, q.curtain, q.along, q.within)
-        figures = writing.figures_of(cut, q.curtain, flats, left_out, q.along)
+        axes = axes_of_domains(items, "domains") if q.by_domain and items else {}
+        directions = Directions(q.along, axes)
+        grazing = directions.checked(q.curtain)
+        flats, left_out = writing.project_items(items, q.curtain, directions, q.within)
+        figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
         drawing = writing.section_drawing(
             cut, q.curtain, flats,
             metric=q.metric, north_known=q.north_known, model=str(q.path), figures=figures,

@@ -1,0 +1,199 @@
+"""Domains with axes of their own (textbook fig. 31c): in sections each along its own, in an
+orthophoto one of them with the rest grey."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import rasterio
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.domains import projection_axes
+from vomstudio.geology.orientation import Line, angle_between_lines, planes_to_normals
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.ortho.domain_axes import axes_of_domains
+from vomstudio.products.ortho.interpretation import Item, items_of_table
+from vomstudio.products.ortho.one_domain import territory
+from vomstudio.products.ortho.orthophoto import write_orthophoto
+from vomstudio.products.ortho.planning import plan
+from vomstudio.products.ortho.view_directions import view_along_line
+from vomstudio.products.section.curtain import curtain_of_plane, parse_section_plane
+from vomstudio.products.section.directions import Directions
+from vomstudio.products.section.writing import project_items
+
+Floats = npt.NDArray[np.float64]
+
+HANGING, FOOT, FAULT = (100.0, 30.0), (215.0, 40.0), (60.0, 65.0)
+
+
+def met(one: tuple[float, float], other: tuple[float, float]) -> Line:
+    """The line in which two planes meet, by their normals."""
+    return Line.from_vector(np.cross(planes_to_normals(*one), planes_to_normals(*other)))
+
+
+def around(plane: tuple[float, float], n: int, sigma: float, rng: Any) -> tuple[Floats, Floats]:
+    return plane[0] + rng.normal(0, sigma, n), plane[1] + rng.normal(0, sigma, n)
+
+
+def faulted(turn: float = 0.0) -> tuple[Item, ...]:
+    """Beds left and right of a fault that dips to the right (x), without noise."""
+    rows, places = [], []
+    for domain, plane, side in (("hanging wall", HANGING, 1.0), ("footwall", FOOT, -1.0)):
+        for k in range(4):
+            places.append([side * (4.0 + k), 0.0, float(k)])
+            rows.append(("bedding", domain, plane))
+    for k in range(3):
+        places.append([0.0, 0.0, float(k)])
+        rows.append(("fault", "", (90.0, 90.0)))
+    made = [
+        {"id": str(i), "name": str(i), "kind": kind, "domain": domain,
+         "set": "F" if kind == "fault" else "", "dip_direction_deg": (dd + turn) % 360.0,
+         "dip_deg": dip}
+        for i, (kind, domain, (dd, dip)) in enumerate(rows)
+    ]  # fmt: skip
+    return items_of_table(np.array(places), made)
+
+
+def test_beds_of_one_dip_are_projected_along_the_line_in_which_they_meet_the_fault() -> None:
+    found = projection_axes(
+        {name: ([dd] * 5, [dip] * 5) for name, (dd, dip) in (("h", HANGING), ("f", FOOT))},
+        ([FAULT[0]] * 3, [FAULT[1]] * 3),
+    )
+    for name, plane in (("h", HANGING), ("f", FOOT)):
+        line = found[name].line
+        assert line is not None
+        assert angle_between_lines(line, met(plane, FAULT)) < 1e-4
+
+
+def test_the_axes_turn_with_the_world() -> None:
+    rng = np.random.default_rng(4)
+    beds = {"h": around(HANGING, 8, 2.0, rng), "f": around(FOOT, 8, 2.0, rng)}
+    fault = around(FAULT, 5, 1.0, rng)
+    here = projection_axes(beds, fault)
+    turned = projection_axes(
+        {name: (dd + 30.0, dip) for name, (dd, dip) in beds.items()}, (fault[0] + 30.0, fault[1])
+    )
+    for name in beds:
+        one, other = here[name].line, turned[name].line
+        assert one is not None
+        assert other is not None
+        assert (other.trend_deg - one.trend_deg) % 360.0 == pytest.approx(30.0, abs=1e-6)
+        assert other.plunge_deg == pytest.approx(one.plunge_deg, abs=1e-9)
+        assert turned[name].error95_deg == pytest.approx(here[name].error95_deg)
+
+
+def test_the_error_of_a_domains_axis_holds_in_95_of_100() -> None:
+    rng = np.random.default_rng(11)
+    inside = 0
+    for _ in range(400):
+        # Poles that stray evenly about those of the planes.
+        beds = {"h": strayed(HANGING, 8, 3.0, rng)}
+        axis = projection_axes(beds, strayed(FAULT, 6, 3.0, rng))["h"]
+        assert axis.line is not None
+        assert axis.error95_deg is not None
+        inside += angle_between_lines(axis.line, met(HANGING, FAULT)) <= axis.error95_deg
+    assert 0.93 <= inside / 400 <= 1.0
+
+
+def strayed(
+    plane: tuple[float, float], n: int, sigma_deg: float, rng: Any
+) -> tuple[Floats, Floats]:
+    normal = planes_to_normals(*plane)
+    v = normal + np.radians(sigma_deg) * rng.normal(size=(n, 3))
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    v = np.where(v[:, 2:] < 0, -v, v)
+    return (
+        np.degrees(np.arctan2(v[:, 0], v[:, 1])) % 360.0,
+        np.degrees(np.arccos(v[:, 2])),
+    )
+
+
+def test_a_folded_domain_is_projected_along_its_own_fold_axis() -> None:
+    axis = Line(40.0, 15.0).vector()
+    side = np.cross(axis, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side)
+    top = np.cross(side, axis)
+    poles = [np.cos(a) * top + np.sin(a) * side for a in np.radians([-50, -30, -10, 10, 30, 50])]
+    lines = [Line.from_vector(p if p[2] < 0 else -p) for p in poles]
+    beds = ([(t.trend_deg + 180.0) % 360.0 for t in lines], [90.0 - t.plunge_deg for t in lines])
+    found = projection_axes({"fold": beds})["fold"]
+    assert found.line is not None
+    assert angle_between_lines(found.line, Line(40.0, 15.0)) < 1e-4
+    assert "fold axis" in found.said
+
+
+def test_a_domain_of_one_dip_without_a_fault_has_none_and_says_why() -> None:
+    found = projection_axes({"h": around(HANGING, 6, 1.0, np.random.default_rng(1))})["h"]
+    assert found.line is None
+    assert "no fault" in found.said
+
+
+def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
+    """Points on a line along the axis of their domain come to one place."""
+    axes = axes_of_domains(faulted(), "--along")
+    curtain = curtain_of_plane(parse_section_plane("000/90"), (0.0, 0.0, 0.0))
+    for domain in ("hanging wall", "footwall"):
+        line = axes[domain].line
+        assert line is not None
+        points = np.array([1.0, 0.0, 2.0]) + np.outer([-5.0, 0.0, 9.0], line.vector())
+        item = Item("traces", "line", points, "t", "t", "bedding", "", "", domain=domain)
+        (flat,), _ = project_items((item,), curtain, Directions(None, axes), None)
+        assert flat.points == pytest.approx(np.tile(flat.points[:1], (3, 1)), abs=1e-6)
+    (said,) = Directions(None, axes_of_domains(faulted()[:4], "-")).checked(curtain)
+    assert "hanging wall" in said
+
+
+def wall() -> Mesh:
+    """An upright coloured wall, 20 m wide and 6 m high, along x."""
+    vertices = np.array([[-10.0, 0, -1], [10, 0, -1], [10, 0, 5], [-10, 0, 5]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    return Mesh(vertices, faces, colors=np.full((4, 3), [200, 80, 30], np.uint8))
+
+
+def drawn(tmp_path: Path, items: tuple[Item, ...], name: str) -> tuple[Any, Any, list[str]]:
+    planned = plan(wall(), view_along_line(0.0, 0.0), to_world=np.eye(4), gsd=0.1)
+    made = write_orthophoto(
+        wall(), planned, tmp_path / "o.tif", only=territory(items, name), force=True
+    )
+    facts = json.loads(made.sidecar.read_text("utf-8"))
+    with rasterio.open(made.image) as file:
+        rgba = np.moveaxis(file.read(), 0, 2)
+    return rgba, facts, list(made.warnings)
+
+
+@pytest.mark.parametrize(("name", "right"), [("hanging wall", True), ("footwall", False)])
+def test_the_picture_of_a_domain_is_grey_beyond_the_fault(
+    tmp_path: Path, name: str, right: bool
+) -> None:
+    rgba, facts, said = drawn(tmp_path, faulted(), name)
+    middle = rgba.shape[1] // 2
+    own, rest = rgba[:, middle + 1 :], rgba[:, : middle - 1]
+    if not right:
+        own, rest = rest, own
+    assert (own[3:-3, 3:-3, :3] == [200, 80, 30]).all()
+    assert (np.ptp(rest[3:-3, 3:-3, :3].astype(int), axis=2) == 0).all()
+    assert facts["domain"] == {"name": name, "ends_at": ["F"]}
+    assert any("ends at F" in each for each in said)
+
+
+def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
+    items = tuple(item for item in faulted() if item.kind == "bedding")
+    rgba, _, said = drawn(tmp_path, items, "hanging wall")
+    assert any("No fault parts" in each for each in said)
+    # The nearest of both lie at x = 4 and -4, z = 0: half way is x = 0 at that height.
+    row = rgba[int((5.0 - 0.0) / 0.1), :, :3].astype(int)
+    coloured = np.flatnonzero(np.ptp(row, axis=1) > 0)
+    assert abs((coloured.min() - 100) * 0.1) < 0.85
+    assert coloured.max() >= 198
+
+
+def test_a_domain_that_is_not_there_is_refused_with_those_that_are() -> None:
+    with pytest.raises(UsageError, match="footwall, hanging wall"):
+        territory(faulted(), "wall")
+    with pytest.raises(UsageError, match="No plane is in a domain"):
+        axes_of_domains((), "--along")

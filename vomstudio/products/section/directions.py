@@ -1,0 +1,150 @@
+"""Along which directions features come onto a section: all along one, or each domain along the axis
+of its own (textbook 4.2, fig. 31c), where none is valid for all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import UsageError
+from vomstudio.geology.domains import ProjectionAxis
+from vomstudio.geology.notation import format_azimuth
+from vomstudio.products.ortho.interpretation import Item
+from vomstudio.products.section.curtain import Curtain, Panel
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+GRAZING_DEG, REFUSED_DEG = 20.0, 2.0
+"""A direction of projection that meets the section at less is warned of: an error of one degree
+moves what is projected by 15 % of its distance and more; and refused: by 14 times the distance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """along : (3,) of whatever is in no domain with an axis, None at right angles to the section;
+    axes : of the domains, by name"""
+
+    along: Array | None = None
+    axes: Mapping[str, ProjectionAxis] = field(default_factory=dict)
+
+    def of(self, item: Item) -> Array | None:
+        axis = self.axes.get(item.domain)
+        return self.along if axis is None or axis.line is None else axis.line.vector()
+
+    def checked(self, curtain: Curtain) -> tuple[str, ...]:
+        """What must be said of directions that meet the section at a small angle, and of domains
+        without one. Raises UsageError for one that lies in it, or nearly."""
+        said = list(_checked(curtain, self.along, ""))
+        for name, axis in self.axes.items():
+            if axis.line is not None:
+                said += _checked(curtain, axis.line.vector(), name)
+            elif self.along is None:
+                said.append(
+                    tr(
+                        "Domain {name} has no axis of its own ({reason}) and is projected at right "
+                        "angles to the section.",
+                        name=name,
+                        reason=axis.said,
+                    )
+                )
+        return tuple(said)
+
+
+@dataclass(frozen=True)
+class DomainProjection:
+    """How a domain came onto the section: along a trend and plunge, known to error95_deg; None at
+    right angles to it. angle_deg : between it and the section, the least; said : what the direction
+    is, or why there is none"""
+
+    name: str
+    trend_deg: float | None
+    plunge_deg: float | None
+    error95_deg: float | None
+    angle_deg: float
+    said: str
+
+    @property
+    def words(self) -> str:
+        if self.trend_deg is None or self.plunge_deg is None:
+            return tr("{name}: at right angles to the section", name=self.name)
+        error = "" if self.error95_deg is None else f" ± {self.error95_deg:.1f}° (95 %)"
+        return tr(
+            "{name}: along {trend}/{plunge:04.1f}{error}, {angle:.0f}° to the section ({said})",
+            name=self.name,
+            trend=format_azimuth(self.trend_deg, 1),
+            plunge=self.plunge_deg,
+            error=error,
+            angle=self.angle_deg,
+            said=self.said,
+        )
+
+
+def domain_projections(directions: Directions, curtain: Curtain) -> tuple[DomainProjection, ...]:
+    found = []
+    for name, axis in directions.axes.items():
+        line = axis.line
+        angle = least_angle(curtain, None if line is None else line.vector())
+        trend, plunge = (None, None) if line is None else (line.trend_deg, line.plunge_deg)
+        found.append(DomainProjection(name, trend, plunge, axis.error95_deg, angle, axis.said))
+    return tuple(found)
+
+
+def angle_to(panel: Panel, along: Array | None) -> float:
+    """Between a direction (3,) and a section, degrees; 90 where it is projected at right angles."""
+    if along is None:
+        return 90.0
+    return math.degrees(math.asin(min(abs(float(along @ panel.normal)), 1.0)))
+
+
+def least_angle(curtain: Curtain, along: Array | None) -> float:
+    """Of those at which a direction meets the pieces of a section onto which it leads."""
+    angles = [angle_to(panel, along) for panel in curtain.panels]
+    return min((angle for angle in angles if angle >= REFUSED_DEG), default=0.0)
+
+
+def _checked(curtain: Curtain, along: Array | None, domain: str) -> tuple[str, ...]:
+    if along is None:
+        return ()
+    angles = [angle_to(panel, along) for panel in curtain.panels]
+    whose = tr("The direction of projection")
+    if domain:
+        whose = tr("The direction of projection of domain {name}", name=domain)
+    if max(angles) < REFUSED_DEG:
+        raise UsageError(
+            tr(
+                "{whose} lies in the section (within {limit:g} degrees). Choose one that meets it, "
+                "at {wanted:g} degrees or more.",
+                whose=whose,
+                limit=REFUSED_DEG,
+                wanted=GRAZING_DEG,
+            ),
+            field="--along",
+        )
+    said = []
+    if any(angle < REFUSED_DEG for angle in angles):
+        said.append(
+            tr(
+                "Pieces of the section within {limit:g} degrees of the direction of projection "
+                "hold no features.",
+                limit=REFUSED_DEG,
+            )
+        )
+    least = least_angle(curtain, along)
+    if least < GRAZING_DEG:
+        cost = math.radians(1.0) / math.sin(math.radians(least)) ** 2
+        said.append(
+            tr(
+                "{whose} meets the section at {angle:.0f} degrees only: each degree of its error "
+                "moves features by {cost:.0f} % of their distance from the section. Choose a "
+                "section more at right angles to it, or leave out what lies far from it.",
+                whose=whose,
+                angle=least,
+                cost=100.0 * cost,
+            )
+        )
+    return tuple(said)
