@@ -4,6 +4,7 @@ orthophoto one of them with the rest grey."""
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_line
 from vomstudio.products.section.curtain import curtain_of_plane, parse_section_plane
-from vomstudio.products.section.directions import Directions
+from vomstudio.products.section.directions import Directions, by_domain
 from vomstudio.products.section.writing import project_items
 
 Floats = npt.NDArray[np.float64]
@@ -146,6 +147,19 @@ def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
         assert flat.points == pytest.approx(np.tile(flat.points[:1], (3, 1)), abs=1e-6)
     (said,) = Directions(None, axes_of_domains(faulted()[:4], "-")).checked(curtain)
     assert "hanging wall" in said
+
+
+def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
+    """All of its points come to the line in which its plane meets the section."""
+    items = faulted()
+    directions = by_domain(items, "--along")
+    curtain = curtain_of_plane(parse_section_plane("000/90"), (0.0, 0.0, 0.0))
+    fault = next(item for item in items if item.kind == "fault")
+    rng = np.random.default_rng(2)
+    points = np.column_stack([np.zeros(9), rng.uniform(-3, 3, 9), np.linspace(0, 4, 9)])
+    trace = replace(fault, layer="traces", form="line", points=points, normal=None)
+    (flat,), _ = project_items((trace,), curtain, directions, None)
+    assert flat.points[:, 0] == pytest.approx(np.full(9, flat.points[0, 0]), abs=1e-9)
 
 
 def wall() -> Mesh:

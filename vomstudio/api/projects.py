@@ -310,12 +310,14 @@ class Project:
         type: str,
         name: str | None = None,
         set: str | None = None,
+        domain: str | None = None,
     ) -> str:
         """Add points along a bed, fault or joint; returns the id of the trace.
 
         points : (n, 3) in World, metres, n >= 3, in order along the trace
         model : id or name of the model that they lie on; type : name of a feature type, case
-        forgiven; name : None for the next number of its type; set : that it belongs to
+        forgiven; name : None for the next number of its type; set : that it belongs to; domain :
+        part of the structure that it lies in
 
         Raises vs.errors.InputError for an array of another shape, vs.errors.GeometryError where
         they define no plane, vs.errors.UsageError for a model or type that is not there.
@@ -323,7 +325,8 @@ class Project:
         desk = self._open_desk()
         wanted = model.id if isinstance(model, ProjectModel) else _word(model, "model")
         # Checked before the edit is made: the journal could not be read with anything else in it.
-        picks = Picks(words_of(name, "name") or "", _points(points))
+        part = words_of(domain, "domain") or ""
+        picks = Picks(words_of(name, "name") or "", _points(points), domain=part)
         with naming("type", "--type"):
             found, group = desk.find_type(_word(type, "type")), words_of(set, "set") or ""
         with naming("model", "--model"):

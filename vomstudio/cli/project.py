@@ -65,6 +65,9 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("name or number of the column that tells the traces apart, and names them"),
     )
     picks.add_argument("--set", default="", help=tr("the set that they belong to"))
+    picks.add_argument(
+        "--domain", default="", help=tr("the domain that they lie in, such as a wall of a fault")
+    )
     taken = add("import", _import, tr("Add stations, contact lines and rock areas from a file"))
     taken.add_argument(
         "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
@@ -250,7 +253,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     names = groups.ids if args.by is not None else ("",)
     ends = zip(groups.offsets, groups.offsets[1:], strict=False)
     picks = [
-        Picks(name, groups.points[first:last])
+        Picks(name, groups.points[first:last], domain=args.domain)
         for name, (first, last) in zip(names, ends, strict=True)
     ]
     with _changing(args, out) as desk:

@@ -68,10 +68,9 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.models.opening import point_spacing
-    from vomstudio.products.ortho.domain_axes import axes_of_domains
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions
+    from vomstudio.products.section.directions import Directions, by_domain
     from vomstudio.products.section.reading import ReadFeatures, read_features
     from vomstudio.workspace.world_models import read_in_world
 
@@ -87,8 +86,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     along = None if args.along == DOMAINS else _direction(args.along)
     writing.check_targets(args.output, args.features is not None, force=args.force)
     read = ReadFeatures() if args.features is None else read_features(args.features, args.azimuth)
-    axes = axes_of_domains(read.items, "--along") if args.along == DOMAINS else {}
-    directions = Directions(along, axes)
+    own = args.along == DOMAINS
+    directions = by_domain(read.items, "--along") if own else Directions(along)
     model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
     if args.slab is not None and isinstance(model.data, Mesh):
         raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")

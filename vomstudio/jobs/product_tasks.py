@@ -8,7 +8,13 @@ from pathlib import Path
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.model_tasks import Matrix
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
-from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
+from vomstudio.products.ortho import (
+    interpretation,
+    one_domain,
+    orthophoto,
+    planning,
+    view_directions,
+)
 from vomstudio.progress import Progress
 from vomstudio.words import to_translate, tr
 
@@ -19,7 +25,7 @@ _COARSER = to_translate("Choose larger pixels or a smaller part, or close other 
 class OrthophotoOrder:
     """Of the model `path`, kept at hand under `cache`. crs, gsd, region and sheet may be None.
     draw : folder of the project whose features are drawn, None for none; parts : which of
-    `interpretation.PARTS`"""
+    `interpretation.PARTS`; domain : the only one that is not grey, of the project in a folder"""
 
     path: Path
     cache: Path
@@ -32,6 +38,7 @@ class OrthophotoOrder:
     sheet: Path | None
     draw: Path | None = None
     parts: tuple[str, ...] = interpretation.PARTS
+    domain: tuple[Path, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -53,9 +60,13 @@ class WrittenOrthophoto:
 def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto:
     from vomstudio.io.models import model_cache
 
-    features = None
+    features, only, items = None, None, tuple[interpretation.Item, ...]()
+    if asked.domain is not None:
+        items = interpretation.read_items(asked.domain[0])
+        only = one_domain.territory(items, asked.domain[1])
     if asked.draw is not None:
-        features = interpretation.items_shown(interpretation.read_items(asked.draw), asked.parts)
+        shown = interpretation.read_items(asked.draw) if only is None else only.features(items)
+        features = interpretation.items_shown(shown, asked.parts)
     folder = model_cache.folder_of(asked.path, asked.cache)
     loaded = model_cache.load(asked.path, folder, progress)
     plan = planning.plan(
@@ -73,6 +84,7 @@ def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto
         progress=progress,
         features=features,
         legend=interpretation.LEGEND in asked.parts,
+        only=None if only is None else only.seen_along(items, plan.frame.direction),
     )
     return WrittenOrthophoto(
         image=Path(made.image),

@@ -67,11 +67,12 @@ Named = TypeVar("Named", Model, FeatureType)
 @dataclass(frozen=True, eq=False)
 class Picks:
     """Points along one line on a model: (n, 3) in World. kind : where it is another than that of
-    most"""
+    most; domain : that they lie in, "" for none"""
 
     name: str
     points: Array
     kind: FeatureType | None = None
+    domain: str = ""
 
 
 @dataclass(frozen=True)
@@ -216,8 +217,7 @@ class HeadlessProject:
             points = transform.apply(to_file, pick.points)
             own = pick.kind or kind
             trace = trace_through(pick.name, points, model, own.id, set_name, surface)
-            if not trace.name:
-                trace = replace(trace, name=names.of(own))
+            trace = replace(trace, name=trace.name or names.of(own), domain=pick.domain)
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:

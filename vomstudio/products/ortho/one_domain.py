@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.statistics import flip_to, orientation_tensor
-from vomstudio.products.ortho.domain_axes import FAULTS, domains_of
+from vomstudio.products.ortho.domain_axes import FAULTS, domains_of, off_axis
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.tiles import Source, Tile, TilePicture
@@ -61,6 +61,11 @@ class Territory:
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
         """Those of the domain, and of no domain: of others the picture shows no true angles."""
         return tuple(item for item in items if item.domain in ("", self.name))
+
+    def seen_along(self, items: Sequence[Item], direction: Array) -> Territory:
+        """The same, with a word where that direction (3,) is not the domain's."""
+        said = off_axis(items, self.name, direction)
+        return self if said is None else replace(self, said=(*self.said, said))
 
     @property
     def facts(self) -> dict[str, Any]:

@@ -4,7 +4,7 @@ of its own (textbook 4.2, fig. 31c), where none is valid for all."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.notation import format_azimuth
+from vomstudio.products.ortho.domain_axes import FAULTS, axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.section.curtain import Curtain, Panel
 from vomstudio.words import tr
@@ -22,18 +23,22 @@ Array = npt.NDArray[np.float64]
 GRAZING_DEG, REFUSED_DEG = 20.0, 2.0
 """A direction of projection that meets the section at less is warned of: an error of one degree
 moves what is projected by 15 % of its distance and more; and refused: by 14 times the distance."""
+IN_PLANE_DEG = 10.0
+"""An axis farther from the plane of a fault is not one of beds that end at it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Directions:
     """along : (3,) of whatever is in no domain with an axis, None at right angles to the section;
-    axes : of the domains, by name"""
+    axes : of the domains, by name; faults : the domain along whose axis a fault in none is
+    projected, by its id"""
 
     along: Array | None = None
     axes: Mapping[str, ProjectionAxis] = field(default_factory=dict)
+    faults: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, item: Item) -> Array | None:
-        axis = self.axes.get(item.domain)
+        axis = self.axes.get(item.domain or self.faults.get(item.id, ""))
         return self.along if axis is None or axis.line is None else axis.line.vector()
 
     def checked(self, curtain: Curtain) -> tuple[str, ...]:
@@ -53,6 +58,24 @@ class Directions:
                     )
                 )
         return tuple(said)
+
+
+def by_domain(items: Sequence[Item], field_: str) -> Directions:
+    """Each domain along its own axis. A fault between domains is in none, and lies along the axes
+    of those that end at it: it is projected along the one that lies best in its plane. field_ : of
+    whoever asks. Raises UsageError where no feature is in a domain."""
+    axes = axes_of_domains(items, field_)
+    known = {name: axis.line.vector() for name, axis in axes.items() if axis.line is not None}
+    faults: dict[str, str] = {}
+    for item in items:
+        normal = item.normal
+        if normal is None or item.domain or item.kind.casefold() != FAULTS or not known:
+            continue
+        off = {name: abs(float(normal @ along)) for name, along in known.items()}
+        nearest = min(off, key=lambda name: off[name])
+        if off[nearest] < math.sin(math.radians(IN_PLANE_DEG)):
+            faults[item.id] = nearest
+    return Directions(None, axes, faults)
 
 
 @dataclass(frozen=True)

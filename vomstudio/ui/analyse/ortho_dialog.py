@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.domains import domain_names
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_line
@@ -127,6 +128,16 @@ class OrthoDialog(QDialog):
         self.interpretation = InterpretationBox(self._studio)
         self.sheet.toggled.connect(self.interpretation.show_sheet)
         form.addRow(tr("Interpretation"), self.interpretation)
+        self.domain = ComboBox()
+        self.domain.setObjectName("ortho_domain")
+        self.domain.addItem(tr("The whole outcrop"), None)
+        for name in domain_names(self._studio.records):
+            self.domain.addItem(tr("{domain}, the rest grey", domain=name), name)
+        self.domain.setToolTip(
+            tr("Of a structure whose domains have axes of their own a picture shows one.")
+        )
+        form.addRow(tr("Show"), self.domain)
+        form.setRowVisible(self.domain, self.domain.count() > 1)
         form.addRow(tr("File"), file)
         return form
 
@@ -273,6 +284,10 @@ class OrthoDialog(QDialog):
             words.append(("--draw", self._studio.project.folder))
             if parts != interpretation.PARTS:
                 words.append(("--show", ",".join(parts)))
+        if (domain := self.domain.currentData()) is not None:
+            if not parts:
+                words.append(("--draw", self._studio.project.folder))
+            words.append(("--domain", domain))
         copy_command(self._studio, [*words, "--force"])
 
     def _sheet_of(self, out: Path) -> Path | None:
@@ -308,6 +323,7 @@ class OrthoDialog(QDialog):
         parts = self.interpretation.drawn
         if parts:
             beside += drawing_targets(out).values()
+        domain = self.domain.currentData()
         there = [p.name for p in (out, *beside) if p.exists()]
         if there and not may_replace(self, there):
             return
@@ -325,6 +341,7 @@ class OrthoDialog(QDialog):
                 sheet,
                 studio.project.folder if parts else None,
                 parts,
+                None if domain is None else (studio.project.folder, domain),
             ),
             title=tr("Orthophoto {file}", file=out.name),
             on_done=lambda result: _show_result(studio, result),

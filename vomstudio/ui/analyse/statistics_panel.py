@@ -127,7 +127,7 @@ class StatisticsPanel(SeenPanel):
                     overturned=[getattr(f, "overturned", False) for f in own],
                 )
                 pages.insert(0, (tr("As a fold"), fold_rows(axis, notation)))
-                pages[1:1] = _domains([f.set_name for f in own], planes, axis)
+                pages[1:1] = _domains(own, planes, axis)
             except VomError as error:
                 pages.insert(0, (tr("As a fold"), [(tr("Verdict"), error.message)]))
         return pages
@@ -147,21 +147,25 @@ class StatisticsPanel(SeenPanel):
 
 
 def _domains(
-    names: Sequence[str], planes: Sequence[Plane], axis: FoldAxis
+    features: Sequence[Typed], planes: Sequence[Plane], axis: FoldAxis
 ) -> list[tuple[str, Rows]]:
-    """The sets of a type as domains (hanging wall, footwall), where there are several."""
+    """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
+    sets, if there are several."""
     from vomstudio.geology.domains import domain_axes
 
+    stated = any(feature.domain for feature in features)
     members: dict[str, list[Plane]] = {}
-    for name, plane in zip(names, planes, strict=True):
-        members.setdefault(name or tr("no set"), []).append(plane)
+    for feature, plane in zip(features, planes, strict=True):
+        name = feature.domain or tr("no domain") if stated else feature.set_name or tr("no set")
+        members.setdefault(name, []).append(plane)
     if len(members) < 2:
         return []
     beds = {
         name: ([p.dip_direction_deg for p in own], [p.dip_deg for p in own])
         for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
     }
-    return [(tr("Its sets as domains"), domain_rows(*domain_axes(beds, axis)))]
+    title = tr("Its domains") if stated else tr("Its sets as domains")
+    return [(title, domain_rows(*domain_axes(beds, axis)))]
 
 
 def _empty(choice: Choice) -> str:

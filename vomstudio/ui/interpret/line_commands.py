@@ -8,7 +8,7 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.interpret import plane_relations
+from vomstudio.ui.interpret import domain_parting, plane_relations
 from vomstudio.ui.interpret.drawing_import import DrawingImport
 from vomstudio.ui.interpret.listed_import import ListedImport
 from vomstudio.ui.scene.view_panel import ViewPanel
@@ -40,6 +40,11 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
                 tr("Intersection line of the mean planes of two types or sets, such as bedding and "
                    "fault."),
                 too_few_groups),
+        Command("part_by_plane", tr("Part into domains by this &plane"),
+                lambda: domain_parting.part(studio), "vector-difference", (),
+                tr("Features on the two sides of the selected plane become the domains hanging "
+                   "wall and footwall."),
+                lambda: domain_parting.why_not(studio)),
         Command("import_listed", tr("Import &stations, contacts and rocks…"),
                 listed.choose, "map-marker-plus", (),
                 tr("Import stations, samples, contact lines and rock areas from layers or a table "

@@ -61,11 +61,10 @@ def answer(question: SectionQuestion) -> SectionAnswer | VomError:
     """In a thread: the section that `vomstudio section` makes."""
     from vomstudio.geometry.moving import moved
     from vomstudio.io.models.opening import point_spacing
-    from vomstudio.products.ortho.domain_axes import axes_of_domains
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
-    from vomstudio.products.section.directions import Directions
+    from vomstudio.products.section.directions import Directions, by_domain
 
     q = question
     try:
@@ -76,8 +75,8 @@ def answer(question: SectionQuestion) -> SectionAnswer | VomError:
             isinstance(record, Feature) for record in q.records.values()
         )
         items = items_of(q.records, Measurements()) if features and q.records else ()
-        axes = axes_of_domains(items, "domains") if q.by_domain and items else {}
-        directions = Directions(q.along, axes)
+        parted = q.by_domain and bool(items)
+        directions = by_domain(items, "domains") if parted else Directions(q.along)
         grazing = directions.checked(q.curtain)
         flats, left_out = writing.project_items(items, q.curtain, directions, q.within)
         figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.document.domains import domain_names
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.records import Feature, Model, Picked, get, get_feature
@@ -94,6 +95,8 @@ class SectionPanel(SeenPanel):
         self.direction = LineField(studio, "section_direction", tr("at right angles"))
         self.features = QCheckBox(tr("Features within"))
         self.features.setChecked(True)
+        self.by_domain = QCheckBox(tr("Domains along their own axes"))
+        self.by_domain.setObjectName("section_by_domain")
         self.within = QLineEdit()
         self.within.setObjectName("section_within")
         self.within.setPlaceholderText(tr("any distance"))
@@ -119,6 +122,7 @@ class SectionPanel(SeenPanel):
         self._line_row = _row(self.take_line, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
         form.addRow(tr("Project"), self.direction)
+        form.addRow("", self.by_domain)
         form.addRow(self.features, self.within)
         add_length_row(form, self._studio, lambda u: tr("Slab ({unit})", unit=u), self.slab)
         buttons = QHBoxLayout()
@@ -147,7 +151,8 @@ class SectionPanel(SeenPanel):
         self.along_what.currentIndexChanged.connect(self._show_rows)
         for field in (self.through, self.within, self.slab):
             field.textChanged.connect(soon)
-        for changed in (self.plane.changed, self.direction.changed, self.features.toggled):
+        for changed in (self.plane.changed, self.direction.changed, self.features.toggled,
+                        self.by_domain.toggled):  # fmt: skip
             changed.connect(soon)
         self.plane.take.clicked.connect(lambda _=False: self._take_through())
         self.take_through.clicked.connect(lambda _=False: self._take_through())
@@ -270,13 +275,15 @@ class SectionPanel(SeenPanel):
         curtain = curtain_of(plane, through, self.line if by_line else None)
         if isinstance(curtain, VomError):
             return curtain.message
+        by_domain = self.by_domain.isChecked() and bool(domain_names(studio.records))
         data, frame = studio.models[model.id].data, model.frame
         cloud = isinstance(data, PointCloud)
         return SectionQuestion(
             data, model.to_world, path, world_crs(frame.crs, frame.unit_m), frame.has_metres,
             frame.has_north, curtain, lengths[self.slab] if cloud else None,
             dict(studio.records) if self.features.isChecked() else None,
-            None if along is None else along.vector(), lengths[self.within],
+            None if along is None or by_domain else along.vector(), lengths[self.within],
+            by_domain,
         )  # fmt: skip
 
     # --- the answer -----------------------------------------------------------------------------
@@ -314,6 +321,8 @@ class SectionPanel(SeenPanel):
         self._refresh()
 
     def _refresh(self) -> None:
+        parted = self._studio.has_project and bool(domain_names(self._studio.records))
+        self._form_rows.setRowVisible(self.by_domain, parted)
         why = None
         if self._asked.waiting:
             why = tr("the model is being cut")
@@ -410,7 +419,9 @@ class SectionPanel(SeenPanel):
             options.append(("--slab", question.slab))
         if question.records is not None and self._studio.session.features():
             options.append(("--features", self._studio.project.folder))
-            if (along := self.direction.direction()) is not None:
+            if question.by_domain:
+                options.append(("--along", "domains"))
+            elif (along := self.direction.direction()) is not None:
                 options.append(("--along", f"{along.trend_deg:.10g}/{along.plunge_deg:.10g}"))
             if question.within is not None:
                 options.append(("--within", question.within))

@@ -47,7 +47,7 @@ MENUS = (
         "delete_vertex", "|", "+of_tools", "surface_fields", "propose_facets",
         "propose_traces", "|", "feature_types", "update_surroundings")),
     (to_translate("&Analyse"), (
-        "along_beta", "along_line", "face_plane", "|", "keep_intersection",
+        "along_beta", "along_line", "face_plane", "|", "keep_intersection", "part_by_plane",
         "intersection_of_sets", "extend_plane", "patch_surface", "|", "propose_sets",
         "count_fractures", "looked_at", "repeats", "fault_displacement", "three_points",
         "bed_log", "|", "orthophoto", "elevation_model", "section", "|", "verdict_profile",

@@ -1,0 +1,42 @@
+"""Features put into the domains on both sides of the selected plane."""
+
+from __future__ import annotations
+
+from vomstudio.document.domains import part_by_plane
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Typed, get
+from vomstudio.ui.common.studio import Studio
+from vomstudio.words import tr, tr_n
+
+
+def why_not(studio: Studio) -> str | None:
+    current = studio.selection.current if studio.has_project else None
+    if (
+        len(studio.selection.ids) == 1
+        and (feature := get(studio.records, current, Typed)) is not None
+        and studio.measured([feature.id])[feature.id].plane is not None
+    ):
+        return None
+    return tr("Select the plane that parts them, such as a fault, and nothing else.")
+
+
+def part(studio: Studio) -> None:
+    """As one edit; what crosses the plane is named."""
+    current = studio.selection.current
+    if current is None:
+        return
+    crossing = 0
+
+    def made(records: object) -> Edit:
+        nonlocal crossing
+        edit, crossing = part_by_plane(studio.records, current, studio.measured)
+        return edit
+
+    if studio.attempt(made) and crossing:
+        studio.info(
+            tr_n(
+                "{count} feature lies on both sides and was left as it is.",
+                "{count} features lie on both sides and were left as they are.",
+                crossing,
+            )
+        )
