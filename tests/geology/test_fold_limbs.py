@@ -171,3 +171,18 @@ def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> No
         between = math.degrees(math.acos(min(abs(float(limbs.poles[0] @ limbs.poles[1])), 1.0)))
         held += abs(between - 70.0) <= limbs.errors95_deg(axes[2])[0]
     assert held >= 0.89 * told
+
+
+@pytest.mark.parametrize("along", [0.0, 0.2, 0.6, 1.0])
+def test_two_dips_that_stray_along_one_direction_only_are_two_dip_domains(along: float) -> None:
+    """Two groups of poles always lie on a great circle, in whatever direction they stray."""
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        t = np.radians(
+            np.r_[-30.0 + along * rng.normal(size=12), 35.0 + along * rng.normal(size=9)]
+        )
+        off = np.radians(0.03) * rng.normal(size=len(t))
+        poles = np.stack([np.sin(t) * np.cos(off), np.sin(off), np.cos(t) * np.cos(off)], axis=1)
+        dips = np.degrees(np.arccos(poles[:, 2]))
+        azimuths = np.degrees(np.arctan2(poles[:, 0], poles[:, 1])) % 360.0
+        assert fold_axis(azimuths, dips).verdict == "undetermined"

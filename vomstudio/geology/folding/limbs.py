@@ -16,7 +16,10 @@ from vomstudio.geology.statistics import flip_to, orientation_tensor
 NO_SCATTER_DEG = 1e-3
 """Poles that lie on the curve to this are taken as exact: there is nothing to test."""
 
-FLAT_LIMBS = 2.5
+FLAT_LIMBS, FLAT_DEG = 2.5, 1.5
+"""A limb has one dip where its poles stray along the great circle by no more times what they stray
+across it, or by no more degrees: traces on one face are all known least in the same direction, and
+so little of an arc tells no curve of natural beds."""
 
 LIMBS_APART = 6.0
 """Two limbs: their poles lie apart by so many times their scatter along the great circle (those of
@@ -70,8 +73,9 @@ class Limbs:
     @property
     def flat(self) -> bool:
         """Whether each limb has one dip: its poles stray along the great circle hardly more than
-        across it, and so do not tell which way the curve that they lie on goes on."""
-        return self.along_deg <= FLAT_LIMBS * self.across_deg
+        across it, or hardly at all, and so do not tell which way the curve that they lie on goes
+        on."""
+        return self.along_deg <= max(FLAT_LIMBS * self.across_deg, FLAT_DEG)
 
     @property
     def up(self) -> tuple[Array, Array]:
