@@ -31,6 +31,7 @@ from vomstudio.geology.sets.discontinuities import (
     on_scanline,
     rests_on,
 )
+from vomstudio.geology.sets.girdles import without_gap
 from vomstudio.geology.statistics import fisher
 from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
@@ -297,6 +298,8 @@ def sets_among(
                 asked=exactly,
             )
         )
+    if not seeds:
+        warnings += _girdle_remarks(poles, group, order, names)
     probability = mixture.posterior[np.arange(len(poles)), group]
     return SetProposal(
         n=len(poles),
@@ -310,6 +313,27 @@ def sets_among(
         probability=tuple(float(p) for p in probability),
         rows=tuple(range(len(poles))),
     )
+
+
+def _girdle_remarks(
+    poles: Floats, group: npt.NDArray[np.int64], order: Sequence[int], names: dict[int, str]
+) -> list[str]:
+    filled = [j for j in order if np.any(group == j)]
+    if len(filled) < 2:
+        return []
+    means = np.array([fisher(poles[group == j], directed=False).mean.vector() for j in filled])
+    of = np.full(len(poles), -1)
+    for number, j in enumerate(filled):
+        of[group == j] = number
+    return [
+        tr(
+            "No gap parts {first} and {second}: their poles lie along one great circle, as those "
+            "of a bent bed do, and may be one girdle rather than two sets.",
+            first=names[filled[i]],
+            second=names[filled[j]],
+        )
+        for i, j in without_gap(poles, of, means)
+    ]
 
 
 def parse_seeds(text: str | None) -> tuple[Plane, ...]:
