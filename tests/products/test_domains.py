@@ -209,5 +209,5 @@ def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
 def test_a_domain_that_is_not_there_is_refused_with_those_that_are() -> None:
     with pytest.raises(UsageError, match="footwall, hanging wall"):
         territory(faulted(), "wall")
-    with pytest.raises(UsageError, match="No plane is in a domain"):
+    with pytest.raises(UsageError, match="No feature is in a domain"):
         axes_of_domains((), "--along")

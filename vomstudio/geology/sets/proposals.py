@@ -325,14 +325,19 @@ def _girdle_remarks(
     of = np.full(len(poles), -1)
     for number, j in enumerate(filled):
         of[group == j] = number
+    joined = {i: i for i in range(len(filled))}
+    for i, j in without_gap(poles, of, means):
+        old, new = joined[j], joined[i]
+        joined = {k: new if one == old else one for k, one in joined.items()}
+    girdles = [[k for k in joined if joined[k] == one] for one in dict.fromkeys(joined.values())]
     return [
         tr(
-            "No gap parts {first} and {second}: their poles lie along one great circle, as those "
-            "of a bent bed do, and may be one girdle rather than two sets.",
-            first=names[filled[i]],
-            second=names[filled[j]],
+            "No gap parts {sets}: their poles lie along one great circle, as those of a bent bed "
+            "do, and may be one girdle with a fold axis rather than sets.",
+            sets=", ".join(names[filled[k]] for k in girdle),
         )
-        for i, j in without_gap(poles, of, means)
+        for girdle in girdles
+        if len(girdle) > 1
     ]
 
 

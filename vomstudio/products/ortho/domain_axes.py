@@ -24,19 +24,23 @@ def domains_of(items: Iterable[Item]) -> list[str]:
     return sorted({item.domain for item in items if item.domain})
 
 
+def no_domains(field: str) -> UsageError:
+    return UsageError(
+        tr(
+            "No feature is in a domain. Give the features their domains first (Properties > "
+            "Domain, or a column called domain)."
+        ),
+        field=field,
+    )
+
+
 def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAxis]:
     """By the planes of bedding of each domain, and of all faults. field : of whoever asks. Raises
     UsageError where no feature is in a domain."""
     planes = [item for item in items if item.normal is not None and item.dip_deg is not None]
     beds: dict[str, list[Item]] = {name: [] for name in domains_of(planes)}
     if not beds:
-        raise UsageError(
-            tr(
-                "No plane is in a domain. Give the features their domains first (Properties > "
-                "Domain, or a column called domain)."
-            ),
-            field=field,
-        )
+        raise no_domains(field)
     for item in planes:
         if item.domain and item.kind.casefold() in (BEDS, ""):
             beds[item.domain].append(item)

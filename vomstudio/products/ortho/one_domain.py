@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.statistics import flip_to, orientation_tensor
-from vomstudio.products.ortho.domain_axes import FAULTS, domains_of, off_axis
+from vomstudio.products.ortho.domain_axes import FAULTS, domains_of, no_domains, off_axis
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.tiles import Source, Tile, TilePicture
@@ -82,11 +82,13 @@ class Territory:
 def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Territory:
     """Of the domain `name`. Raises UsageError where no feature is in it."""
     known = domains_of(items)
+    if not known:
+        raise no_domains(field)
     if name not in known:
         raise UsageError(
             tr(
                 "There is no feature in the domain {name}. Domains are: {known}.",
-                name=repr(name), known=", ".join(known) or tr("none"),
+                name=repr(name), known=", ".join(known),
             ),
             field=field,
         )  # fmt: skip
