@@ -66,6 +66,13 @@ def reached(dialog: QWidget, widget: QWidget) -> bool:
     )
 
 
+def reached_later(dialog: QWidget, widget: QWidget) -> bool:
+    """As `reached`, after what arrived while it was scrolled to, and moved it, is in its place;
+    also where it can no longer be used by then."""
+    driver.pause(1000)
+    return widget not in list(fields_of(dialog)) or reached(dialog, widget)
+
+
 def describe(dialog: QWidget, name: str) -> dict[str, Any]:
     """How it stands once all that comes later is in it."""
     driver.pause(400)
@@ -88,7 +95,7 @@ def describe(dialog: QWidget, name: str) -> dict[str, Any]:
         "hidden": [
             getattr(w, "text", lambda: "")() or w.objectName() or type(w).__name__
             for w in fields
-            if not reached(dialog, w)
+            if not reached(dialog, w) and not reached_later(dialog, w)
         ],
     }
 
