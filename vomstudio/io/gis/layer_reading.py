@@ -18,7 +18,7 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import open_regular, read_json, require_regular, require_regular_beside
+from vomstudio.files.regular import open_regular, read_json, require_regular_beside
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.words import tr
 
@@ -53,10 +53,9 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
     import pyogrio
     from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
 
-    require_regular(path)
     require_regular_beside(path)
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEAD)
         if not _is_known(head):
             raise unreadable()

@@ -473,6 +473,8 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
 
 
 def _to_read(path: Path) -> sqlite3.Connection:
+    # SQLite waits for a pipe that it may only read.
+    require_regular(path)
     return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
 
 
