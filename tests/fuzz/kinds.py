@@ -69,10 +69,15 @@ def _mask(path: Path) -> object:
 
 
 def _xmp(path: Path) -> object:
+    from vomstudio.errors import InputError
     from vomstudio.files.regular import read_whole
     from vomstudio.io.photos.xmp import read_drone_tags
 
-    return read_drone_tags(read_whole(path))
+    try:
+        return read_drone_tags(read_whole(path))
+    except OSError as error:
+        # The program finds it within a photo.
+        raise InputError(str(error), file=path) from error
 
 
 def _of(module: str, name: str) -> Callable[[Path], object]:

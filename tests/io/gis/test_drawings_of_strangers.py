@@ -216,3 +216,25 @@ def test_a_number_after_the_end_of_a_piece_is_refused(path: str, tmp_path: Path)
 
     threading.Thread(target=read, daemon=True).start()
     assert done.wait(5)
+
+
+@pytest.mark.parametrize("place", ["20\n1e+20\n", "0\nENDSEC\n", "9\n$ACADVER\n"])
+@pytest.mark.parametrize("count", [1, 8, 5000])
+def test_zeros_in_a_drawing_are_refused(place: str, count: int, tmp_path: Path) -> None:
+    # GDAL 3.11 reads some of these without end.
+    path = dxf(tmp_path / "a.dxf", "", LINE)
+    text = path.read_text()
+    if place not in text:
+        text = text.replace("9\n$ACADVER", f"9\n$EXTMIN\n10\n1e+20\n{place}9\n$ACADVER")
+    at = text.index(place) + len(place) - 1
+    path.write_bytes(text[:at].encode() + b"\0" * count + text[at:].encode())
+    for read in READERS:
+        with pytest.raises(InputError, match=rf"blank \(from byte {at + 1}\)") as refusal:
+            read(path)
+        assert refusal.value.file == str(path)
+
+
+def test_zeros_after_the_end_of_a_drawing_do_not_matter(tmp_path: Path) -> None:
+    path = dxf(tmp_path / "a.dxf", "", LINE)
+    path.write_bytes(path.read_bytes() + bytes(4096))
+    assert len(read_gis_lines(path).lines) == 1

@@ -65,6 +65,7 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             _refuse_names_without_end(path)
         elif _DXF.match(head):
             _refuse_lost_line_feed(path, head)
+            _refuse_zeros(path, head)
             refuse_endless_blocks(path)
         with utf8_name(path) as named, _options, limited_by(path):
             pyogrio.set_gdal_config_options(NO_NETWORK)
@@ -106,6 +107,33 @@ def _refuse_lost_line_feed(path: Path, head: bytes) -> None:
             ),
             file=path,
         )
+
+
+def _refuse_zeros(path: Path, head: bytes) -> None:
+    """GDAL never comes to the end of a drawing in text with zero bytes in it; what follows its end
+    is not read. Raises InputError."""
+    if head.startswith(_BINARY_DXF):
+        return
+    before, begin = b"", 0
+    with open_regular(path) as file:
+        while block := file.read(_BLOCK):
+            at = block.find(b"\0")
+            before = (before + (block if at < 0 else block[:at])[-_LAST_WORD:])[-_LAST_WORD:]
+            if at >= 0 and before.split()[-1:] != [b"EOF"]:
+                raise InputError(
+                    tr(
+                        "A part of the drawing is blank (from byte {place}). Copy or save it "
+                        "again.",
+                        place=begin + at + 1,
+                    ),
+                    file=path,
+                )
+            if at >= 0:
+                return
+            begin += len(block)
+
+
+_LAST_WORD = 16
 
 
 def _refuse_views(path: Path) -> None:
