@@ -141,13 +141,17 @@ def trouble_of(error: Exception, path: Path) -> Trouble:
     )
 
 
+def to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
+    """A journal that is only read. Raises InputError where it is no file: SQLite waits for a pipe
+    that it may not write into."""
+    require_regular(path)
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=patience_s)
+
+
 def holds(path: Path, head: Head) -> bool:
     """Whether the journal at `path` holds the rows up to `head`, each as it was written."""
     try:
-        require_regular(path)
-        with closing(
-            sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
-        ) as db:
+        with closing(to_read(path, 1.0)) as db:
             db.text_factory = text_of
             if read_head(db) != head:
                 return False
