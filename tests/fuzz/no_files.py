@@ -28,7 +28,8 @@ def _socket(place: Path) -> None:
     here = Path.cwd()
     os.chdir(place.parent)
     try:
-        socket.socket(socket.AF_UNIX).bind(place.name)
+        with socket.socket(socket.AF_UNIX) as bound:
+            bound.bind(place.name)
     finally:
         os.chdir(here)
 
