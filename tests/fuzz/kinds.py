@@ -69,9 +69,15 @@ def _mask(path: Path) -> object:
 
 
 def _xmp(path: Path) -> object:
+    from vomstudio.errors import InputError
+    from vomstudio.files.regular import read_whole
     from vomstudio.io.photos.xmp import read_drone_tags
 
-    return read_drone_tags(path.read_bytes())
+    try:
+        return read_drone_tags(read_whole(path))
+    except OSError as error:
+        # The program finds it within a photo.
+        raise InputError(str(error), file=path) from error
 
 
 def _of(module: str, name: str) -> Callable[[Path], object]:
@@ -227,6 +233,8 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "comparisons/c.json": ("comparisons/c.json", _comparison),
 }  # fmt: skip
 """By kind: the file that is named, and who reads it."""
+GO_ON = ("comparisons/c.json", "features.npz", "settings.toml")
+"""Kinds without which work goes on: they are kept, or computed, anew."""
 
 
 # --- sound files ------------------------------------------------------------------------------

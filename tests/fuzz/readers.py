@@ -3,7 +3,8 @@ program is kept and bent further.
 
     python -m tests.fuzz.readers --files 10000 [--seed N] [--only WORD] [--guided] [--reached DIR]
 
-Each file is read in a process with little memory and little time. What ends in an error that is
+First pipes, devices and folders take the place of every file (`no_files`). Then each file is read
+in a process with little memory and little time. What ends in an error that is
 none of ours, takes too long or too much, or is refused without naming the file, is printed, and is
 kept in a folder that is named at the end; the exit code is then 1. `corpus` holds those that once
 did; they are read before all others.
@@ -352,6 +353,13 @@ def main() -> int:
     parser.add_argument("--guided", action="store_true", help="bend what reaches new lines further")
     parser.add_argument("--reached", type=Path, help="folder for files that reach new lines")
     asked = parser.parse_args()
+    # It reads as this does, so it is known here only once this runs.
+    from tests.fuzz import no_files
+
+    none, odd = no_files.campaign(asked.only)
+    print(f"{sum(none.values())} files that are none: {dict(none)}")
+    for line in odd:
+        print("  ", line)
     kept = Path(tempfile.mkdtemp(prefix="vom-fuzz-"))
     begun = time.monotonic()
     counts, wrong, pool = campaign(
@@ -363,7 +371,7 @@ def main() -> int:
         print("kept in", kept)
     else:
         shutil.rmtree(kept)
-    return min(len(wrong), 1)
+    return min(len(wrong) + len(odd), 1)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.fuzz import hostile, projects, readers
+from tests.fuzz import hostile, no_files, projects, readers
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the readers' limits are Linux's"
@@ -76,6 +76,13 @@ def test_folders_that_somebody_has_prepared_hold_nobody_up() -> None:
     counts, wrong = hostile.campaign(120, seed=7)
     assert wrong == []
     assert counts["read"] > 60
+
+
+@pytest.mark.parametrize("kind", ["t.csv", "b.las", "w.tif", "l.shp", "run/"])
+def test_what_is_no_file_is_refused_by_name(kind: str) -> None:
+    counts, wrong = no_files.campaign(kind)
+    assert wrong == []
+    assert counts["refused"] >= len(no_files.ODD)
 
 
 def test_archives_that_lie_are_read_or_refused_by_name() -> None:

@@ -116,3 +116,27 @@ def test_a_drawing_of_another_picture_is_refused(window, picture, picks, monkeyp
     assert "--sidecar" not in said(window)
     assert driver.traces(window) == []
     assert window.actions_table.all["import_drawing"].isEnabled()
+
+
+def test_taking_in_is_a_job_that_can_be_ended(window, picture, picks, monkeypatch) -> None:
+    long = {"B01": np.repeat(picks["B01"], 20_000, axis=0)}
+    path = draw(picture.parent / "lines.geojson", picture, long)
+    before = dict(window.studio.records)
+    take_in(window, monkeypatch, path)
+    (job,) = window.studio.jobs.visible()
+    assert "lines.geojson" in job.title
+    window.studio.jobs.cancel(job)
+    driver.wait(lambda: not window.studio.jobs.visible(), "the end of the job")
+    assert dict(window.studio.records) == before
+    assert window.actions_table.all["import_drawing"].isEnabled()
+
+
+def test_of_two_pictures_in_a_folder_the_one_is_asked_for(
+    window, picture, picks, monkeypatch
+) -> None:
+    other = picture.with_name("other.json")
+    other.write_bytes(picture.read_bytes())
+    path = draw(picture.parent / "lines.geojson", picture, {"B01": picks["B01"]})
+    take_in(window, monkeypatch, path, other)
+    driver.wait(lambda: len(driver.traces(window)) == 1, "the trace")
+    assert "other" in driver.traces(window)[0].notes

@@ -188,6 +188,7 @@ class _Watch:
 
 def _prepare(folder: Path) -> None:
     """An empty folder, or one that an earlier demo made, from which its project is taken away."""
+    from vomstudio.files.atomic import write_bytes
     from vomstudio.files.inside import make_folder, place_inside
     from vomstudio.io.project.folder import is_free
 
@@ -197,7 +198,7 @@ def _prepare(folder: Path) -> None:
             place_inside(folder / name, folder)
         if any(folder.iterdir()) and not (folder / MARK).is_file():
             raise TargetError(tr("This folder holds other files. Name a new one."), file=folder)
-        (folder / MARK).write_text("made by vomstudio demo\n", "utf-8")
+        write_bytes(folder / MARK, b"made by vomstudio demo\n", force=True)
         project = folder / PROJECT
         if project.exists():
             if (project / "journal.sqlite").is_file() and not is_free(project):

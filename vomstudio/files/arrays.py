@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import require_regular
+from vomstudio.files.regular import open_regular
 
 _MOST_MEMBERS = 10_000
 _DEFLATED = 1100
@@ -63,10 +63,10 @@ def open_arrays(path: str | Path) -> Iterator[Arrays]:
     """Raises ValueError where the file is no sound .npz, or no regular file, and OSError where it
     cannot be read."""
     try:
-        require_regular(path)
+        opened = open_regular(path)
     except InputError as error:
         raise ValueError(error.message) from error
-    with open(path, "rb") as file:
+    with opened as file:
         try:
             archive = zipfile.ZipFile(file)
         except Exception as error:

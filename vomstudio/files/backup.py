@@ -6,9 +6,10 @@ import contextlib
 import itertools
 from pathlib import Path
 
-from vomstudio.errors import TargetError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import check_beside
+from vomstudio.files.regular import read_whole
 from vomstudio.words import tr
 
 
@@ -18,7 +19,7 @@ def set_aside(path: Path) -> Path:
     A copy with the same content is not made twice. Raises TargetError.
     """
     try:
-        data = path.read_bytes()
+        data = read_whole(path)
     except OSError as error:
         raise TargetError(
             tr(
@@ -30,8 +31,8 @@ def set_aside(path: Path) -> Path:
         ) from error
     for number in itertools.count(1):
         kept = path.with_name(f"{path.name}.bak{'' if number == 1 else number}")
-        with contextlib.suppress(OSError):
-            if kept.read_bytes() == data:
+        with contextlib.suppress(OSError, InputError):
+            if read_whole(kept) == data:
                 return kept
         if not kept.exists():
             check_beside(kept)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_write
+from vomstudio.files.regular import read_small_text
 from vomstudio.paths import resource
 from vomstudio.words import tr
 
@@ -42,9 +43,9 @@ def install() -> list[Path]:
     data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     wanted = {
         data / "applications" / f"{NAME}.desktop": _entry(),
-        data / "icons" / "hicolor" / "scalable" / "apps" / f"{NAME}.svg": resource(
-            "icon", f"{NAME}.svg"
-        ).read_text("utf-8"),
+        data / "icons" / "hicolor" / "scalable" / "apps" / f"{NAME}.svg": read_small_text(
+            resource("icon", f"{NAME}.svg")
+        ),
         data / "mime" / "packages" / f"{NAME}.xml": _TYPES,
     }
     for path, text in wanted.items():

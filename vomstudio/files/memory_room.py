@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from vomstudio.errors import InputError
+from vomstudio.files.regular import read_whole
+
 _GROUPS = Path("/sys/fs/cgroup")
 _UNLIMITED = 1 << 60
 """Version 1 of control groups writes the largest number of pages for "no limit"."""
@@ -52,8 +55,8 @@ def _groups_of(groups: Path, said: Path) -> Iterator[tuple[Path, str, str, tuple
     """Folder of each group that this process is in, up to where they are mounted; the names of its
     limit, of what is used, and of what it holds of files, which the system takes back."""
     try:
-        lines = said.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
+        lines = read_whole(said).decode("utf-8", "replace").splitlines()
+    except (InputError, OSError):
         return
     for line in lines:
         number, _, rest = line.partition(":")
@@ -78,11 +81,11 @@ def _used(folder: Path, name: str, files: tuple[str, str]) -> int | None:
         return None
     held = dict[str, int]()
     try:
-        for line in (folder / "memory.stat").read_text(encoding="ascii").splitlines():
+        for line in read_whole(folder / "memory.stat").decode("ascii").splitlines():
             word, _, value = line.partition(" ")
             if word in files:
                 held[word] = int(value)
-    except (OSError, ValueError):
+    except (InputError, OSError, ValueError):
         pass
     return max(used - sum(held.values()), 0)
 
@@ -90,15 +93,15 @@ def _used(folder: Path, name: str, files: tuple[str, str]) -> int | None:
 def _number(path: Path) -> int | None:
     """The number in a file; None for none, and for "max"."""
     try:
-        return int(path.read_text(encoding="ascii"))
-    except (OSError, ValueError):
+        return int(read_whole(path))
+    except (InputError, OSError, ValueError):
         return None
 
 
 def _line(file: Path, name: str) -> int | None:
     """Bytes of a line of /proc."""
     try:
-        for line in file.read_text(encoding="ascii").splitlines():
+        for line in read_whole(file).decode("ascii").splitlines():
             if line.startswith(name):
                 return int(line.split()[1]) * 1024
     except (OSError, ValueError, IndexError):

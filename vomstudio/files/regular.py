@@ -12,7 +12,7 @@ import os
 import select
 import stat
 import time
-from io import BufferedReader
+from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any
 
@@ -89,14 +89,28 @@ def require_regular_beside(path: str | Path) -> None:
 def open_regular(path: str | Path) -> BufferedReader:
     """A file opened for reading, without waiting for it. Raises InputError where it is no regular
     file, and OSError where it cannot be opened."""
+    return os.fdopen(_descriptor(path), "rb")
+
+
+def open_unbuffered(path: str | Path) -> FileIO:
+    """As `open_regular`, for what is read into memory that is there already."""
+    return os.fdopen(_descriptor(path), "rb", buffering=0)
+
+
+def _descriptor(path: str | Path) -> int:
     require_regular(path)
     try:
         # Without waiting, should a pipe have taken the place of the file since it was looked at.
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
+        return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
     except ValueError as error:
         # A zero byte in a name.
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
-    return os.fdopen(descriptor, "rb")
+
+
+def read_whole(path: str | Path) -> bytes:
+    """All of a file that may be of any size. Raises as `open_regular`."""
+    with open_regular(path) as file:
+        return file.read()
 
 
 def read_pipe(path: str | Path, limit: int) -> bytes:

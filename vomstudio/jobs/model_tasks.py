@@ -241,13 +241,16 @@ class CutModel:
 def _cut_model(asked: ModelCut, progress: Progress) -> CutModel:
     import numpy as np
 
+    from vomstudio.files.regular import open_regular
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.piece_writing import write_piece
 
     loaded = model_cache.load(asked.path, model_cache.folder_of(asked.path, asked.cache), progress)
+    with open_regular(asked.bits) as file:
+        bits = np.load(file, allow_pickle=False)
     path, warnings = write_piece(
         loaded,
-        np.load(asked.bits, allow_pickle=False),
+        bits,
         asked.path,
         asked.content_hash,
         asked.crs,

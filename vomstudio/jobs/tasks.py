@@ -35,9 +35,16 @@ def _jobs() -> Iterator[tuple[Job[Any, Any], ...]]:
     from vomstudio.jobs import photo_tasks
 
     yield photo_tasks.JOBS
-    from vomstudio.jobs import product_tasks, proposal_tasks, registration_tasks, surface_tasks
+    from vomstudio.jobs import (
+        drawing_tasks,
+        product_tasks,
+        proposal_tasks,
+        registration_tasks,
+        surface_tasks,
+    )
 
     yield (
+        *drawing_tasks.JOBS,
         *product_tasks.JOBS,
         *registration_tasks.JOBS,
         *surface_tasks.JOBS,

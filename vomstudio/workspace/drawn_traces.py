@@ -12,17 +12,9 @@ import numpy.typing as npt
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record
-from vomstudio.errors import GeometryError, InputError
-from vomstudio.geometry import transform
+from vomstudio.errors import GeometryError
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.drawing_back import (
-    Sidecar,
-    bring_back,
-    read_drawing,
-    read_sidecar,
-)
+from vomstudio.jobs.drawing_tasks import DrawnLines
 from vomstudio.tools.local_surface import around
 from vomstudio.words import tr
 
@@ -68,63 +60,41 @@ def type_of_layer(layer: str, types: Iterable[FeatureType]) -> FeatureType | Non
     return None
 
 
-def fitting_sidecars(drawing: Path) -> list[Path]:
-    """Of the pictures in the folder of a drawing those on which it can have been drawn: the one
-    whose name the drawing's begins with, alone, where it is among them."""
-    found = []
-    for path in sorted(drawing.parent.glob("*.json")):
-        try:
-            read_drawing(drawing, read_sidecar(path))
-        except InputError:
-            continue
-        found.append(path)
-    named = [path for path in found if drawing.stem.startswith(path.stem)]
-    return [max(named, key=lambda path: len(path.stem))] if named else found
-
-
-def read_drawn_traces(
+def drawn_traces(
+    found: DrawnLines,
     drawing: Path,
     sidecar: Path,
     model: Model,
-    data: Mesh | PointCloud,
     surface: PaintSurface | None,
     records: Mapping[str, Record],
     type_id: str,
     set_name: str = "",
 ) -> DrawnTraces:
-    """Each line of the drawing that defines a plane as a trace, on the surface that the picture
-    shows.
+    """Each line that was brought back and defines a plane as a trace.
 
-    type_id : of the lines whose layer is not called as a feature type of the project is. data : in
-    the frame of the model's file. Raises InputError, and GeometryError where no line
-    defines a plane.
+    type_id : of the lines whose layer is not called as a feature type of the project is. Raises
+    GeometryError where no line defines a plane.
     """
-    picture = read_sidecar(sidecar)
-    lines, said = read_drawing(drawing, picture)
-    try:
-        brought = bring_back(lines, _in_frame_of(model, picture), data)
-    except InputError as error:
-        raise error.of_file(drawing) from error
-    warnings = [*said, *brought.warnings]
-    if picture.content_hash not in (None, model.content_hash):
+    warnings = list(found.warnings)
+    if found.content_hash not in (None, model.content_hash):
         warnings.append(
             tr(
                 "The orthophoto was made of another file than {model}, or of it before it changed.",
                 model=model.name,
             )
         )
-    skipped = [(name, tr("it meets no surface")) for name in brought.skipped]
-    own = {line.name.strip() for line in lines}
+    skipped = [(name, tr("it meets no surface")) for name in found.skipped]
     note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
               drawing=drawing.name)  # fmt: skip
     traces: list[Trace] = []
     types = [record for record in records.values() if isinstance(record, FeatureType)]
-    for line in brought.lines:
+    for line in found.lines:
         # A line without a name was given its number; the project has names of its own.
-        name = "" if line.name.isdecimal() and line.name not in own else line.name
+        name = "" if line.name.isdecimal() and not line.named else line.name
         kind = type_of_layer(line.layer, types)
         own_type = type_id if kind is None else kind.id
-        trace = trace_through(name, line.points, model, own_type, set_name, surface)
+        points = np.array(line.points, np.float64)
+        trace = trace_through(name, points, model, own_type, set_name, surface)
         trace = replace(trace, notes=note)
         try:
             edits.add_trace(records, trace)
@@ -143,11 +113,3 @@ def read_drawn_traces(
             file=drawing,
         )
     return DrawnTraces(tuple(traces), tuple(skipped), tuple(warnings))
-
-
-def _in_frame_of(model: Model, sidecar: Sidecar) -> Sidecar:
-    """The picture in the frame of the model's file: what is looked at need not be moved."""
-    to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
-    matrix = to_file @ sidecar.matrix
-    matrix[:3, 2] /= np.linalg.norm(matrix[:3, 2])
-    return replace(sidecar, matrix=matrix)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -199,3 +200,41 @@ def test_a_name_of_its_own_for_each_shape(tmp_path: Path, read: Callable[[Path],
     with pytest.raises(InputError, match="2000 different attributes") as refusal:
         read(path)
     assert refusal.value.file == str(path)
+
+
+@pytest.mark.parametrize("path", ["M 0 0 L 9 9 z 5 5", "M1 1h4v4Z7,7 8,8", "m0 0 1 1z.5"])
+def test_a_number_after_the_end_of_a_piece_is_refused(path: str, tmp_path: Path) -> None:
+    # SVG 1.1, 8.3.1: a command follows closepath, or nothing does.
+    drawing = tmp_path / "a.svg"
+    drawing.write_text(f'<svg xmlns="http://www.w3.org/2000/svg"><path d="{path}"/></svg>')
+    done = threading.Event()
+
+    def read() -> None:
+        with pytest.raises(InputError, match="coordinates cannot be read"):
+            read_svg(drawing)
+        done.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    assert done.wait(5)
+
+
+@pytest.mark.parametrize("place", ["20\n1e+20\n", "0\nENDSEC\n", "9\n$ACADVER\n"])
+@pytest.mark.parametrize("count", [1, 8, 5000])
+def test_zeros_in_a_drawing_are_refused(place: str, count: int, tmp_path: Path) -> None:
+    # GDAL 3.11 reads some of these without end.
+    path = dxf(tmp_path / "a.dxf", "", LINE)
+    text = path.read_text()
+    if place not in text:
+        text = text.replace("9\n$ACADVER", f"9\n$EXTMIN\n10\n1e+20\n{place}9\n$ACADVER")
+    at = text.index(place) + len(place) - 1
+    path.write_bytes(text[:at].encode() + b"\0" * count + text[at:].encode())
+    for read in READERS:
+        with pytest.raises(InputError, match=rf"blank \(from byte {at + 1}\)") as refusal:
+            read(path)
+        assert refusal.value.file == str(path)
+
+
+def test_zeros_after_the_end_of_a_drawing_do_not_matter(tmp_path: Path) -> None:
+    path = dxf(tmp_path / "a.dxf", "", LINE)
+    path.write_bytes(path.read_bytes() + bytes(4096))
+    assert len(read_gis_lines(path).lines) == 1

@@ -47,3 +47,32 @@ def test_a_blank_part_does_not_end_the_process(format_: int, tmp_path: Path) -> 
     assert said[0] == "6000"
     assert "a.laz: A part of the file is blank (from byte " in said[2]
     assert abs(int(said[2].partition("byte ")[2].partition(")")[0]) - 10_001) < 3
+
+
+@pytest.mark.parametrize("block", [256, 1000])
+def test_a_blank_part_is_found_wherever_blocks_are_cut(
+    block: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from vomstudio.errors import InputError
+    from vomstudio.io.models.formats import _las_header
+    from vomstudio.progress import Silent
+
+    monkeypatch.setattr(_las_header, "_BLOCK", block)
+    cloud = laspy.LasData(laspy.LasHeader(version="1.2", point_format=0))
+    cloud.x, cloud.y, cloud.z = (np.random.default_rng(4).random((900, 3)) * 40).T
+    path = tmp_path / "a.laz"
+    cloud.write(path)
+    whole = path.read_bytes()
+    begin = int.from_bytes(whole[96:100], "little")
+    _las_header.refuse_blank(path, Silent())
+    for at in range(begin, begin + 3 * block, 7):
+        for length, refused in ((127, False), (128, True), (2 * block + 128, True)):
+            data = bytearray(whole)
+            # Sound bytes around it, so that it is exactly as long as that.
+            data[at - 1 : at + length + 1] = b"\0" + b"\xff" * length + b"\0"
+            path.write_bytes(data)
+            if refused:
+                with pytest.raises(InputError, match=rf"from byte {at + 1}\)"):
+                    _las_header.refuse_blank(path, Silent())
+            elif at > begin:
+                _las_header.refuse_blank(path, Silent())

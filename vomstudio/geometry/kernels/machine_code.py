@@ -30,6 +30,8 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.errors import InputError
+from vomstudio.files.regular import read_small_text, read_whole
 from vomstudio.geometry.kernels.signatures import Signature
 from vomstudio.geometry.kernels.sources import Part, Source, all_code, linked
 
@@ -164,8 +166,8 @@ def _folders() -> Iterator[Path]:
 def kept(name: str) -> bytes | None:
     """What was kept under a name, None where nothing is or it was damaged."""
     for folder in _folders():
-        with contextlib.suppress(OSError):
-            whole = (folder / name).read_bytes()
+        with contextlib.suppress(OSError, InputError):
+            whole = read_whole(folder / name)
             code = whole[len(_FORMAT) + _DIGEST_BYTES :]
             if whole == _sealed(code):
                 return code
@@ -233,7 +235,7 @@ def compiler() -> tuple[str, ...]:
     where = None if spec is None else spec.origin
     settings = [f"{k}={v}" for k, v in sorted(os.environ.items()) if k.startswith("NUMBA_")]
     return (
-        Path(where).with_name("_version.py").read_text() if where else "",
+        read_small_text(Path(where).with_name("_version.py")) if where else "",
         sys.version,
         *(word for word in settings if not word.startswith("NUMBA_CACHE_DIR=")),
     )

@@ -14,6 +14,7 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes, unreadable_crs
 from vomstudio.words import tr
@@ -75,7 +76,7 @@ def keys_of_tiff(path: Path) -> Keys:
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:
-        with open(path, "rb") as file, warnings.catch_warnings():
+        with open_regular(path) as file, warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of tags that are cut off
             head = file.read(8)
             head += file.read(8) if head[2:4] in (b"+\0", b"\0+") else b""
@@ -89,7 +90,7 @@ def keys_of_tiff(path: Path) -> Keys:
             struct.pack(f"<{len(doubles)}d", *doubles),
             texts.encode("latin-1", "replace"),
         )
-    except (OSError, ValueError, SyntaxError, KeyError, TypeError, struct.error):
+    except (InputError, OSError, ValueError, SyntaxError, KeyError, TypeError, struct.error):
         return Keys(b"")
 
 

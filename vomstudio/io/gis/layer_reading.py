@@ -18,7 +18,7 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import open_regular, read_json, require_regular, require_regular_beside
+from vomstudio.files.regular import open_regular, read_json, require_regular_beside
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.words import tr
 
@@ -53,10 +53,9 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
     import pyogrio
     from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, GeometryError
 
-    require_regular(path)
     require_regular_beside(path)
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEAD)
         if not _is_known(head):
             raise unreadable()
@@ -66,6 +65,7 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             _refuse_names_without_end(path)
         elif _DXF.match(head):
             _refuse_lost_line_feed(path, head)
+            _refuse_zeros(path, head)
             refuse_endless_blocks(path)
         with utf8_name(path) as named, _options, limited_by(path):
             pyogrio.set_gdal_config_options(NO_NETWORK)
@@ -107,6 +107,33 @@ def _refuse_lost_line_feed(path: Path, head: bytes) -> None:
             ),
             file=path,
         )
+
+
+def _refuse_zeros(path: Path, head: bytes) -> None:
+    """GDAL never comes to the end of a drawing in text with zero bytes in it; what follows its end
+    is not read. Raises InputError."""
+    if head.startswith(_BINARY_DXF):
+        return
+    before, begin = b"", 0
+    with open_regular(path) as file:
+        while block := file.read(_BLOCK):
+            at = block.find(b"\0")
+            before = (before + (block if at < 0 else block[:at])[-_LAST_WORD:])[-_LAST_WORD:]
+            if at >= 0 and before.split()[-1:] != [b"EOF"]:
+                raise InputError(
+                    tr(
+                        "A part of the drawing is blank (from byte {place}). Copy or save it "
+                        "again.",
+                        place=begin + at + 1,
+                    ),
+                    file=path,
+                )
+            if at >= 0:
+                return
+            begin += len(block)
+
+
+_LAST_WORD = 16
 
 
 def _refuse_views(path: Path) -> None:

@@ -132,6 +132,9 @@ def _path(text: str) -> list[tuple[Array, bool]]:
         if words[k].isalpha():
             command = words[k]
             k += 1
+        elif command in "Zz":
+            # Nothing but a command may follow the end of a piece, and none comes before the first.
+            raise ValueError(text)
         elif command in "Mm":
             command = "L" if command == "M" else "l"
         kind, base = command.upper(), at if command.islower() else 0j

@@ -27,7 +27,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import make_folder
-from vomstudio.files.regular import read_json, require_regular
+from vomstudio.files.regular import open_unbuffered, read_json
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.progressive_order import Arrangement, arrange
@@ -310,8 +310,7 @@ def _read_array(
     """Raises InputError, OSError, ValueError."""
     wrong_size = tr("{file} has a wrong size", file=path.name)
     head = _head(shape, kind)
-    require_regular(path)
-    with open(path, "rb", buffering=0) as file:
+    with open_unbuffered(path) as file:
         size = math.prod(shape) * kind.itemsize
         # Before room is made for it.
         if os.fstat(file.fileno()).st_size != len(head) + size:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.inside import check_in_project, make_folder, place_inside
+from vomstudio.files.regular import open_regular, require_regular
 from vomstudio.io.models.formats._gltf_document import files_beside
 from vomstudio.io.models.mtl import decode, find_beside, read_library
 from vomstudio.io.photos.cameras_file import (
@@ -87,6 +88,7 @@ def copy_model(
         for done, (file, name) in enumerate(files, 1):
             place = part / name
             make_folder(place_inside(place, part).parent, part)
+            require_regular(file)
             shutil.copyfile(file, place)
             progress.step(done)
         if seen is not None:
@@ -140,7 +142,7 @@ def _photo_files(cameras: Cameras) -> list[tuple[Path, Path]]:
 def _libraries(model: Path) -> list[Path]:
     """The material files that an OBJ names, wherever in the file it does."""
     names: dict[str, None] = {}
-    with model.open("rb") as lines:
+    with open_regular(model) as lines:
         for line in lines:
             if line.startswith(b"mtllib"):
                 names.setdefault(decode(line[len(b"mtllib") :]).strip())
@@ -159,7 +161,7 @@ def _libraries(model: Path) -> list[Path]:
 def _ply_images(model: Path) -> list[Path]:
     from vomstudio.io.models.formats._ply_header import MAX_HEADER_BYTES, read_header
 
-    with contextlib.suppress(InputError, OSError), model.open("rb") as file:
+    with contextlib.suppress(InputError, OSError), open_regular(model) as file:
         header = read_header(file.read(MAX_HEADER_BYTES), model)
         named = [find_beside(model.parent, name)[0] for name in header.textures]
         return [path for path in named if path is not None]

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.files.memory_limit import limited_by
+from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.resolution import FewPoints, effective_resolution
@@ -113,17 +114,17 @@ class _Hasher(threading.Thread):
         self._path, self._wanted = path, wanted
         self._stopped = False
         self._digest = ""
-        self._error: OSError | None = None
+        self._error: OSError | InputError | None = None
 
     def run(self) -> None:
         total = hashlib.sha256()
         try:
-            with open(self._path, "rb") as file:
+            with open_regular(self._path) as file:
                 while (
                     not self._stopped and self._wanted() and (block := file.read(HASH_BLOCK_BYTES))
                 ):
                     total.update(block)
-        except OSError as error:
+        except (InputError, OSError) as error:
             self._error = error
         self._digest = total.hexdigest()
 
@@ -133,6 +134,8 @@ class _Hasher(threading.Thread):
     def result(self) -> str:
         if self.is_alive():
             self.join()
+        if isinstance(self._error, InputError):
+            raise self._error
         if self._error is not None:
             raise InputError(
                 tr("The file cannot be read ({reason}).", reason=self._error.strerror),

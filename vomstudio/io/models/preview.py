@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import sidecar_crs
@@ -47,7 +48,7 @@ def preview(path: str | Path, count: int = 200_000) -> PointCloud | None:
     try:
         if is_copc(path):
             return _of_copc(path, count)
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             if file.read(4) != b"LASF":
                 return None
         top = _of_one_unit(read_top(path), path)
@@ -97,7 +98,7 @@ def _of_las(path: Path, top: Top, count: int) -> Array:
     runs = max(1, min(count, there) // RUN_POINTS)
     length = min(RUN_POINTS, count, there)
     found = []
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         for first in np.linspace(0, max(0, there - length), runs).astype(np.int64).tolist():
             file.seek(top.points_at + first * top.record_bytes)
             found.append(file.read(length * top.record_bytes))
@@ -108,7 +109,7 @@ def _of_las(path: Path, top: Top, count: int) -> Array:
 def _of_laz(path: Path, top: Top, count: int) -> Array:
     import lazrs
 
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         file.seek(top.points_at)
         try:
             table = lazrs.read_chunk_table(file, lazrs.LazVlr(top.laszip))

@@ -11,7 +11,7 @@ import importlib
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import require_regular
+from vomstudio.files.regular import open_regular
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
 from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.words import tr
@@ -53,8 +53,7 @@ def read_head(path: Path) -> bytes:
     try:
         if path.is_dir():
             raise InputError(tr("This is a folder. Name a model file in it."), file=path)
-        require_regular(path)
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             return file.read(HEAD_BYTES)
     except FileNotFoundError:
         raise InputError(tr("There is no such file. Check its name."), file=path) from None

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
+from vomstudio.files.regular import read_small_text
 from vomstudio.paths import resource
 
 
@@ -43,7 +44,7 @@ def camera_label(make: str | None, model: str | None) -> str | None:
 @cache
 def camera_models() -> tuple[CameraModel, ...]:
     """All of the table. Raises InputError where the installation is damaged."""
-    lines = resource("cameras", "sensors.csv").read_text("utf-8").splitlines()
+    lines = read_small_text(resource("cameras", "sensors.csv")).splitlines()
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
     return tuple(
         CameraModel(

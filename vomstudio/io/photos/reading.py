@@ -17,6 +17,7 @@ from typing import Any
 
 from vomstudio.errors import InputError
 from vomstudio.files.pictures import jpeg_scan_start
+from vomstudio.files.regular import open_regular
 from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
@@ -257,9 +258,9 @@ def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> li
         first: dict[bytes, Path] = {}
         for path in same:
             try:
-                with path.open("rb") as file:
+                with open_regular(path) as file:
                     key = hashlib.file_digest(file, "sha256").digest()
-            except OSError:
+            except (InputError, OSError):
                 continue
             if path is not first.setdefault(key, path):
                 twins[path] = first[key]
@@ -361,7 +362,7 @@ def _require_photo(mode: str, tags: dict[int, object]) -> None:
 def has_jpeg_end(path: Path) -> bool:
     """Whether the end marker follows the compressed picture: it occurs nowhere inside of it
     (ITU T.81, B.1.1.5), and what cameras append (previews, sound) does not matter."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         scan = jpeg_scan_start(file)
         if scan is None:
             return False

@@ -17,6 +17,7 @@ from vomstudio.document.records import Asset, Mask
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import make_folder
+from vomstudio.files.regular import open_regular, read_whole
 from vomstudio.words import tr
 
 FOLDER = "assets"
@@ -49,7 +50,7 @@ def asset_path(project: Path, asset: Asset) -> Path:
 
 def is_sound(path: Path) -> bool:
     """Whether an asset holds what its name says."""
-    with path.open("rb") as stream:
+    with open_regular(path) as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest() == path.stem
 
 
@@ -117,7 +118,7 @@ class Assets:
         if name in self._held or self._bytes > _MOST_HELD:
             return
         with contextlib.suppress(OSError, InputError):
-            self._held[name] = asset_path(self._folder(), Asset(name, 0)).read_bytes()
+            self._held[name] = read_whole(asset_path(self._folder(), Asset(name, 0)))
             self._bytes += len(self._held[name])
 
     def write_waiting(self) -> None:

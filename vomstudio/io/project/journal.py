@@ -28,6 +28,7 @@ from vomstudio.io.project.journal_ground import (
     leave_alone,
     only_reads,
     open_error,
+    to_read,
     trouble_of,
     writing_was_cut_off,
 )
@@ -446,7 +447,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
 
 def _read_without_hold(path: Path) -> tuple[int, Replay]:
     """Raises InputError, sqlite3.Error."""
-    with closing(_to_read(path)) as db:
+    with closing(to_read(path)) as db:
         db.text_factory = text_of
         schema = _schema_of(db, path)
         return schema, replay(read_rows(db, path, schema))
@@ -472,15 +473,11 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
     return int(version)
 
 
-def _to_read(path: Path) -> sqlite3.Connection:
-    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)
-
-
 def _checked(path: Path) -> bool:
     """Whether it could be looked at before it is opened for writing: what may write folds the log
     into the file when it is closed, of a journal that is refused too. Raises InputError."""
     try:
-        with closing(_to_read(path)) as db:
+        with closing(to_read(path)) as db:
             _schema_of(db, path)
             _require_sound(db, path)
     except sqlite3.Error:

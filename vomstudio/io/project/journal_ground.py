@@ -11,6 +11,7 @@ from pathlib import Path
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import is_full, is_read_only, not_written, reason_of
 from vomstudio.files.inside import check_beside
+from vomstudio.files.regular import require_regular
 from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
 from vomstudio.io.project.journal_trouble import Trouble
 from vomstudio.words import tr
@@ -140,12 +141,17 @@ def trouble_of(error: Exception, path: Path) -> Trouble:
     )
 
 
+def to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
+    """A journal that is only read. Raises InputError where it is no file: SQLite waits for a pipe
+    that it may not write into."""
+    require_regular(path)
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=patience_s)
+
+
 def holds(path: Path, head: Head) -> bool:
     """Whether the journal at `path` holds the rows up to `head`, each as it was written."""
     try:
-        with closing(
-            sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
-        ) as db:
+        with closing(to_read(path, 1.0)) as db:
             db.text_factory = text_of
             if read_head(db) != head:
                 return False
@@ -198,12 +204,13 @@ def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> Non
     """
     reader: sqlite3.Connection | None = None
     try:
+        require_regular(path)
         reader = sqlite3.connect(
             f"{path.absolute().as_uri()}?mode=ro", uri=True, isolation_level=None
         )
         reader.execute("BEGIN")
         reader.execute("SELECT count(*) FROM sqlite_master").fetchone()
-    except sqlite3.Error:
+    except (InputError, sqlite3.Error):
         pass
     db.close()
     if log_is_ours:

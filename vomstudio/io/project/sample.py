@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_small_text
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.cameras_file import Cameras
@@ -141,5 +142,5 @@ def read_truth(path: Path | None = None) -> SampleTruth:
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as lines:
-        return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    lines = read_small_text(path).splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))

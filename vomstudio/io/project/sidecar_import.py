@@ -22,7 +22,7 @@ from vomstudio.document.photo_edits import (
 )
 from vomstudio.document.records import Asset, Model, PhotoSet, Record, Registration
 from vomstudio.errors import InputError, VomError
-from vomstudio.files.regular import is_folder, is_regular
+from vomstudio.files.regular import is_folder, is_regular, read_whole
 from vomstudio.io.control.control_files import crs_of, marks_beside, read_control, read_marks
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
@@ -109,7 +109,7 @@ def read_beside(
         if progress is not None:
             progress.step(done)
         try:
-            kept[name] = keep_asset(project, path.read_bytes(), path.suffix.lower())
+            kept[name] = keep_asset(project, read_whole(path), path.suffix.lower())
         except (OSError, VomError) as error:
             problems.append(f"{path}: {error}")
     return Beside(points, seen, kept, crs, tuple(problems), tuple(unread))

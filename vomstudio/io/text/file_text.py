@@ -6,7 +6,7 @@ import stat
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import is_regular, read_pipe
+from vomstudio.files.regular import is_regular, read_pipe, read_whole
 from vomstudio.words import tr
 
 LARGEST_FILE = 4 << 30
@@ -44,7 +44,7 @@ def read_bytes(path: Path) -> bytes:
     try:
         if not is_regular(path):
             return read_pipe(path, LARGEST_FILE)
-        return path.read_bytes()
+        return read_whole(path)
     except PermissionError as error:
         raise InputError(
             tr("There is no permission to read this file. Ask its owner."), file=path

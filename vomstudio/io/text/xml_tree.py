@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import is_regular, read_small
+from vomstudio.files.regular import is_regular, open_regular, read_small
 from vomstudio.words import tr, tr_n
 
 Element = Any
@@ -77,9 +77,9 @@ def is_xml(path: str | Path) -> bool:
     if not is_regular(path):
         return False
     try:
-        with Path(path).open("rb") as stream:
+        with open_regular(path) as stream:
             head = stream.read(256)
-    except OSError:
+    except (InputError, OSError):
         return False
     for mark in (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"):
         head = head.removeprefix(mark)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import read_json
+from vomstudio.files.regular import read_json, read_whole
 from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
 from vomstudio.photogrammetry.align.calibration import calibrate
 from vomstudio.photogrammetry.align.features import (
@@ -229,10 +229,11 @@ def find_features(
     def missing() -> Iterator[ExtractTask]:
         for row, photo in enumerate(photos):
             try:
-                data = photo.path.read_bytes()
-                mask = None if photo.mask is None else photo.mask.read_bytes()
-            except OSError as error:
-                reason = tr("It cannot be read ({error}).", error=error.strerror)
+                data = read_whole(photo.path)
+                mask = None if photo.mask is None else read_whole(photo.mask)
+            except (OSError, InputError) as error:
+                why = error.message if isinstance(error, InputError) else error.strerror
+                reason = tr("It cannot be read ({error}).", error=why)
                 found[row] = Features.none(photo.width, photo.height, reason)
                 keys[row] = f"unreadable {row}"
                 continue

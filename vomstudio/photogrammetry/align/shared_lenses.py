@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.files.regular import require_regular
 from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import Mapped, MappingOptions
@@ -123,6 +124,7 @@ def _from_pairs(database: Path, options: MappingOptions, progress: Progress) -> 
     settings.random_seed = options.seed
     settings.reestimate_relative_pose = False
     trial = database.with_name("pairs.db")
+    require_regular(database)
     shutil.copy(database, trial)
     cancellable(lambda _token: pycolmap.calibrate_view_graph(trial, settings), progress)
     opened = pycolmap.Database.open(trial)

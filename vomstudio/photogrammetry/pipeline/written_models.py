@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.files.atomic import atomic_write
+from vomstudio.files.inside import make_folder, place_inside
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -34,13 +35,14 @@ def write_cameras_of(
     write_model(tie_points(scene), scene.crs, outputs.sparse, force=True, axes=scene.axes)
     # Of an earlier run, before markers joined them.
     for folder in outputs.folder.glob("part[0-9]*"):
+        place_inside(folder, outputs.folder)
         for name in (outputs.poses.name, outputs.sparse.name):
             (folder / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):
             folder.rmdir()
     for number, part in enumerate(alignment.parts[1:], start=2):
         folder = outputs.folder / f"part{number}"
-        folder.mkdir(exist_ok=True)
+        make_folder(folder, outputs.folder)
         cameras = Cameras(part.views, photos)
         write_cameras(folder / outputs.poses.name, cameras, force=True)
         write_model(

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import require_regular_beside
 from vomstudio.products.elevation.shading import hillshade
 from vomstudio.words import tr
 
@@ -37,6 +38,7 @@ def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
     import rasterio
     from rasterio.enums import Resampling
 
+    require_regular_beside(raster)
     try:
         with rasterio.open(raster, driver="GTiff") as file:
             share = max(file.width, file.height, most) / most

@@ -20,7 +20,7 @@ from vomstudio.io.gis.line_reading import NO_LAYERS, ReadLine, ReadLines, read_g
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
 from vomstudio.products.ortho.shown_surface import shown_depths
-from vomstudio.progress import Progress
+from vomstudio.progress import Progress, Silent
 from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -150,6 +150,33 @@ def read_drawing(
     if _inside_share(lines, sidecar) < LEAST_INSIDE:
         raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
     return tuple(lines), tuple(warnings)
+
+
+def fitting_sidecars(drawing: Path, progress: Progress | None = None) -> list[Path]:
+    """Of the pictures in the folder of a drawing those on which it can have been drawn: the one
+    whose name the drawing's begins with, alone, where it is among them."""
+    progress = progress or Silent()
+    found = []
+    there = sorted(drawing.parent.glob("*.json"))
+    for done, path in enumerate(there):
+        progress.stage(tr("Looking for the picture of the drawing"), len(there))
+        progress.step(done)
+        try:
+            read_drawing(drawing, read_sidecar(path), progress)
+        except InputError:
+            continue
+        found.append(path)
+    named = [path for path in found if drawing.stem.startswith(path.stem)]
+    return [max(named, key=lambda path: len(path.stem))] if named else found
+
+
+def in_frame(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> Sidecar:
+    """The picture in the frame of a model's file, whose matrix to World this is: what is looked at
+    need not be moved."""
+    to_file = np.asarray(np.linalg.inv(np.array(to_world, np.float64).reshape(4, 4)), np.float64)
+    matrix = to_file @ sidecar.matrix
+    matrix[:3, 2] /= np.linalg.norm(matrix[:3, 2])
+    return replace(sidecar, matrix=matrix)
 
 
 def bring_back(

@@ -11,7 +11,8 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
 
-from vomstudio.files.regular import is_regular
+from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.ui.common.worker_thread import Work, WorkerThread
 
 THUMBNAIL = QSize(102, 68)
@@ -162,10 +163,9 @@ class PhotoImages(QObject):
 def _reader(path: str) -> QImageReader:
     """For what photos may be, and nothing else that Qt has a plugin for."""
     kind = b""
-    if is_regular(path):
-        with contextlib.suppress(OSError), open(path, "rb") as file:
-            head = file.read(4)
-            kind = next((name for mark, name in _KINDS.items() if head.startswith(mark)), b"")
+    with contextlib.suppress(OSError, InputError), open_regular(path) as file:
+        head = file.read(4)
+        kind = next((name for mark, name in _KINDS.items() if head.startswith(mark)), b"")
     reader = QImageReader(path if kind else "", kind)
     reader.setAutoDetectImageFormat(False)
     return reader

@@ -27,6 +27,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
+from vomstudio.files.regular import read_small_text
 from vomstudio.words import to_translate
 
 _FRAMED = (
@@ -183,7 +184,7 @@ def _glyphs() -> tuple[str, dict[str, str]]:
     font = next(folder.glob("materialdesignicons6-webfont-[0-9]*.ttf"))
     names = next(folder.glob("materialdesignicons6-webfont-charmap-*.json"))
     number = QFontDatabase.addApplicationFont(str(font))
-    codes: dict[str, str] = json.loads(names.read_text("utf-8"))
+    codes: dict[str, str] = json.loads(read_small_text(names))
     return QFontDatabase.applicationFontFamilies(number)[0], codes
 
 

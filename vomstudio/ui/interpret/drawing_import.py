@@ -13,17 +13,26 @@ from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.errors import InputError
 from vomstudio.failures import exception_hooks
+from vomstudio.jobs.drawing_tasks import (
+    FIND_PICTURES,
+    READ_DRAWN_LINES,
+    DrawingFile,
+    DrawingOrder,
+    DrawnLines,
+    FittingPictures,
+)
+from vomstudio.jobs.events import Failed
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
+from vomstudio.workspace.models import standing_model
 
 if TYPE_CHECKING:
     from vomstudio.workspace.drawn_traces import DrawnTraces
-    from vomstudio.workspace.model_loading import OpenModel
 
-# What casts rays is imported in the thread, when it is needed.
+# What measures is imported in the thread, when it is needed.
 Made = TypeVar("Made")
 
 
@@ -42,7 +51,7 @@ def _reported(work: Callable[[], Made]) -> Callable[[], Made | None]:
 
 
 class DrawingImport(QObject):
-    """Files are read and rays are cast in a thread; the traces come as one edit."""
+    """Files are read and rays are cast by jobs; the traces come as one edit."""
 
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
@@ -63,75 +72,80 @@ class DrawingImport(QObject):
         if name:
             self.take_in(Path(name))
 
-    def take_in(self, drawing: Path) -> None:
+    def take_in(self, drawing: Path, sidecar: Path | None = None) -> None:
         """Find the picture on which a drawing was made, then bring its lines back."""
-
-        def look() -> list[Path]:
-            from vomstudio.workspace.drawn_traces import fitting_sidecars
-
-            return fitting_sidecars(drawing)
-
-        self._studio.info(tr("Reading {file}…", file=drawing.name))
-        self._background.run(
-            _reported(look),
-            lambda found: self._choose_picture(drawing, found),
+        self._studio.jobs.submit(
+            FIND_PICTURES,
+            DrawingFile(drawing, sidecar),
+            title=tr("Reading {file}", file=drawing.name),
+            on_done=self._background.unless_closed(
+                lambda found: self._choose_picture(drawing, found)
+            ),
+            on_failed=self._failed,
         )
 
-    def _choose_picture(self, drawing: Path, found: object) -> None:
-        if not isinstance(found, list):
+    def _choose_picture(self, drawing: Path, found: FittingPictures) -> None:
+        if len(found.sidecars) == 1:
+            self._bring_back(drawing, found.sidecars[0], found.content_hashes[0])
             return
-        sidecar: Path | None = found[0] if len(found) == 1 else None
-        if sidecar is None:
-            name, _ = QFileDialog.getOpenFileName(
-                self._parent,
-                tr("The file NAME.json that was written beside the orthophoto"),
-                str(drawing.parent),
-                file_filters.sidecars(),
-            )
-            sidecar = Path(name) if name else None
-        if sidecar is None:
-            return
-        self._bring_back(drawing, sidecar)
+        name, _ = QFileDialog.getOpenFileName(
+            self._parent,
+            tr("The file NAME.json that was written beside the orthophoto"),
+            str(drawing.parent),
+            file_filters.sidecars(),
+        )
+        if name:
+            self.take_in(drawing, Path(name))
 
-    def _bring_back(self, drawing: Path, sidecar: Path) -> None:
+    def _bring_back(self, drawing: Path, sidecar: Path, content_hash: str) -> None:
         studio = self._studio
-        shown = self._model_of(sidecar)
-        if shown is None:
+        model = self._model_of(content_hash)
+        standing = None if model is None else standing_model(studio.workspace.projects, model.id)
+        if model is None or standing is None:
             studio.warn(tr("Open the model first of which the orthophoto was made."))
             return
-        model, opened = shown
+        studio.jobs.submit(
+            READ_DRAWN_LINES,
+            DrawingOrder(drawing, sidecar, standing),
+            title=tr("Bringing the lines of {file} to {model}", file=drawing.name,
+                     model=model.name),
+            on_done=self._background.unless_closed(
+                lambda found: self._to_traces(drawing, sidecar, model, found)
+            ),
+            on_failed=self._failed,
+        )  # fmt: skip
+
+    def _to_traces(self, drawing: Path, sidecar: Path, model: Model, found: DrawnLines) -> None:
+        studio = self._studio
         records, type_id, set_name = dict(studio.records), studio.next_type_id, studio.next_set
         surface = studio.workspace.models.surface(model.id)
 
         def work() -> DrawnTraces | InputError:
-            from vomstudio.workspace.drawn_traces import read_drawn_traces
+            from vomstudio.workspace.drawn_traces import drawn_traces
 
             try:
-                return read_drawn_traces(
-                    drawing, sidecar, model, opened.data, surface, records, type_id, set_name
+                return drawn_traces(
+                    found, drawing, sidecar, model, surface, records, type_id, set_name
                 )
             except InputError as error:
                 return error
 
-        self._background.run(_reported(work), lambda found: self._arrived(model, found))
+        self._background.run(_reported(work), lambda traces: self._arrived(model, traces))
 
-    def _model_of(self, sidecar: Path) -> tuple[Model, OpenModel] | None:
+    def _failed(self, event: Failed) -> None:
+        if event.cancelled:
+            self._studio.info(tr("The drawing was not taken in."))
+        else:
+            # The field is an option of the command line.
+            self._studio.warn(event.message, "error")
+
+    def _model_of(self, content_hash: str) -> Model | None:
         """The open model whose file the picture shows, else the current one."""
-        from vomstudio.products.ortho.drawing_back import read_sidecar
-
         studio = self._studio
-        try:
-            wanted = read_sidecar(sidecar).content_hash
-        except InputError:
-            # It is said when the lines are read.
-            wanted = None
         current = current_model(studio)
         models = sorted(studio.session.of(Model), key=lambda m: m is not current)
-        fitting = [m for m in models if m.content_hash == wanted]
-        for model in (*fitting, *models):
-            if (opened := studio.models.get(model.id)) is not None:
-                return model, opened
-        return None
+        fitting = [m for m in models if m.content_hash == content_hash]
+        return next((m for m in (*fitting, *models) if m.id in studio.models), None)
 
     def _arrived(self, model: Model, found: object) -> None:
         from vomstudio.workspace.drawn_traces import DrawnTraces

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.files.regular import read_small_text
+
 if TYPE_CHECKING:
     from vomstudio.document.figures import Figure
 
@@ -45,7 +47,7 @@ def sections_in(folder: Path) -> dict[str, list[Page]]:
                 known.add(name)
                 found.setdefault(heading, []).append(Page(folder / name, _title(folder / name)))
 
-    before, *parts = _HEADING.split(first.read_text("utf-8"))
+    before, *parts = _HEADING.split(read_small_text(first))
     take("", _LINK.findall(before))
     for heading, text in zip(parts[::2], parts[1::2], strict=True):
         take(heading.strip(), _LINK.findall(text))
@@ -54,7 +56,7 @@ def sections_in(folder: Path) -> dict[str, list[Page]]:
 
 
 def _title(path: Path) -> str:
-    found = _TITLE.search(path.read_text("utf-8"))
+    found = _TITLE.search(read_small_text(path))
     return found.group(1).strip() if found else path.stem.replace("_", " ")
 
 

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.files.regular import read_small_text
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import allow, side_by_side
 from vomstudio.ui.shell.help_pages import Page, anchor, pages_in
@@ -93,7 +94,7 @@ class PageView(QTextBrowser):
         # A document that is filled again keeps an empty line of what was in it.
         document = QTextDocument(self)
         document.setDocumentMargin(_MARGIN)
-        document.setMarkdown(self.page.read_text("utf-8"))
+        document.setMarkdown(read_small_text(self.page))
         for frame in document.rootFrame().childFrames():
             if isinstance(frame, QTextTable):
                 form = frame.format()
@@ -206,4 +207,4 @@ class HelpWindow(QDialog):
 
 
 def _holds(page: Page, words: str) -> bool:
-    return words.casefold() in page.path.read_text("utf-8").casefold()
+    return words.casefold() in read_small_text(page.path).casefold()

@@ -19,6 +19,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point
 from vomstudio.failures import exception_hooks
+from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
@@ -356,7 +357,7 @@ def _proposed(
     """In a thread. Raises OSError, ValueError or KeyError where the file is not what it was."""
     from vomstudio.extraction.proposals.known_lines import run_along
 
-    with np.load(told.out) as arrays:
+    with open_arrays(told.out) as arrays:
         of = {name: arrays[name] for name in arrays.files}
     lines = [of["places"][a:b] for a, b in zip(of["cuts"][:-1], of["cuts"][1:], strict=True)]
     spacing = of["resolution"][np.isfinite(of["resolution"])]

@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import is_regular, read_small
+from vomstudio.files.regular import is_regular, open_regular, read_small
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
@@ -56,12 +56,12 @@ def is_odm(path: str | Path) -> bool:
     if not is_regular(path):
         return False
     try:
-        with Path(path).open("rb") as stream:
+        with open_regular(path) as stream:
             head = as_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
         for text in head.splitlines():
             if text.strip() and not text.startswith("#"):
                 return _HEADER.fullmatch(text.strip()) is not None
-    except OSError:
+    except (InputError, OSError):
         pass
     return False
 

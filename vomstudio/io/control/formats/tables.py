@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import read_whole
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
@@ -93,8 +94,12 @@ def crs_of(path: Path) -> str | None:
 
 
 def _line_of(path: Path, comment: str) -> int | None:
-    """The line of a comment of a table; None where its encoding hides it."""
-    lines = as_utf8(path.read_bytes()).decode("utf-8", "replace").splitlines()
+    """The line of a comment of a table; None where its encoding hides it, or it
+    cannot be read a second time."""
+    try:
+        lines = as_utf8(read_whole(path)).decode("utf-8", "replace").splitlines()
+    except (InputError, OSError):
+        return None
     bare = (text.strip() for text in lines)
     return next(
         (n for n, t in enumerate(bare, 1) if t[:1] == "#" and t[1:].strip() == comment), None

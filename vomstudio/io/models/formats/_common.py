@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_unbuffered
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.encodings import MARKS, as_utf8
@@ -36,7 +37,7 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
 
         def fill(start: int) -> int:
             stop = min(start + BLOCK_BYTES, size)
-            with open(path, "rb", buffering=0) as file:
+            with open_unbuffered(path) as file:
                 file.seek(start)
                 at = start
                 while at < stop and (n := file.readinto(view[at:stop])):

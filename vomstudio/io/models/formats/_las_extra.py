@@ -8,6 +8,7 @@ import struct
 from pathlib import Path
 from typing import Any
 
+from vomstudio.files.regular import open_regular
 from vomstudio.io.models.formats._las_header import MIN_HEADER_BYTES
 
 _BYTES = 192
@@ -17,7 +18,7 @@ _USER_AT = 2
 
 def place_of_unsound_extra(path: Path) -> int | None:
     """Where the user of the record of extra bytes stands in the file, if it cannot be followed."""
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         head = file.read(MIN_HEADER_BYTES)
         at, points_at, count = struct.unpack_from("<HII", head, 94)
         file.seek(0)

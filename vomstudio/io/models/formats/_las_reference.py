@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import StatedAxes, in_words, stated_axes, unreadable_crs
 from vomstudio.io.gis.geo_keys import Keys, name_keys
@@ -120,7 +121,7 @@ def _records(path: Path) -> tuple[dict[int, bytes], bool, tuple[float, float]]:
     """The contents of the records of LASF_Projection by number, the first of each; whether the
     header says that WKT counts; and x and y of the middle of the points."""
     found: dict[int, bytes] = {}
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         size_of_file = file.seek(0, os.SEEK_END)
         file.seek(0)
         head = file.read(375)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
+from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
@@ -48,7 +49,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     the file marks as invalid are left out. Raises InputError for a damaged file, and where pye57 is
     not installed.
     """
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         if not file.read(8) == b"ASTM-E57":
             raise InputError(
                 tr("This is not an E57 file: it does not begin with 'ASTM-E57'."), file=path

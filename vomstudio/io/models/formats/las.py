@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import Cancelled, InputError
+from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import (
     Columns,
@@ -133,7 +134,10 @@ def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCl
         said.append(tr("The fields of the points are described wrongly. They are not read."))
         stream = io.BufferedReader(WithoutRecord(path, place))
     if stream is None:
-        with laspy.open(path, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r:
+        with (
+            open_regular(path) as file,
+            laspy.open(file, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r,
+        ):
             return _read_points(r, path, size, POINTS_PER_STEP, progress, said)
     with laspy.open(stream, laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False) as reader:
         return _read_points(reader, path, size, POINTS_PER_CAREFUL_STEP, progress, said)

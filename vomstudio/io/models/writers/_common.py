@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, TargetError
-from vomstudio.files.regular import read_small_text
+from vomstudio.files.regular import open_regular, read_small_text, read_whole
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
@@ -168,16 +168,16 @@ def _same_content(source: Path, target: Path) -> bool:
     try:
         if not target.is_file() or target.stat().st_size != source.stat().st_size:
             return False
-        return target.samefile(source) or target.read_bytes() == source.read_bytes()
-    except OSError:
+        return target.samefile(source) or read_whole(target) == read_whole(source)
+    except (InputError, OSError):
         return False
 
 
 def image_bytes(path: Path) -> bytes:
     """Raises TargetError: an output without its texture is not what was asked for."""
     try:
-        return path.read_bytes()
-    except OSError as error:
+        return read_whole(path)
+    except (InputError, OSError) as error:
         raise _unreadable(path, error) from error
 
 
@@ -189,16 +189,16 @@ def copy_images(images: Images, temporaries: list[Path]) -> None:
 
 def _opened(path: Path) -> BinaryIO:
     try:
-        return open(path, "rb")
-    except OSError as error:
+        return open_regular(path)
+    except (InputError, OSError) as error:
         raise _unreadable(path, error) from error
 
 
-def _unreadable(path: Path, error: OSError) -> TargetError:
+def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
     return TargetError(
         tr(
             "The texture cannot be read ({reason}). Put it back, or open the model again.",
-            reason=error.strerror,
+            reason=error.message if isinstance(error, InputError) else error.strerror,
         ),
         file=path,
     )

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import is_regular
+from vomstudio.files.regular import is_regular, open_regular
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.io.photos.own_cameras import centres, colmap, metashape, opensfm
 from vomstudio.io.photos.own_cameras.frames import Candidate, best_of
@@ -86,7 +86,7 @@ def _of_lenses(path: Path) -> bool:
     """OpenDroneMap calls its file of lenses alone `cameras.json` too."""
     if not is_regular(path):
         return False
-    with path.open("rb") as stream:
+    with open_regular(path) as stream:
         head = stream.read(4096)
     return path.name == FILE_NAME and b"vomstudio" not in head
 
@@ -110,8 +110,8 @@ def _is_json(path: Path) -> bool:
     if not is_regular(path):
         return False
     try:
-        with path.open("rb") as stream:
+        with open_regular(path) as stream:
             head = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
-    except OSError:
+    except (InputError, OSError):
         return False
     return head[:1] in (b"{", b"[")

@@ -1,0 +1,119 @@
+"""Jobs on lines that were drawn on an orthophoto in another program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.jobs.job import Job, Lane
+from vomstudio.jobs.standing_model import StandingModel, read_standing
+from vomstudio.progress import Progress
+from vomstudio.words import tr
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class DrawingFile:
+    """sidecar : of the picture on which it was drawn, None where that is to be found"""
+
+    path: Path
+    sidecar: Path | None
+
+
+@dataclass(frozen=True)
+class FittingPictures:
+    """sidecars : of the pictures on which it can have been drawn; content_hashes : of the model
+    that each shows, "" where that is not said"""
+
+    sidecars: tuple[Path, ...]
+    content_hashes: tuple[str, ...]
+
+
+def _find_pictures(asked: DrawingFile, progress: Progress) -> FittingPictures:
+    from vomstudio.errors import InputError
+    from vomstudio.products.ortho.drawing_back import fitting_sidecars, read_sidecar
+
+    chosen = asked.sidecar
+    found = fitting_sidecars(asked.path, progress) if chosen is None else [chosen]
+    hashes = []
+    for path in found:
+        try:
+            hashes.append(read_sidecar(path).content_hash or "")
+        except InputError:
+            # It is said when the lines are read.
+            hashes.append("")
+    return FittingPictures(tuple(found), tuple(hashes))
+
+
+FIND_PICTURES = Job("find_pictures", Lane.PRODUCTS, DrawingFile, FittingPictures, _find_pictures)
+"""Look which orthophotos of its folder a drawing can have been made on."""
+
+
+@dataclass(frozen=True)
+class DrawingOrder:
+    """The lines of `drawing`, made on the picture of `sidecar`, on the surface of a model."""
+
+    drawing: Path
+    sidecar: Path
+    model: StandingModel
+
+
+@dataclass(frozen=True)
+class DrawnLine:
+    """points : in the frame of the model's file; named : whether the drawing gives it that name"""
+
+    name: str
+    named: bool
+    layer: str
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class DrawnLines:
+    """skipped : names of those that meet no surface; content_hash : of the model that the picture
+    shows, None where that is not said; warnings : sentences"""
+
+    lines: tuple[DrawnLine, ...]
+    skipped: tuple[str, ...]
+    content_hash: str | None
+    warnings: tuple[str, ...]
+
+
+def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
+    from vomstudio.errors import InputError
+    from vomstudio.products.ortho.drawing_back import (
+        bring_back,
+        in_frame,
+        read_drawing,
+        read_sidecar,
+    )
+
+    picture = read_sidecar(asked.sidecar)
+    progress.stage(tr("Reading {file}", file=asked.drawing.name))
+    lines, said = read_drawing(asked.drawing, picture, progress)
+    data = read_standing(asked.model, progress).data
+    progress.stage(tr("Looking for the surface under {count} lines", count=len(lines)))
+    try:
+        brought = bring_back(lines, in_frame(picture, asked.model.to_world), data)
+    except InputError as error:
+        raise error.of_file(asked.drawing) from error
+    own = {line.name.strip() for line in lines}
+    return DrawnLines(
+        tuple(
+            DrawnLine(
+                line.name, line.name in own, line.layer,
+                tuple((float(x), float(y), float(z)) for x, y, z in line.points),
+            )
+            for line in brought.lines
+        ),
+        brought.skipped,
+        picture.content_hash,
+        (*said, *brought.warnings),
+    )  # fmt: skip
+
+
+READ_DRAWN_LINES = Job("read_drawn_lines", Lane.PRODUCTS, DrawingOrder, DrawnLines, _read_lines)
+"""Bring the lines of a drawing back to the surface that its picture shows."""
+
+JOBS = (FIND_PICTURES, READ_DRAWN_LINES)
