@@ -17,6 +17,7 @@ import rasterio
 import shapely
 
 from tests.cli.test_trace_drawing import check, drawn, scene, truth
+from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 
 __all__ = ["scene"]
@@ -214,10 +215,56 @@ def test_a_block_that_is_scaled_and_turned_and_a_mirrored_line(run, scene, tmp_p
     check(run, scene, saved(document, tmp_path))
 
 
-def test_a_spline_without_control_points_is_named(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize("closed", [False, True])
+def test_splines_of_fit_points_on_a_circle_run_along_it(tmp_path, closed) -> None:  # type: ignore[no-untyped-def]
+    """Half of one with its tangents at the ends, and a whole one that is closed."""
+    angles = np.radians(np.arange(0.0, 360.0, 20.0) if closed else np.arange(0.0, 181.0, 20.0))
+    circle = 5.0 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1) + [7.0, 9.0, 0.0]
+    document = ezdxf.new("R2010")
+    spline = document.modelspace().add_spline(fit_points=circle, dxfattribs={"layer": "beds"})
+    spline.dxf.flags = 8 | int(closed)
+    if not closed:
+        spline.dxf.start_tangent = (0, 1, 0)
+        spline.dxf.end_tangent = (0, -1, 0)
+    document.modelspace().add_line((0, 0), (1, 1))
+    read = read_gis_lines(saved(document, tmp_path))
+    assert len(read.lines) == 2
+    (line,) = (each for each in read.lines if each.layer == "beds")
+    off = np.linalg.norm(line.points[:, :2] - [7.0, 9.0], axis=1) - 5.0
+    # A cubic through points at chords h apart strays by about h^4 / (384 r^3).
+    assert np.abs(off).max() < 0.002
+    to_fit = [shapely.LineString(line.points).distance(shapely.Point(p)) for p in circle]
+    assert max(to_fit) < 0.02
+    if closed:
+        assert np.allclose(line.points[0], line.points[-1])
+
+
+def test_splines_of_fit_points_come_back_from_an_orthophoto(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    """A straight one through the true ends lies where the line does, and one without length is
+    left out with a sentence."""
+    _, plane = drawn(scene)
+    document = ezdxf.new("R2010")
+    for line in plane:
+        document.modelspace().add_spline(fit_points=[(*xy, 0.0) for xy in line])
+    document.modelspace().add_spline(fit_points=[(*plane[0][0], 0.0)] * 2)
+    table = tmp_path / "x.csv"
+    ran = run("trace", scene / "wall.obj", "--from-ortho", saved(document, tmp_path), "--sidecar",
+              scene / "o.json", "-o", table, "--json")  # fmt: skip
+    assert ran.code == 0, ran.err
+    assert ran.json["lines"] == 2
+    assert "1 line without length" in ran.err
+    rows = pd.read_csv(table, comment="#")
+    for k, line in enumerate(truth()):
+        ours = rows[rows["line"] == rows["line"].unique()[k]][["x", "y", "z"]].to_numpy()
+        apart = np.linalg.norm(ours[[0, -1]] - line[[0, -1]], axis=1)
+        assert apart.max() < 0.05
+
+
+def test_a_binary_spline_without_control_points_is_named(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     document = ezdxf.new("R2010")
     document.modelspace().add_spline(fit_points=[(0, 0, 0), (1, 1, 0), (2, 0, 0)])
-    ran = run("trace", scene / "wall.obj", "--from-ortho", saved(document, tmp_path), "--sidecar",
+    drawing = saved(document, tmp_path, fmt="bin")
+    ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar",
               scene / "o.json", "-o", tmp_path / "x.csv")  # fmt: skip
     assert ran.code == 2
     assert "1 spline has only the points" in ran.err

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vomstudio.products.net.shape_figure import draw_shapes, write_shapes
@@ -49,3 +51,21 @@ def test_the_figure_is_written(tmp_path: Path, format_: str) -> None:
     assert write_shapes(path, rows_of(cloud(0.6, 0.39, 0.01)), format=format_) == 1
     assert path.stat().st_size > 1000
     assert write_shapes(path, [], format=format_) == 0
+
+
+def test_no_name_lies_over_another_or_over_a_symbol() -> None:
+    """Forty planes of nearly one shape, with long names; one far from them keeps its own."""
+    rng = np.random.default_rng(5)
+    clouds = [cloud(0.9, 0.08 * s, 0.02) for s in rng.uniform(0.8, 1.2, 40)]
+    rows = rows_of(*clouds, cloud(0.6, 0.25, 0.15))
+    rows = [dict(row, quality="poor", name=f"a long name of a bed {row['id']}") for row in rows]
+    figure = Figure(figsize=(120 / 25.4, 100 / 25.4))
+    axes = figure.add_axes((0.13, 0.13, 0.83, 0.80))
+    draw_shapes(axes, rows[-25:])
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    named = [text for text in axes.texts if text.get_text().startswith("a long name")]
+    boxes = [text.get_window_extent(renderer) for text in named]
+    assert any(text.get_text().endswith("p40") for text in named)
+    assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+    places = axes.transData.transform([(r["collinearity"], r["coplanarity"]) for r in rows[-25:]])
+    assert not any(box.contains(x, y) for box in boxes for x, y in places)

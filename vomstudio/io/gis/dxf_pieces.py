@@ -18,7 +18,7 @@ from vomstudio.files.regular import read_small
 Value = bytes | int | float
 Groups = list[tuple[int, Value]]
 
-_LARGEST = 512 << 20
+LARGEST = 512 << 20
 _BINARY = b"AutoCAD Binary DXF\r\n\x1a\0"
 # A code has digits alone: a line of 0 before one with a letter is a code, and no value.
 _BEGINS = re.compile(
@@ -52,6 +52,11 @@ class DxfPiece:
         return found
 
     @property
+    def span(self) -> tuple[int, int]:
+        """Where its groups behind the first stand in the text that it is a piece of."""
+        return self._begin, self._end
+
+    @property
     def may_be_unseen(self) -> bool:
         """False where none of its groups says that it is invisible."""
         if self._known is not None:
@@ -62,15 +67,20 @@ class DxfPiece:
 def dxf_pieces(path: str | Path) -> Iterator[DxfPiece]:
     """Of a drawing, which ends where it makes no sense any more. Raises InputError where it is too
     large, and OSError."""
-    data = read_small(path, _LARGEST)
-    return _binary(data) if data.startswith(_BINARY) else _text(data)
+    data = read_small(path, LARGEST)
+    return _binary(data) if is_binary(data) else text_pieces(data)
+
+
+def is_binary(data: bytes) -> bool:
+    return data.startswith(_BINARY)
 
 
 def text_of(value: Value) -> bytes:
     return value if isinstance(value, bytes) else str(value).encode()
 
 
-def _text(data: bytes) -> Iterator[DxfPiece]:
+def text_pieces(data: bytes) -> Iterator[DxfPiece]:
+    """Of a drawing that is written as text."""
     kind, begin = b"", 0
     for found in chain(_BEGINS.finditer(data), (None,)):
         yield DxfPiece(kind, data, begin, len(data) if found is None else found.start())

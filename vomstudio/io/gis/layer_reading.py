@@ -20,6 +20,7 @@ from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import open_regular, read_json, require_regular_beside
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
+from vomstudio.io.gis.dxf_splines import with_control_points
 from vomstudio.words import tr
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
@@ -67,7 +68,8 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             _refuse_lost_line_feed(path, head)
             _refuse_zeros(path, head)
             refuse_endless_blocks(path)
-        with utf8_name(path) as named, _options, limited_by(path):
+        drawing = with_control_points(path) if _DXF.match(head) else contextlib.nullcontext(path)
+        with drawing as given, utf8_name(given) as named, _options, limited_by(path):
             pyogrio.set_gdal_config_options(NO_NETWORK)
             try:
                 yield named

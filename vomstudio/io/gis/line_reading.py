@@ -22,6 +22,8 @@ Array = npt.NDArray[np.float64]
 _NAMES = ("name", "label", "id", "title")
 NO_LAYERS = ("", "0", "defpoints", "entities")
 """Layers of CAD on which lies what nobody put on one."""
+_ROUNDING = 1e-13
+"""Of the largest coordinate: no point of a line without length is farther from its first."""
 _LOOKED_AT = 10_000
 """Shapes between two looks at whether the work is still wanted."""
 
@@ -115,7 +117,10 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
 
 
 def _is_sound(points: Array) -> bool:
-    return bool(len(points) > 1 and np.isfinite(points).all() and (points != points[0]).any())
+    if len(points) < 2 or not np.isfinite(points).all():
+        return False
+    # Curves that GDAL draws of one point differ by the rounding of its sums.
+    return bool((np.abs(points - points[0]) > _ROUNDING * np.abs(points).max()).any())
 
 
 def _unreadable(path: Path) -> InputError:

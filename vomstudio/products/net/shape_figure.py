@@ -31,6 +31,10 @@ _LOOKS = {
     None: ("x", "#7a7a7a", to_translate("not judged")),
 }
 _MOST_NAMED = 30
+_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))
+"""Where a name may stand beside its symbol, right and up, the best place first."""
+_ACROSS = {1: "left", 0: "center", -1: "right"}
+_ALONG = {1: "bottom", 0: "center", -1: "top"}
 
 
 def write_shapes(
@@ -69,20 +73,52 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
             marker, color=style.color(color), markersize=style.marker_pt, linestyle="none",
             label=tr("{verdict} ({count})", verdict=tr(name), count=len(own)), zorder=4,
         )  # fmt: skip
-    named = [row for row in known if row.get("quality") != "good"][:_MOST_NAMED]
-    for row in named:
-        axes.annotate(
-            str(row.get("name") or row["id"]),
-            (float(row["collinearity"]), float(row["coplanarity"])),
-            xytext=(3, 3), textcoords="offset points", fontsize=0.8 * style.font_pt,
-            color=style.ink, zorder=5,
-        )  # fmt: skip
     if known:
         axes.legend(loc="lower right", frameon=False, fontsize=0.9 * style.font_pt)
+    _name(axes, known, style)
     axes.set_title(
         tr("n = {count} planes", count=len(known)), fontsize=style.font_pt, color=style.ink
     )
     return len(known)
+
+
+def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> None:
+    """Names beside the symbols that are not good, where they meet no other text and no symbol; a
+    symbol without room for its name has none, rather than one that cannot be read."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.transforms import Bbox
+
+    if not known:
+        return
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    places = axes.transData.transform(
+        [(float(row["collinearity"]), float(row["coplanarity"])) for row in known]
+    )
+    half = 0.5 * style.marker_pt * figure.dpi / 72.0
+    taken = [Bbox([place - half, place + half]) for place in places]
+    taken += [text.get_window_extent(renderer) for text in axes.texts]
+    if (legend := axes.get_legend()) is not None:
+        taken.append(legend.get_window_extent(renderer))
+    inside = axes.get_window_extent(renderer)
+    # An own symbol is passed at a distance, too.
+    away = 0.5 * style.marker_pt + 1.5
+    for row in [row for row in known if row.get("quality") != "good"][:_MOST_NAMED]:
+        for right, up in _SIDES:
+            label = axes.annotate(
+                str(row.get("name") or row["id"]),
+                (float(row["collinearity"]), float(row["coplanarity"])),
+                xytext=(right * away, up * away), textcoords="offset points",
+                ha=_ACROSS[right], va=_ALONG[up], fontsize=0.8 * style.font_pt,
+                color=style.ink, zorder=5,
+            )  # fmt: skip
+            box = label.get_window_extent(renderer)
+            within = inside.x0 <= box.x0 and box.x1 <= inside.x1
+            if within and not any(box.overlaps(other) for other in taken):
+                taken.append(box)
+                break
+            label.remove()
 
 
 def _ground(axes: Axes, top: float, style: NetStyle) -> None:
