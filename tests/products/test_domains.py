@@ -24,7 +24,7 @@ from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_line
 from vomstudio.products.section.curtain import curtain_of_plane, parse_section_plane
-from vomstudio.products.section.directions import Directions, by_domain
+from vomstudio.products.section.directions import Directions, by_domain, domain_projections
 from vomstudio.products.section.writing import project_items
 
 Floats = npt.NDArray[np.float64]
@@ -160,6 +160,9 @@ def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
     trace = replace(fault, layer="traces", form="line", points=points, normal=None)
     (flat,), _ = project_items((trace,), curtain, directions, None)
     assert flat.points[:, 0] == pytest.approx(np.full(9, flat.points[0, 0]), abs=1e-9)
+    told = domain_projections(directions, curtain)
+    assert sum(each.faults for each in told) == 3
+    assert any("3 faults along it, too" in each.words for each in told)
 
 
 def wall() -> Mesh:

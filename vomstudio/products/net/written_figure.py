@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
@@ -26,6 +27,12 @@ _HOW: Mapping[str, dict[str, Any]] = {
     # Thin coloured lines keep their colour.
     "jpeg": {"pil_kwargs": {"quality": 92, "subsampling": 0}},
 }
+_OTHER_SCRIPTS = (
+    "Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans CJK KR", "Source Han Sans SC",
+    "WenQuanYi Zen Hei", "WenQuanYi Micro Hei", "Droid Sans Fallback", "Microsoft YaHei",
+    "Yu Gothic", "Malgun Gothic", "PingFang SC", "Hiragino Sans", "Apple SD Gothic Neo",
+    "Noto Sans Arabic", "Noto Sans Devanagari", "Noto Sans Thai", "Arial Unicode MS",
+)  # fmt: skip
 # matplotlib's settings are of the process: two threads that write would change each other's.
 _SETTINGS = threading.Lock()
 
@@ -57,7 +64,10 @@ def write_figure(
     from matplotlib.text import Text
 
     kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42, "svg.hashsalt": "vomstudio"}
-    with _SETTINGS, rc_context(kept | dict(settings or {})):
+    kept = kept | dict(settings or {})
+    if others := fonts_of_other_scripts():
+        kept["font.family"] = [*kept.get("font.family", ["DejaVu Sans"]), *others]
+    with _SETTINGS, rc_context(kept):
         width, height = size_mm() if callable(size_mm) else size_mm
         figure = Figure(figsize=(width / 25.4, height / 25.4), dpi=dpi)
         FigureCanvasAgg(figure)
@@ -67,6 +77,15 @@ def write_figure(
             words.set_text(plain(words.get_text()))
         figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_HOW[format])
     return drawn
+
+
+@cache
+def fonts_of_other_scripts() -> tuple[str, ...]:
+    """Of those that have the signs which matplotlib's own font lacks, what is installed."""
+    from matplotlib.font_manager import fontManager
+
+    installed = {font.name for font in fontManager.ttflist}
+    return tuple(name for name in _OTHER_SCRIPTS if name in installed)
 
 
 def sizes_of(style: NetStyle) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.ortho.domain_axes import FAULTS, axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.section.curtain import Curtain, Panel
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def by_domain(items: Sequence[Item], field_: str) -> Directions:
 class DomainProjection:
     """How a domain came onto the section: along a trend and plunge, known to error95_deg; None at
     right angles to it. angle_deg : between it and the section, the least; said : what the direction
-    is, or why there is none"""
+    is, or why there is none; faults : in no domain, that were projected along it as well"""
 
     name: str
     trend_deg: float | None
@@ -90,13 +90,14 @@ class DomainProjection:
     error95_deg: float | None
     angle_deg: float
     said: str
+    faults: int = 0
 
     @property
     def words(self) -> str:
         if self.trend_deg is None or self.plunge_deg is None:
             return tr("{name}: at right angles to the section", name=self.name)
         error = "" if self.error95_deg is None else f" ± {self.error95_deg:.1f}° (95 %)"
-        return tr(
+        said = tr(
             "{name}: along {trend}/{plunge:04.1f}{error}, {angle:.0f}° to the section ({said})",
             name=self.name,
             trend=format_azimuth(self.trend_deg, 1),
@@ -105,6 +106,10 @@ class DomainProjection:
             angle=self.angle_deg,
             said=self.said,
         )
+        if not self.faults:
+            return said
+        more = tr_n("{count} fault along it, too", "{count} faults along it, too", self.faults)
+        return f"{said}; {more}"
 
 
 def domain_projections(directions: Directions, curtain: Curtain) -> tuple[DomainProjection, ...]:
@@ -113,7 +118,10 @@ def domain_projections(directions: Directions, curtain: Curtain) -> tuple[Domain
         line = axis.line
         angle = least_angle(curtain, None if line is None else line.vector())
         trend, plunge = (None, None) if line is None else (line.trend_deg, line.plunge_deg)
-        found.append(DomainProjection(name, trend, plunge, axis.error95_deg, angle, axis.said))
+        faults = sum(each == name for each in directions.faults.values())
+        found.append(
+            DomainProjection(name, trend, plunge, axis.error95_deg, angle, axis.said, faults)
+        )
     return tuple(found)
 
 
