@@ -1,0 +1,102 @@
+"""Domains in the real window: a fault parts the features, a section projects each domain along its
+own axis, and an orthophoto shows one of them."""
+
+from __future__ import annotations
+
+import json
+import shlex
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from tests import driver
+from tests.driver import LEFT, NONE, wait
+from vomstudio.cli.common.entry import main
+from vomstudio.document import edits
+from vomstudio.document.domains import domain_names
+from vomstudio.document.kinds.trace import Trace
+from vomstudio.geology.orientation import planes_to_normals
+from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
+from vomstudio.ui.sections.section_panel import SectionPanel
+
+UPPER = ("hanging wall",)
+
+
+@pytest.fixture
+def parted(window, outcrop, picks):
+    """The beds of the outcrop, parted by a fault through their middle, which is selected."""
+    model_id = driver.open_outcrop(window, outcrop)
+    model = window.studio.records[model_id]
+    middles = np.array([points.mean(axis=0) for points in picks.values()])
+    _, _, ways = np.linalg.svd(middles - middles.mean(axis=0))
+    across, along = ways[1], ways[2]
+    t = np.linspace(-2.0, 2.0, 15)
+    fault = np.median(middles, axis=0) + np.outer(t, across) + np.outer(np.sin(4.0 * t), along)
+    for name, points in {**picks, "F01": fault}.items():
+        vertices = tuple(tuple(p) for p in points.tolist())
+        kind = "bedding" if name[0] == "B" else "fault"
+        trace = Trace(name, name, kind, model_id, model.content_hash, vertices)
+        assert window.studio.attempt(edits.add_trace, trace)
+    window.studio.selection.set(["F01"])
+    driver.settled(window)
+    window.actions_table.run("part_by_plane")
+    driver.settled(window)
+    return picks
+
+
+def test_a_fault_parts_beds_and_undo_brings_them_together(window, parted) -> None:
+    studio = window.studio
+    assert len(domain_names(studio.records)) == 2
+    fault = studio.measured(["F01"])["F01"]
+    normal = planes_to_normals(fault.plane.dip_direction_deg, fault.plane.dip_deg)
+    middle = fault.points.mean(axis=0)
+    for name, points in parted.items():
+        domain = getattr(studio.records.get(name), "domain", "")
+        if domain in (*UPPER, "footwall"):
+            above = (points - middle) @ normal > 0
+            assert above.mean() > 0.5 if domain in UPPER else above.mean() < 0.5
+    window.actions_table.run("undo")
+    assert domain_names(studio.records) == []
+
+
+def test_the_section_and_its_command_project_each_domain_along_its_axis(
+    window, parted, tmp_path, capfd
+) -> None:
+    window.actions_table.run("section")
+    panel = window.findChild(SectionPanel)
+    panel.plane.line.setText("300/90")
+    driver.pause(300)
+    wait(lambda: panel.answered is not None, "the section")
+    assert panel.by_domain.isVisible()
+    panel.by_domain.click()
+    driver.pause(300)
+    wait(lambda: panel.answered is not None and panel.answered.figures.domains, "both axes")
+    shown = {each.name: each for each in panel.answered.figures.domains}
+    driver.keep_picture(window, "section_of_domains")
+    QTest.mouseClick(panel.copy, LEFT, NONE, panel.copy.rect().center())
+    program, *words = shlex.split(QGuiApplication.clipboard().text())
+    assert program == "vomstudio"
+    capfd.readouterr()
+    assert main([*words, "-o", str(tmp_path / "s.csv"), "--json"]) == 0
+    told = json.loads(capfd.readouterr().out)["domains"]
+    assert {each["name"] for each in told} == set(shown)
+    for each in told:
+        own = shown[each["name"]]
+        assert each["trend_deg"] == pytest.approx(own.trend_deg, abs=1e-6)
+        assert each["plunge_deg"] == pytest.approx(own.plunge_deg, abs=1e-6)
+
+
+def test_the_dialog_of_orthophotos_offers_each_domain(window, parted) -> None:
+    window.actions_table.run("orthophoto")
+    driver.pause(500)
+    dialog = next(w for w in QApplication.topLevelWidgets() if isinstance(w, OrthoDialog))
+    known = domain_names(window.studio.records)
+    assert [dialog.domain.itemData(i) for i in range(dialog.domain.count())] == [None, *known]
+    dialog.domain.setCurrentIndex(2)
+    dialog.copy_command()
+    words = shlex.split(QGuiApplication.clipboard().text())
+    assert words[words.index("--domain") + 1] == known[1]
+    dialog.close()
