@@ -173,6 +173,23 @@ def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> No
     assert held >= 0.89 * told
 
 
+@pytest.mark.parametrize("n", [8, 12, 20])
+def test_few_beds_of_a_cone_are_not_called_valid(n: int) -> None:
+    rng = np.random.default_rng(5)
+    yes = 0
+    for _ in range(60):
+        t, a = np.radians(rng.uniform(-60.0, 60.0, n)), math.radians(60.0)
+        poles = np.column_stack([
+            math.sin(a) * np.sin(t), np.full(n, math.cos(a)), math.sin(a) * np.cos(t)
+        ]) + math.radians(3.0) * rng.normal(size=(n, 3))  # fmt: skip
+        poles = np.where(poles[:, 2:] < 0, -poles, poles)
+        poles /= np.linalg.norm(poles, axis=1)[:, None]
+        dips = np.degrees(np.arccos(poles[:, 2]))
+        azimuths = np.degrees(np.arctan2(poles[:, 0], poles[:, 1])) % 360.0
+        yes += fold_axis(azimuths, dips).valid == "yes"
+    assert yes <= 1
+
+
 @pytest.mark.parametrize("along", [0.0, 0.2, 0.6, 1.0])
 def test_two_dips_that_stray_along_one_direction_only_are_two_dip_domains(along: float) -> None:
     """Two groups of poles always lie on a great circle, in whatever direction they stray."""

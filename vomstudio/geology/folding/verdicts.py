@@ -46,6 +46,10 @@ CONE_OPEN_DEG, CONE_UNTOLD_DEG = 25.0, 60.0
 """A cone that differs by so much from the cylinder would fit as well: over the first the verdict
 holds under conditions, over the second the poles do not tell a cone from a cylinder."""
 
+CONE_LEFT_DEG = 30.0
+"""Nor does it hold without conditions where the 95 % interval of the cone's angle reaches farther
+from the cylinder: of a dozen planes on a cone of 60 degrees one in seven was called a cylinder."""
+
 TWO_GAIN, TWO_ANGLE_DEG, TWO_ARC_DEG, TWO_SHARE, TWO_BETTER_DEG = 10.0, 15.0, 20.0, 0.2, 2.0
 """Two great circles are believed with such a gain, so far apart, each with such an arc and share
 of the poles, and where the fit is better by so many degrees RMS."""
@@ -165,7 +169,7 @@ def _believed(shape: Shape, error95_deg: float, width: float, near: float, far: 
         width=width,
         p=cone.p,
     )
-    if width > CONE_OPEN_DEG:
+    if width > CONE_OPEN_DEG or 90.0 - cone.half_angle_deg + width > CONE_LEFT_DEG:
         conditions.append(tr("{text}: the poles hardly tell", text=told))
     else:
         reasons.append(told)
