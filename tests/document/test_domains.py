@@ -11,6 +11,7 @@ from vomstudio.document.domains import domain_names, part_by_plane
 from vomstudio.document.edits import set_attributes
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import DEFAULT_TYPES, Frame, Model
 from vomstudio.errors import DocumentError
 from vomstudio.geology.orientation import Plane
@@ -72,7 +73,7 @@ def test_domains_are_attributes_and_columns_where_any_is_named() -> None:
     edit = set_attributes(now, ["a", "b"], domain="footwall")
     now |= edit.after
     table = project_table(now)
-    assert domain_names(now) == ["footwall"]
+    assert domain_names(RecordMap(now)) == ["footwall"]
     assert table.more == ("domain",)
     assert {row["id"]: row.get("domain") for row in table.rows} == {
         "f": None, "a": "footwall", "b": "footwall", "c": None,

@@ -66,11 +66,15 @@ def reached(dialog: QWidget, widget: QWidget) -> bool:
     )
 
 
-def reached_later(dialog: QWidget, widget: QWidget) -> bool:
-    """As `reached`, after what arrived while it was scrolled to, and moved it, is in its place;
-    also where it can no longer be used by then."""
-    driver.pause(1000)
-    return widget not in list(fields_of(dialog)) or reached(dialog, widget)
+def out_of_reach(dialog: QWidget) -> list[QWidget]:
+    """Fields that cannot be reached once nothing arrives any more that moves them while they are
+    scrolled to."""
+    for _ in range(5):
+        found = [w for w in fields_of(dialog) if not reached(dialog, w)]
+        if not found:
+            break
+        driver.pause(1000)
+    return found
 
 
 def describe(dialog: QWidget, name: str) -> dict[str, Any]:
@@ -94,8 +98,7 @@ def describe(dialog: QWidget, name: str) -> dict[str, Any]:
         "squeezed": squeezed,
         "hidden": [
             getattr(w, "text", lambda: "")() or w.objectName() or type(w).__name__
-            for w in fields
-            if not reached(dialog, w) and not reached_later(dialog, w)
+            for w in out_of_reach(dialog)
         ],
     }
 

@@ -4,6 +4,7 @@ orthophoto one of them with the rest grey."""
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -207,6 +208,45 @@ def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
     coloured = np.flatnonzero(np.ptp(row, axis=1) > 0)
     assert abs((coloured.min() - 100) * 0.1) < 0.85
     assert coloured.max() >= 198
+
+
+def test_a_picture_off_the_axis_says_what_that_costs() -> None:
+    """Lengths times cos d, places displaced by h sin d (CONVENTIONS), d between axis and view."""
+    items = faulted()
+    line = axes_of_domains(items, "")["footwall"].line
+    assert line is not None
+    deep = Mesh(
+        np.array([[0.0, 0, 0], [6, 0, 0], [6, 40, 9], [0, 40, 9]]),
+        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+    )
+    off = view_along_line((line.trend_deg + 25.0) % 360.0, line.plunge_deg)
+    planned = plan(deep, off, to_world=np.eye(4), gsd=0.5)
+    (*_, said) = territory(items, "footwall").seen_in(items, planned).said
+    d = math.acos(abs(float(line.vector() @ planned.frame.direction)))
+    h = float(np.ptp(deep.vertices @ planned.frame.direction))
+    assert f"{math.degrees(d):.0f}° off the axis" in said
+    assert f"shortened by {100 * (1 - math.cos(d)):.1f} %" in said
+    assert f"up to {h * math.sin(d):.3g} m" in said
+    along = plan(deep, view_along_line(line.trend_deg, line.plunge_deg), to_world=np.eye(4))
+    here = territory(items, "footwall")
+    assert here.seen_in(items, along) is here
+
+
+def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
+    """Four beds of a fold tell no shape of the scatter (fold verdict: conditional)."""
+    rng = np.random.default_rng(1)
+    t = np.radians([-40.0, -10.0, 15.0, 45.0])
+    poles = np.column_stack([np.sin(t), 0.02 * rng.normal(size=4), np.cos(t)])
+    poles /= np.linalg.norm(poles, axis=1)[:, None]
+    beds = (
+        np.degrees(np.arctan2(poles[:, 0], poles[:, 1])) % 360,
+        np.degrees(np.arccos(poles[:, 2])),
+    )
+    axes = projection_axes({"fold": beds})
+    assert axes["fold"].valid == "conditional"
+    curtain = curtain_of_plane(parse_section_plane("010/90"), (0.0, 0.0, 0.0))
+    (told,) = domain_projections(Directions(None, axes), curtain)
+    assert "only conditionally valid" in told.words
 
 
 def test_a_domain_that_is_not_there_is_refused_with_those_that_are() -> None:

@@ -152,7 +152,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
         features=features,
         legend=LEGEND in parts,
-        only=None if only is None else only.seen_along(items, asked.plan.frame.direction),
+        only=None if only is None else only.seen_in(items, asked.plan),
     )
     found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
     out.result(named_by_unit(found.as_dict(), metric=place.in_metres))

@@ -9,6 +9,7 @@ import numpy as np
 
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.measurement import Measurement
+from vomstudio.document.record_map import RecordMap
 from vomstudio.document.records import Record, Typed, get
 from vomstudio.errors import DocumentError
 from vomstudio.words import tr
@@ -22,8 +23,13 @@ _UPRIGHT_DEG = 89.0
 """A fault that dips by more has no wall that hangs."""
 
 
-def domain_names(records: Records) -> list[str]:
-    return sorted({r.domain for r in records.values() if isinstance(r, Typed) and r.domain})
+def domain_of(record: Record) -> str | None:
+    """None of what is in none."""
+    return record.domain or None if isinstance(record, Typed) else None
+
+
+def domain_names(records: RecordMap) -> list[str]:
+    return sorted(records.counted(domain_of))
 
 
 def part_by_plane(

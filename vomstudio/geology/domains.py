@@ -85,12 +85,13 @@ def domain_axes(
 @dataclass(frozen=True)
 class ProjectionAxis:
     """Along which a domain is projected: its fold axis, or the line in which its beds meet the
-    faults (fig. 31c). line, error95_deg : None where there is none, or it is not known; said : in a
-    sentence what it is, or why there is none"""
+    faults (fig. 31c). line, error95_deg : None where there is none, or it is not known; said : in
+    words what it is, or why there is none; valid : "yes" or "conditional", as of a fold's axis"""
 
     line: Line | None
     error95_deg: float | None
     said: str
+    valid: str | None = None
 
 
 def projection_axes(
@@ -107,7 +108,7 @@ def projection_axes(
         fold, reason = _own_axis(azimuth, dip, None)
         if fold is not None and fold.verdict != "homoclinal" and fold.valid != "no":
             said = tr("fold axis, {verdict}", verdict=fold.verdict)
-            found[name] = ProjectionAxis(fold.beta, fold.error95_deg, said)
+            found[name] = ProjectionAxis(fold.beta, fold.error95_deg, said, fold.valid)
             continue
         if faults is not None:
             try:
@@ -116,7 +117,7 @@ def projection_axes(
                 found[name] = ProjectionAxis(None, None, error.message)
                 continue
             said = tr("where the beds meet the faults")
-            found[name] = ProjectionAxis(met.beta, met.error95_deg, said)
+            found[name] = ProjectionAxis(met.beta, met.error95_deg, said, met.valid)
             continue
         if fold is not None:
             reason = tr("{verdict}, and no fault that its beds meet", verdict=fold.verdict)

@@ -84,7 +84,7 @@ def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto
         progress=progress,
         features=features,
         legend=interpretation.LEGEND in asked.parts,
-        only=None if only is None else only.seen_along(items, plan.frame.direction),
+        only=None if only is None else only.seen_in(items, plan),
     )
     return WrittenOrthophoto(
         image=Path(made.image),

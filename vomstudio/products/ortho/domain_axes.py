@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import ProjectionAxis, projection_axes
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line, angle_between_lines
 from vomstudio.products.ortho.interpretation import Item
+from vomstudio.products.ortho.planning import Plan
+from vomstudio.products.ortho.view_directions import cost_of_being_off
 from vomstudio.words import tr
 
 BEDS, FAULTS = "bedding", "fault"
@@ -53,29 +53,27 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
     return {name: found.get(name, ProjectionAxis(None, None, none)) for name in beds}
 
 
-def off_axis(items: Iterable[Item], name: str, direction: npt.NDArray[np.float64]) -> str | None:
-    """A sentence where a view along (3,) is farther from the axis of a domain than that is known,
-    and than a degree."""
+def off_axis(items: Iterable[Item], name: str, plan: Plan) -> str | None:
+    """A sentence where a picture looks farther from the axis of a domain than that is known, and
+    than a degree, with what it costs."""
     try:
         axis = axes_of_domains(items, "")[name]
     except (UsageError, KeyError):
         return None
     if axis.line is None:
         return None
-    off = angle_between_lines(axis.line, Line.from_vector(direction))
+    off = angle_between_lines(axis.line, Line.from_vector(plan.frame.direction))
     if off <= max(axis.error95_deg or 0.0, _NEAR_DEG):
         return None
-    return tr(
-        "The view is {off:.0f}° off the axis of domain {name}, {axis} ({said}): along it a length "
-        "is {shorter:.1f} % too short, and {moved:.0f} % of their depth is how far places are "
-        "displaced.",
+    said = tr(
+        "The view is {off:.0f}° off the axis of domain {name}, {axis} ({said}).",
         off=off,
         name=name,
         axis=format_line(axis.line, 0),
         said=axis.said,
-        shorter=100.0 * (1.0 - math.cos(math.radians(off))),
-        moved=100.0 * math.sin(math.radians(off)),
     )
+    deep = float(np.ptp(plan.points[:, 2]))
+    return f"{said} {cost_of_being_off(off, deep, metric=plan.view.metric)}"
 
 
 def _angles(items: list[Item]) -> tuple[np.ndarray, np.ndarray]:

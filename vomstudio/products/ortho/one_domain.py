@@ -62,9 +62,9 @@ class Territory:
         """Those of the domain, and of no domain: of others the picture shows no true angles."""
         return tuple(item for item in items if item.domain in ("", self.name))
 
-    def seen_along(self, items: Sequence[Item], direction: Array) -> Territory:
-        """The same, with a word where that direction (3,) is not the domain's."""
-        said = off_axis(items, self.name, direction)
+    def seen_in(self, items: Sequence[Item], plan: Plan) -> Territory:
+        """The same, with a word where the picture does not look along the domain's axis."""
+        said = off_axis(items, self.name, plan)
         return self if said is None else replace(self, said=(*self.said, said))
 
     @property

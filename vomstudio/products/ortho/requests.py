@@ -168,19 +168,11 @@ def request_picture(
     view, fold, warnings = direction.view, direction.fold, list[str]()
     if fold is not None:
         warnings += fold.warnings
-        if fold.valid != "yes":
-            warnings.append(
-                tr(
-                    "A view along this axis is only conditionally valid: {verdict} (see vomstudio "
-                    "fold)."
-                    if fold.valid == "conditional"
-                    else "A view along this axis is not valid: {verdict} (see vomstudio fold).",
-                    verdict=fold.verdict,
-                )
-            )
+        warnings += _said_of_validity(fold.valid, fold.verdict)
         view = view_along_axis(fold.beta.trend_deg, fold.beta.plunge_deg, data, to_world)
     axis = direction.axis
     if axis is not None and axis.line is not None:
+        warnings += _said_of_validity(axis.valid, axis.said)
         view = view_along_axis(axis.line.trend_deg, axis.line.plunge_deg, data, to_world)
     assert view is not None
     if flip:
@@ -203,6 +195,19 @@ def request_picture(
     if not placed:
         warnings.append(tr(NOT_PLACED))
     return Requested(planned, along, tuple(warnings))
+
+
+def _said_of_validity(valid: str | None, verdict: str) -> list[str]:
+    if valid in (None, "yes"):
+        return []
+    return [
+        tr(
+            "A view along this axis is only conditionally valid: {verdict} (see vomstudio fold)."
+            if valid == "conditional"
+            else "A view along this axis is not valid: {verdict} (see vomstudio fold).",
+            verdict=verdict,
+        )
+    ]
 
 
 def _size_of(planned: Plan) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -135,14 +136,7 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
     """What a direction that is off costs in a picture so deep (CONVENTIONS: lengths times cos d in
     the direction of tilt, displacements h sin d along the view), in a sentence. error_deg: the
     larger 95 % semi-axis of the direction; None where unknown, and 5 degrees are supposed."""
-    off = 5.0 if error_deg is None else error_deg
-    figures = {
-        "angle": off,
-        "share": 100 * (1 - math.cos(math.radians(off))),
-        "displacement": depth_m * math.sin(math.radians(off)),
-        "depth": depth_m,
-        "unit": "m" if metric else tr("units"),
-    }
+    figures = _cost(5.0 if error_deg is None else error_deg, depth_m, metric)
     if error_deg is None:
         return tr(
             "The error of the direction is unknown. An error of {angle:.1f}° would shorten lengths "
@@ -156,6 +150,26 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
         "over the depth of the view ({depth:.3g} {unit}).",
         **figures,
     )
+
+
+def cost_of_being_off(off_deg: float, depth_m: float, *, metric: bool = True) -> str:
+    """The same of a direction that is known to be off the right one by so much."""
+    return tr(
+        "So far off, lengths in the direction of tilt are shortened by {share:.1f} % and points "
+        "displaced against each other by up to {displacement:.3g} {unit} over the depth of the "
+        "view ({depth:.3g} {unit}).",
+        **_cost(off_deg, depth_m, metric),
+    )
+
+
+def _cost(off_deg: float, depth_m: float, metric: bool) -> dict[str, Any]:
+    return {
+        "angle": off_deg,
+        "share": 100 * (1 - math.cos(math.radians(off_deg))),
+        "displacement": depth_m * math.sin(math.radians(off_deg)),
+        "depth": depth_m,
+        "unit": "m" if metric else tr("units"),
+    }
 
 
 NEGLIGIBLE = 0.01

@@ -82,7 +82,8 @@ def by_domain(items: Sequence[Item], field_: str) -> Directions:
 class DomainProjection:
     """How a domain came onto the section: along a trend and plunge, known to error95_deg; None at
     right angles to it. angle_deg : between it and the section, the least; said : what the direction
-    is, or why there is none; faults : in no domain, that were projected along it as well"""
+    is, or why there is none; faults : in no domain, that were projected along it as well; valid :
+    of that direction, "yes" or "conditional"; None where there is none"""
 
     name: str
     trend_deg: float | None
@@ -91,6 +92,7 @@ class DomainProjection:
     angle_deg: float
     said: str
     faults: int = 0
+    valid: str | None = None
 
     @property
     def words(self) -> str:
@@ -106,6 +108,8 @@ class DomainProjection:
             angle=self.angle_deg,
             said=self.said,
         )
+        if self.valid == "conditional":
+            said = f"{said}; {tr('only conditionally valid')}"
         if not self.faults:
             return said
         more = tr_n("{count} fault along it, too", "{count} faults along it, too", self.faults)
@@ -120,7 +124,9 @@ def domain_projections(directions: Directions, curtain: Curtain) -> tuple[Domain
         trend, plunge = (None, None) if line is None else (line.trend_deg, line.plunge_deg)
         faults = sum(each == name for each in directions.faults.values())
         found.append(
-            DomainProjection(name, trend, plunge, axis.error95_deg, angle, axis.said, faults)
+            DomainProjection(
+                name, trend, plunge, axis.error95_deg, angle, axis.said, faults, axis.valid
+            )
         )
     return tuple(found)
 

@@ -131,7 +131,7 @@ class OrthoDialog(QDialog):
         self.domain = ComboBox()
         self.domain.setObjectName("ortho_domain")
         self.domain.addItem(tr("The whole outcrop"), None)
-        for name in domain_names(self._studio.records):
+        for name in domain_names(self._studio.session.records):
             self.domain.addItem(tr("{domain}, the rest grey", domain=name), name)
         self.domain.setToolTip(
             tr("Of a structure whose domains have axes of their own a picture shows one.")

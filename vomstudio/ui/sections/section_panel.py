@@ -275,7 +275,7 @@ class SectionPanel(SeenPanel):
         curtain = curtain_of(plane, through, self.line if by_line else None)
         if isinstance(curtain, VomError):
             return curtain.message
-        by_domain = self.by_domain.isChecked() and bool(domain_names(studio.records))
+        by_domain = self.by_domain.isChecked() and bool(domain_names(studio.session.records))
         data, frame = studio.models[model.id].data, model.frame
         cloud = isinstance(data, PointCloud)
         return SectionQuestion(
@@ -321,7 +321,7 @@ class SectionPanel(SeenPanel):
         self._refresh()
 
     def _refresh(self) -> None:
-        parted = self._studio.has_project and bool(domain_names(self._studio.records))
+        parted = self._studio.has_project and bool(domain_names(self._studio.session.records))
         self._form_rows.setRowVisible(self.by_domain, parted)
         why = None
         if self._asked.waiting:
