@@ -312,6 +312,7 @@ class SectionPanel(SeenPanel):
                            count=f.features, left_out=f.left_out))  # fmt: skip
         if made.question.curtain.plane is None:
             said.append(tr("along {name}", name=self._line_name))
+        said += [each.words for each in f.domains or ()]
         return "; ".join([*said, *made.warnings])
 
     def _show(self, answered: SectionAnswer | None, said: str) -> None:
@@ -323,6 +324,8 @@ class SectionPanel(SeenPanel):
     def _refresh(self) -> None:
         parted = self._studio.has_project and bool(domain_names(self._studio.session.records))
         self._form_rows.setRowVisible(self.by_domain, parted)
+        each = parted and self.by_domain.isChecked()
+        allow(self.direction, tr("Each domain has a direction of its own.") if each else None)
         why = None
         if self._asked.waiting:
             why = tr("the model is being cut")
