@@ -14,7 +14,6 @@ from vomstudio.extraction.pixel_graph import pixel_graph
 from vomstudio.extraction.shortest_paths import (
     HEADINGS,
     WIDEST_DEG,
-    _flat,
     shortest,
     straightest,
     turned,
@@ -62,7 +61,7 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
     n = len(costs)
     # The graph of headings written out: arcs within reach of a heading, and turns.
     first, near, step = arcs(graph, costs)
-    flat = _flat(graph.places)
+    flat = graph.flat
     way = flat[near] - flat[first]
     rows, ends, prices = [], [], []
     each = turn * graph.usual_arc * 4 / HEADINGS

@@ -23,6 +23,9 @@ Ints = npt.NDArray[np.int64]
 STRETCH = 1.4
 _MARGIN = 12.0
 _WHOLE_NODES = 3_000_000
+# A corridor of more than this part of the nodes, and of more than so many, is not cut out.
+_MOST_OF_ALL = 0.15
+_FEW_NODES = 50_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +117,8 @@ class Follower:
         stretch, before = STRETCH, 0
         # In a graph of points and vertices the nearest of all may be one that is not reached.
         reached = float(self.surface.tree.query(other)[0]) * (1.0 + 1e-9) + 1e-12
+        if self._covers(one, other, spacing):
+            return self._over_whole(one, other, tints, number)
         while True:
             margin = (2.0 * _MARGIN if stretch > STRETCH else _MARGIN) * spacing
             graph = self.surface.corridor(one, other, stretch, margin)
@@ -126,10 +131,38 @@ class Follower:
                 raise _apart(number)
             stretch, before = 3.0 * stretch, len(graph.places)
 
+    def _covers(self, one: Array, other: Array, spacing: float) -> bool:
+        """Whether the corridor would be so much of the surface that it costs more than all of it,
+        of which what a metre costs is kept."""
+        places = len(self.surface.places)
+        if places > _WHOLE_NODES or (self.surface.is_mesh and self.surface.textures is not None):
+            return False
+        far = float(np.linalg.norm(other - one))
+        reach = STRETCH * far + _MARGIN * spacing
+        area = 0.25 * np.pi * reach * np.sqrt(reach**2 - far**2)
+        return bool(area > _MOST_OF_ALL * places * spacing**2 and area > _FEW_NODES * spacing**2)
+
+    def _over_whole(self, one: Array, other: Array, tints: Array | None, number: int) -> Array:
+        graph = self.surface.whole
+        ends = np.asarray(self.surface.tree.query(np.stack([one, other]))[1], np.int64)
+        path = straightest(graph, int(ends[0]), int(ends[1]), self._whole_costs(tints))
+        if path is None:
+            raise _apart(number)
+        return self.surface.world(graph, path)
+
+    def _whole_costs(self, tints: Array | None) -> Array:
+        """(n,) of a metre at each node of the whole surface, reckoned once for each colour."""
+        colours = b"" if tints is None else tints.tobytes()
+        known = self.surface.kept_costs.get(self.cost)
+        if known is None or known[0] != colours:
+            known = colours, self._costs(self.surface.whole, tints)
+            self.surface.kept_costs[self.cost] = known
+        return known[1]
+
     def _through(self, graph: Graph, given: Array, tints: Array | None) -> list[Array]:
         """The best of all paths, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(given)[1], np.int64)
-        costs = self._costs(graph, tints)
+        costs = self._whole_costs(tints)
         legs = []
         for i in range(len(nodes) - 1):
             path = shortest(graph, int(nodes[i]), int(nodes[i + 1]), costs)

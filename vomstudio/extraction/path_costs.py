@@ -3,10 +3,13 @@ one; so a path is the shortest where nothing is to be seen."""
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.extraction.surface_graph import Graph
+from vomstudio.geometry.kernels.pieces import in_pieces
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -65,9 +68,10 @@ def smoothed(graph: Graph, values: Array, times: int = 1) -> Array:
     from vomstudio.extraction.path_kernels import means
 
     now, next_ = np.array(values, np.float64), np.empty(len(values))
-    for _ in range(times):
-        means(graph.starts, graph.near, now, next_)
-        now, next_ = next_, now
+    with in_pieces(len(values)) as run:
+        for _ in range(times):
+            run(partial(means, graph.starts, graph.near, now, next_))
+            now, next_ = next_, now
     return now
 
 

@@ -32,27 +32,97 @@ def neighbours(first, second, starts, near):  # type: ignore[no-untyped-def]
     starts[0] = 0
 
 
+@kernel("i8(i8[::1], i4[::1])")
+def without_repeats(starts, near):  # type: ignore[no-untyped-def]
+    """Put each node's neighbours in order and leave each of them once, in place: how many there are
+    in all."""
+    count, begin = 0, starts[0]
+    for node in range(len(starts) - 1):
+        end = starts[node + 1]
+        for at in range(begin + 1, end):
+            value, to = near[at], at
+            while to > begin and near[to - 1] > value:
+                near[to] = near[to - 1]
+                to -= 1
+            near[to] = value
+        starts[node] = count
+        # What is written lies before what is still to be read.
+        last = -1
+        for at in range(begin, end):
+            value = near[at]
+            if value != last:
+                near[count], last = value, value
+                count += 1
+        begin = end
+    starts[len(starts) - 1] = count
+    return count
+
+
+@part
+def _by_way_of(places, node, one, other):  # type: ignore[no-untyped-def]
+    """From one place to another by way of a node."""
+    x, y, z = places[node, 0], places[node, 1], places[node, 2]
+    far = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
+    return far + math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
+
+
 @kernel("i8(f8[:,::1], i8[::1], i4[::1], i8, f8[::1], f8[::1], f8, i8[::1], i8[::1])")
 def within(places, starts, near, first, one, other, reach, mark, rows):  # type: ignore[no-untyped-def]
     """The nodes that hang together with `first` inside the ellipsoid whose points' distances from
-    `one` and `other` sum to `reach`: how many, written to rows. mark (n,) is -1 where a node was
-    not met yet; those that were met are marked, and must be put back."""
+    `one` and `other` sum to `reach`: how many, written to rows; -1 where rows has no room for them.
+    mark (n,) is -1 on the way in and out."""
     rows[0] = first
     mark[first] = 0
+    count, done = 1, 0
+    while 0 <= done < count:
+        node = rows[done]
+        done += 1
+        for at in range(starts[node], starts[node + 1]):
+            to = near[at]
+            if mark[to] >= 0 or _by_way_of(places, to, one, other) > reach:
+                continue
+            if count == len(rows):
+                done = -1
+                break
+            mark[to] = 0
+            rows[count] = to
+            count += 1
+    for at in range(count):
+        mark[rows[at]] = -1
+    return count if done >= 0 else -1
+
+
+@kernel("i8(f8[:,::1], f8[::1], f8[::1], f8, i8[::1])")
+def inside(places, one, other, reach, rows):  # type: ignore[no-untyped-def]
+    """All nodes inside that ellipsoid, in their order: how many, written to rows (n,). Many are
+    found faster so than from neighbour to neighbour."""
+    count = 0
+    x, y, z = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1]), 0.5 * (one[2] + other[2])
+    # The ball around it, a little larger for rounding, leaves out most without a root.
+    most = 0.25 * reach * reach * (1.0 + 1e-9)
+    for node in range(len(places)):
+        right, up, ahead = places[node, 0] - x, places[node, 1] - y, places[node, 2] - z
+        if right * right + up * up + ahead * ahead > most:
+            continue
+        if _by_way_of(places, node, one, other) <= reach:
+            rows[count] = node
+            count += 1
+    return count
+
+
+@kernel("i8(i8[::1], i4[::1], i8, b1[::1], i8[::1])")
+def together(starts, near, first, met, rows):  # type: ignore[no-untyped-def]
+    """How many nodes hang together with `first`, which come to be true in met (n,); rows (n,) is
+    space."""
+    rows[0], met[first] = first, True
     count, done = 1, 0
     while done < count:
         node = rows[done]
         done += 1
         for at in range(starts[node], starts[node + 1]):
-            to = near[at]
-            if mark[to] >= 0:
-                continue
-            x, y, z = places[to, 0], places[to, 1], places[to, 2]
-            far = math.sqrt((x - one[0]) ** 2 + (y - one[1]) ** 2 + (z - one[2]) ** 2)
-            far += math.sqrt((x - other[0]) ** 2 + (y - other[1]) ** 2 + (z - other[2]) ** 2)
-            if far <= reach:
-                mark[to] = 0
-                rows[count] = to
+            if not met[near[at]]:
+                met[near[at]] = True
+                rows[count] = near[at]
                 count += 1
     return count
 
@@ -73,11 +143,11 @@ def part_of(starts, near, rows, number, new_starts, new_near):  # type: ignore[n
     return count
 
 
-@kernel("void(i8[::1], i4[::1], f8[::1], f8[::1])")
-def means(starts, near, values, out):  # type: ignore[no-untyped-def]
-    """The mean (n,) of each node's value and its neighbours'."""
-    begin = starts[0]
-    for node in range(len(values)):
+@kernel("void(i8[::1], i4[::1], f8[::1], f8[::1], i8, i8)")
+def means(starts, near, values, out, first, last):  # type: ignore[no-untyped-def]
+    """The mean (n,) of each node's value and its neighbours', of the nodes first to last - 1."""
+    begin = starts[first]
+    for node in range(first, last):
         end = starts[node + 1]
         total = values[node]
         for at in range(begin, end):

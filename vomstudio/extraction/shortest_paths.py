@@ -70,7 +70,7 @@ def turned(graph: Graph, one: int, other: int, costs: Array, turn: float = TURN)
     met, states = np.empty(room, np.int32), room * HEADINGS
     before, heap, place = (np.empty(states, np.int32) for _ in range(3))
     state = least_turning(
-        graph.places, _flat(graph.places), graph.starts, graph.near, costs, one, other, rest,
+        graph.places, graph.flat, graph.starts, graph.near, costs, one, other, rest,
         turn * graph.usual_arc / (HEADINGS / 4), HEADINGS, np.cos(np.radians(WIDEST_DEG)),
         np.full(n, -1, np.int32), met, np.empty(states), before, np.empty(states), heap, place,
     )  # fmt: skip
@@ -119,10 +119,3 @@ def _beside(graph: Graph, path: Ints) -> npt.NDArray[np.bool_]:
         fresh = met[~near_it[met]]
         near_it[fresh] = True
     return near_it
-
-
-def _flat(places: Array) -> Array:
-    """(n, 2) in the plane that fits places (n, 3) best."""
-    off = places - places.mean(axis=0)
-    _, ways = np.linalg.eigh(off.T @ off)
-    return np.ascontiguousarray(off @ ways[:, 1:])

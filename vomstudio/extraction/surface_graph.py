@@ -38,6 +38,9 @@ _DEEPEST = 9
 _PIXELS_AN_EDGE = 3.0
 _BLOCK = 200_000
 _SOME_ARCS = 1001
+# Up to so small a part of the nodes is looked for from neighbour to neighbour, which is slower for
+# each, but does not look at all.
+_FEW = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +63,13 @@ class Graph:
     def roughness(self) -> Array:
         """(n,)"""
         return self.rough()
+
+    @cached_property
+    def flat(self) -> Array:
+        """(n, 2) the places in the plane that fits them best."""
+        off = self.places - self.places.mean(axis=0)
+        _, ways = np.linalg.eigh(off.T @ off)
+        return np.ascontiguousarray(off @ ways[:, 1:])
 
     @cached_property
     def usual_arc(self) -> float:
@@ -96,6 +106,9 @@ class SurfaceGraph:
         self.row: Ints = rows[first]
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = which
+        self.kept_costs: dict[str, tuple[bytes, Array]] = {}
+        """Of a metre at each node of `whole`, by what is looked for: the colours that they are for,
+        and the costs (n,)."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
 
     @cached_property
@@ -180,12 +193,16 @@ class SurfaceGraph:
     @cached_property
     def _neighbours(self) -> tuple[Ints, npt.NDArray[np.int32]]:
         """Of each node: starts (n + 1,), and the nodes."""
+        from vomstudio.extraction.path_kernels import without_repeats
+
         n = len(self.places)
         if self.is_mesh:
             return neighbours_of(*_edges(self._faces[self._sound_faces], n), n)
         there = self._near >= 0
         source = np.repeat(np.arange(n), there.sum(axis=1))
-        return neighbours_of(source, self._near[there].astype(np.int64), n)
+        starts, near = neighbours_of(source, self._near[there].astype(np.int64), n)
+        # Two points that are each among the nearest of the other came as two arcs.
+        return starts, near[: without_repeats(starts, near)].copy()
 
     @cached_property
     def _faces_of(self) -> tuple[Ints, Ints]:
@@ -248,22 +265,28 @@ class SurfaceGraph:
         return self._refined(np.append(rows[inside], ends))
 
     def _corridor_of_nodes(self, one: Array, other: Array, reach: float) -> Graph:
-        from vomstudio.extraction.path_kernels import part_of, within
+        from vomstudio.extraction.path_kernels import inside, together, within
 
         starts, near = self._neighbours
         number, rows = self._scratch
         first = int(self.tree.query(one)[1])
-        count = within(
-            self.places, starts, near, first, np.array(one, np.float64),
-            np.array(other, np.float64), reach, number, rows,
-        )  # fmt: skip
-        found = np.sort(rows[:count])
-        number[found] = np.arange(count)
-        own_starts = np.empty(count + 1, np.int64)
-        own_near = np.empty(int((starts[found + 1] - starts[found]).sum()), np.int32)
-        length = part_of(starts, near, found, number, own_starts, own_near)
-        number[found] = -1
-        return self._graph(found, self.places[found], own_starts, own_near[:length].copy())
+        ends = np.array(one, np.float64), np.array(other, np.float64), reach
+        few = rows[: len(self.places) // _FEW + 1]
+        count = within(self.places, starts, near, first, *ends, number, few)
+        many = count < 0
+        if many:
+            count = inside(self.places, *ends, rows)
+            found = rows[:count].copy()
+        else:
+            found = np.sort(rows[:count])
+        part = _part(found, starts, near, number)
+        if many:
+            met = np.zeros(count, np.bool_)
+            start = int(np.searchsorted(found, first))
+            if together(*part, start, met, rows) < count:
+                found = found[met]
+                part = _part(found, starts, near, number)
+        return self._graph(found, self.places[found], *part)
 
     def _graph(self, rows: Ints, places: Array, starts: Ints, near: npt.NDArray[np.int32]) -> Graph:
         row = self.row[rows]
@@ -377,6 +400,20 @@ def neighbours_of(first: Ints, second: Ints, n: int) -> tuple[Ints, npt.NDArray[
     starts, near = np.zeros(n + 1, np.int64), np.empty(2 * len(first), np.int32)
     neighbours(np.ascontiguousarray(first), np.ascontiguousarray(second), starts, near)
     return starts, near
+
+
+def _part(
+    rows: Ints, starts: Ints, near: npt.NDArray[np.int32], number: Ints
+) -> tuple[Ints, npt.NDArray[np.int32]]:
+    """Lists of neighbours of some nodes alone. number (n,) is -1 on the way in and out."""
+    from vomstudio.extraction.path_kernels import part_of
+
+    number[rows] = np.arange(len(rows))
+    own_starts = np.empty(len(rows) + 1, np.int64)
+    own_near = np.empty(int((starts[rows + 1] - starts[rows]).sum()), np.int32)
+    length = part_of(starts, near, rows, number, own_starts, own_near)
+    number[rows] = -1
+    return own_starts, own_near[:length]
 
 
 def _edges(faces: Ints, n: int) -> tuple[Ints, Ints]:

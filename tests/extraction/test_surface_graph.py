@@ -1,0 +1,80 @@
+"""The graph of a surface and its parts, against scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from vomstudio.extraction.following import Follower
+from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
+from vomstudio.geometry.cloud import PointCloud
+
+
+def sheets(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Points of two parallel sheets of 4 x 4 m, half a metre apart."""
+    points = rng.uniform(0.0, 4.0, (count, 3))
+    points[:, 2] = 0.05 * np.sin(3.0 * points[:, 0])
+    points[::2, 2] += 0.5
+    return points
+
+
+def arcs(graph: Graph) -> tuple[np.ndarray, np.ndarray]:
+    return np.repeat(np.arange(len(graph.places)), np.diff(graph.starts)), graph.near.astype(int)
+
+
+def test_a_cloud_names_each_neighbour_once_and_on_both_sides() -> None:
+    graph = SurfaceGraph(PointCloud(sheets(4000, np.random.default_rng(0)))).whole
+    first, second = arcs(graph)
+    pairs = set(zip(first.tolist(), second.tolist(), strict=True))
+    assert len(pairs) == len(first)
+    assert all((b, a) in pairs and a != b for a, b in pairs)
+
+
+@pytest.mark.parametrize(("length", "many"), [(0.3, False), (1.5, True)])
+def test_a_corridor_is_what_hangs_together_within_its_ellipsoid(length: float, many: bool) -> None:
+    surface = SurfaceGraph(PointCloud(sheets(20_000, np.random.default_rng(1))))
+    one = np.array([1.0, 2.0, 0.05 * np.sin(3.0)]) - surface.origin
+    other = one + [length, 0.0, 0.0]
+    found = surface.corridor(one, other, 1.4, 0.2)
+    reach = 1.4 * length + 0.2
+    whole, places = surface.whole, surface.places
+    by_way = sum(np.linalg.norm(places - end, axis=1) for end in (one, other))
+    inside = by_way <= reach
+    first, second = arcs(whole)
+    both = inside[first] & inside[second]
+    n = len(places)
+    joined = csr_array((np.ones(both.sum()), (first[both], second[both])), (n, n))
+    label = connected_components(joined, directed=False)[1]
+    wanted = inside & (label == label[int(surface.tree.query(one)[1])])
+    assert (wanted.sum() > n / 50) == many
+    assert (wanted.sum() < inside.sum()) == many, "The other sheet is within reach of the long one."
+    assert set(map(tuple, found.places)) == set(map(tuple, places[wanted]))
+    here = both & wanted[first] & wanted[second]
+    a, b = arcs(found)
+    ends = {(*p, *q) for p, q in zip(found.places[a], found.places[b], strict=True)}
+    assert ends == {
+        (*p, *q) for p, q in zip(places[first[here]], places[second[here]], strict=True)
+    }
+
+
+def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
+    """What a metre costs is kept for the whole surface; it is that of one colour."""
+    rng = np.random.default_rng(2)
+    points = rng.uniform(0.0, [6.0, 3.0, 0.0], (120_000, 3))
+    points[:, 2] = 0.02 * np.sin(5.0 * points[:, 0])
+    lines = {1.0: (200, 40, 40), 2.0: (40, 40, 200)}
+    colours = np.full((len(points), 3), 150, np.uint8)
+    for y, colour in lines.items():
+        colours[np.abs(points[:, 1] - y - 0.15 * np.sin(points[:, 0])) < 0.04] = colour
+    surface = SurfaceGraph(PointCloud(points, colors=colours))
+    follower = Follower(surface, "colour")
+    x = np.array([0.2, 5.8])
+    for y in (1.0, 2.0, 1.0):
+        ends = np.column_stack([x, y + 0.15 * np.sin(x), 0.02 * np.sin(5.0 * x)])
+        path = follower.follow(ends).points
+        assert surface.kept_costs, "So long a way is searched for over the whole surface."
+        assert np.abs(path[:, 1] - y - 0.15 * np.sin(path[:, 0])).max() < 0.06
+        shortest = follower.follow(ends, whole=True).points
+        assert np.abs(shortest[:, 1] - y - 0.15 * np.sin(shortest[:, 0])).max() < 0.06

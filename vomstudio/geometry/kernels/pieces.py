@@ -1,0 +1,40 @@
+"""A kernel over many elements at once on all processors, each over a piece of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from functools import partial
+
+_SMALLEST = 50_000
+"""Elements of a piece: to hand it to a thread costs some tens of microseconds."""
+
+Run = Callable[[Callable[[int, int], object]], None]
+
+
+@contextmanager
+def in_pieces(count: int) -> Iterator[Run]:
+    """What runs work(first, last) over pieces of `count` elements, as many as there are processors,
+    and returns when all are done. Few elements are one piece, in this thread. The work is a kernel,
+    which lets go of the GIL, and writes to its own elements only.
+    """
+    pieces = min(os.cpu_count() or 1, count // _SMALLEST)
+    if pieces < 2:
+        yield partial(_alone, count)
+        return
+    ends = [count * i // pieces for i in range(pieces + 1)]
+    with ThreadPoolExecutor(pieces - 1) as pool:
+
+        def run(work: Callable[[int, int], object]) -> None:
+            others = [pool.submit(work, *ends[i : i + 2]) for i in range(1, pieces)]
+            work(ends[0], ends[1])
+            for other in others:
+                other.result()
+
+        yield run
+
+
+def _alone(count: int, work: Callable[[int, int], object]) -> None:
+    work(0, count)
