@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.fuzz import hostile, no_files, projects, readers
+from tests.fuzz import hostile, no_files, projects, readers, swollen
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the readers' limits are Linux's"
@@ -89,3 +89,10 @@ def test_archives_that_lie_are_read_or_refused_by_name() -> None:
     counts, wrong = hostile.campaign(60, seed=7, only="cloud.npz")
     assert wrong == []
     assert counts["read"] > 0
+
+
+@pytest.mark.parametrize("kind", ["t.csv", "s.stl", "drawn.svg"])
+def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    said = swollen.campaign(8, tmp_path, only=kind)
+    assert said
+    assert [line for line in said if line.startswith("WRONG")] == []

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 
-def place_keys(points: npt.NDArray[np.float64]) -> npt.NDArray[np.uint64]:
+def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> npt.NDArray[np.uint64]:
     """A number per point (k, 3): the same for the same coordinates, and for others with a chance of
     1 in 1e19 a pair."""
     # -0.0 and 0.0 are one place.

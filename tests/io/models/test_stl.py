@@ -143,3 +143,23 @@ def test_text_of_another_encoding_is_read(tmp_path: Path, encoding: str) -> None
     path.write_bytes((mark + path.read_text()).encode(encoding))
     mesh, _ = mesh_of(path)
     assert mesh.vertices[mesh.faces].shape == ball.triangles.shape
+
+
+@pytest.mark.parametrize("size", [80, 131, 400, 4096])
+def test_text_is_the_same_mesh_in_pieces_of_any_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int
+) -> None:
+    from vomstudio.io.models.formats import stl
+
+    path, made = sphere(tmp_path, "stl_ascii")
+    # Words of a loop on two lines, and a stretch without corners that is longer than a piece.
+    text = path.read_text().replace("outer loop", "outer\nloop", 40)
+    words = text.split("facet", 30)
+    path.write_text("facet".join(words[:30]) + " " * 3000 + "facet" + words[30])
+    whole, _ = mesh_of(path)
+    monkeypatch.setattr(stl, "BLOCK_BYTES", size)
+    monkeypatch.setattr(stl, "_LOOK_BACK", size)
+    pieces, _ = mesh_of(path)
+    assert len(whole.faces) == len(made.faces)
+    assert np.array_equal(whole.vertices, pieces.vertices)
+    assert np.array_equal(whole.faces, pieces.faces)

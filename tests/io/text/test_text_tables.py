@@ -457,3 +457,50 @@ def test_the_delimiter_that_excel_states_is_no_row(tmp_path: Path, first: str) -
     assert table.line_numbers.tolist() == [3, 4]
     path.write_text("sep=\\t\na\tb\n1\t2\n", encoding="utf-8")
     assert read_table(path).names == ("a", "b")
+
+
+# ------------------------------------------------------------------------- very many rows
+
+
+def of_many(kind: str, lines: int, folder: Path) -> Path:
+    """The sound file of a kind, with its last row again and again."""
+    from tests.fuzz.kinds import seeds
+
+    files = seeds()[kind]
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    data = files[kind]
+    rows = data.splitlines(keepends=True)
+    (folder / kind).write_bytes(data + rows[-1] * (lines - len(rows)))
+    return folder / kind
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["t.csv", "field.csv", "slips.txt", "log.csv", "geo.txt", "positions.csv", "pairs.csv",
+     "bars.csv", "levels.csv", "compass.csv", "attitudes.csv", "centres.csv", "marks.csv",
+     "control.csv", "stations.csv"],
+)  # fmt: skip
+def test_more_rows_than_memory_may_hold_are_refused(kind: str, tmp_path: Path) -> None:
+    from tests.fuzz.kinds import READERS
+
+    path = of_many(kind, 300_010, tmp_path)
+    with pytest.raises(InputError, match=r"300,\d\d\d lines; 300,000 of its kind") as caught:
+        READERS[kind][1](path)
+    assert caught.value.file == str(path)
+
+
+def test_tables_of_numbers_may_be_longer(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x,y,z\n" + "1,2,3\n" * 400_000)
+    assert len(read_points(path).points) == 400_000
+    path.write_text("x,y,z\n" + "1,2,3\n" * 2_000_001)
+    with pytest.raises(InputError, match="2,000,002 lines; 2,000,000 of its kind"):
+        read_points(path)
+
+
+def test_quoted_cells_cost_more_and_may_be_fewer(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("x,y,z,pick\n" + '1,2,3,"a"\n' * 1_000_000)
+    with pytest.raises(InputError, match="1,000,001 lines; 1,000,000 of its kind"):
+        read_points(path)

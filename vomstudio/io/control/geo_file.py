@@ -17,7 +17,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
-from vomstudio.io.text.file_text import read_text
+from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
 from vomstudio.io.text.rows import is_comma_number, shortened
 from vomstudio.words import tr
 
@@ -108,7 +108,7 @@ def read_geo(path: Path) -> GeoFile:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    text, _ = read_text(path)
+    text, _ = read_text(path, MOST_OBJECTS)
     return [
         (number, [c.strip() for c in line.split("\t")] if "\t" in line else line.split())
         for number, line in enumerate(text.split("\n"), 1)

@@ -12,7 +12,7 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geology.notation import parse_line, parse_plane
-from vomstudio.io.text.file_text import read_text
+from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
 from vomstudio.io.text.rows import (
     cut,
     is_blank,
@@ -47,7 +47,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     Raises InputError where the file is missing, is no text, or has no rows.
     """
     path = Path(path)
-    text, notes = read_text(path)
+    text, notes = read_text(path, MOST_OBJECTS)
     lines = [line.rstrip("\r") for line in text.split("\n")]
     kept = [
         (i, line)

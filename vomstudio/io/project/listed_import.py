@@ -26,6 +26,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.io.text.encodings import text_of
+from vomstudio.io.text.file_text import MOST_OBJECTS, refuse_too_many
 from vomstudio.io.text.shape_texts import shapes_of
 from vomstudio.progress import Progress, Silent
 from vomstudio.tables.listed_tables import WKT
@@ -287,6 +288,7 @@ def _table(path: Path) -> Iterator[_Row]:
         raise InputError(tr("The table cannot be read ({error}).", error=error), file=path) from (
             error
         )
+    refuse_too_many(path, len(lines), MOST_OBJECTS)
     crs = next((x[6:].strip() for x in lines if x.startswith("# CRS:")), "")
     layer = _layer_word(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))

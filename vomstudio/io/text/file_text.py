@@ -10,6 +10,10 @@ from vomstudio.files.regular import is_regular, read_pipe, read_whole
 from vomstudio.words import tr
 
 LARGEST_FILE = 4 << 30
+MOST_LINES = 2_000_000
+"""Of a table of numbers: a line of text takes some 200 bytes of memory."""
+MOST_OBJECTS = 300_000
+"""Lines of a table whose rows become features, photos or marks: some kilobytes each."""
 _LONG = 20_000_000
 _SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
 _CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"
@@ -60,9 +64,9 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
     )
 
 
-def read_text(path: Path) -> tuple[str, list[str]]:
+def read_text(path: Path, most_lines: int = MOST_LINES) -> tuple[str, list[str]]:
     """The text of a file, its lines ended by a line feed, and what was remarkable in reading it.
-    Raises `InputError` where it is no text."""
+    Raises `InputError` where it is no text, or has more lines."""
     raw = read_bytes(path)
     notes: list[str] = []
     if not raw.strip():
@@ -93,7 +97,21 @@ def read_text(path: Path) -> tuple[str, list[str]]:
             tr("The file is made of millions of empty lines. Remove them, or export it again."),
             file=path,
         )
+    refuse_too_many(path, text.count("\n"), most_lines)
     return text, notes
+
+
+def refuse_too_many(path: Path, lines: int, most: int) -> None:
+    if lines > most:
+        raise InputError(
+            tr(
+                "The table has {count:,} lines; {most:,} of its kind can be read. Divide it, or "
+                "convert points of a cloud to LAS or PLY.",
+                count=lines,
+                most=most,
+            ),
+            file=path,
+        )
 
 
 def refuse_binary(path: Path, raw: bytes) -> None:

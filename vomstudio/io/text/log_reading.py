@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.errors import InputError
+from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
 from vomstudio.words import tr, tr_n
 
@@ -69,7 +70,7 @@ def boundaries_of(table: TextTable) -> Boundaries:
 
 
 def read_boundaries(path: str | Path) -> Boundaries:
-    return boundaries_of(read_table(path))
+    return boundaries_of(read_table(path, most=MOST_OBJECTS))
 
 
 def pairs_of(table: TextTable) -> tuple[list[str], NDArray[np.float64]]:

@@ -18,6 +18,7 @@ from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_coordinate, why_no_error
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.commented_rows import said_of_commented
+from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.rows import DECIMAL_COMMAS, parse_number, shortened
 from vomstudio.io.text.tables import TextTable, read_table
 from vomstudio.words import tr
@@ -65,7 +66,7 @@ class NamedTable:
 
     def __init__(self, path: str | Path, order: Sequence[str]) -> None:
         """order : of the columns where there is no header"""
-        table = read_table(path, named=True)
+        table = read_table(path, named=True, most=MOST_OBJECTS)
         if table.names is None:
             table = _with_header(table, order)
         if not len(table):

@@ -1,9 +1,8 @@
 """Orientation tables of others, and our own: which column means what, said aloud.
 
 A table of planes gives a dip direction or a strike, and a dip; a table of lines a trend and a
-plunge; our own gives both, row by row. What a column is called decides; a bare `azimuth`, or two
-columns without a header, can be a strike as well as a dip direction, 90 degrees apart, and nothing
-in the numbers tells: then the user must.
+plunge; our own gives both, row by row. The name of a column decides; a bare `azimuth`, or two
+columns without a header, can be a strike or a dip direction: then the user must say it.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.orientation_columns import Azimuth, Columns, convention_in_name
 from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import shortened
@@ -105,7 +105,7 @@ def read_orientations(
     Raises `InputError` (file, line, column) where the table is none, or its angles cannot be, and
     `UsageError` where the meaning of an azimuth must be given.
     """
-    return orientations_of(read_table(path), azimuth, repeats=repeats)
+    return orientations_of(read_table(path, most=MOST_OBJECTS), azimuth, repeats=repeats)
 
 
 def orientations_of(

@@ -17,10 +17,11 @@ from pathlib import Path
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.io.text.commented_rows import commented_rows, said_of_commented
-from vomstudio.io.text.file_text import read_text
+from vomstudio.io.text.file_text import MOST_LINES, read_text, refuse_too_many
 from vomstudio.words import to_translate, tr, tr_n
 
 LONGEST_LINE = 1_000_000
+_MOST_CELLS = 4_000_000
 _SAMPLE = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
 DECIMAL_COMMAS = to_translate(
@@ -93,15 +94,21 @@ def cut(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.split(delimiter)]
 
 
-def read_rows(path: Path, *, named: bool = False) -> TextRows:
+def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> TextRows:
     """Read a text file into rows of cells.
 
     named : rows have words among their numbers, such as the labels of points: a first row in which
         most cells are numbers is then no header
+    most : lines
 
     Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
     """
-    text, notes = read_text(path)
+    text, notes = read_text(path, most)
+    cells_apart = '"' in text or _MARKED.search(text) is not None
+    if cells_apart:
+        # Every cell becomes an object.
+        width = 1 + max(text[: text.find("\n", 1)].count(sign) for sign in _DELIMITERS)
+        refuse_too_many(path, text.count("\n"), min(most, _MOST_CELLS // width))
     lines = text.split("\n")
     stated = _STATED_DELIMITER.fullmatch(lines[0])
     if stated is not None:
@@ -136,7 +143,7 @@ def read_rows(path: Path, *, named: bool = False) -> TextRows:
     if '"' in text:
         rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
         first = rows[0]
-    elif _MARKED.search(text):
+    elif cells_apart:
         rows = [[unguarded(cell) for cell in cut(line, delimiter)] for line in data]
         first = rows[0]
     else:

@@ -25,6 +25,7 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geology.slip import slip_rake
 from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
@@ -82,7 +83,7 @@ class SlipTable:
 def read_slips(path: str | Path) -> SlipTable:
     """Raises InputError, which names file, line and column, for a table without the columns, angles
     that cannot be, senses that are no word for one, and where no row has all of them."""
-    return slips_of(read_table(path))
+    return slips_of(read_table(path, most=MOST_OBJECTS))
 
 
 def slips_of(table: TextTable) -> SlipTable:

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
 from vomstudio.io.text.column_names import doubt_of_header, plain
+from vomstudio.io.text.file_text import MOST_LINES
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
@@ -239,13 +240,13 @@ def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:
     return tr("lines {numbers} and {count} more", numbers=head, count=len(lines) - limit)
 
 
-def read_table(path: str | Path, *, named: bool = False) -> TextTable:
-    """Read a text table of any of the usual kinds; named: rows have labels, as in `read_rows`.
+def read_table(path: str | Path, *, named: bool = False, most: int = MOST_LINES) -> TextTable:
+    """Read a text table of any of the usual kinds; named, and the most lines, as in `read_rows`.
 
     Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
     """
     path = Path(path)
-    text = read_rows(path, named=named)
+    text = read_rows(path, named=named, most=most)
     return TextTable(
         path=path,
         names=None if text.header is None else tuple(text.header),

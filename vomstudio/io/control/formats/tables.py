@@ -21,6 +21,7 @@ from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_ENDINGS, read_table
 from vomstudio.words import to_translate, tr
@@ -37,7 +38,7 @@ _DOWN = ("y", "y px", "pixel y", "py", "v", "row", "line")
 
 def points_of(path: Path) -> list[ControlPoint]:
     """Raises InputError with file, line and column."""
-    if not len(read_table(path)):
+    if not len(read_table(path, most=MOST_OBJECTS)):
         raise InputError(tr("The file has no points. Add some, or choose another file."), file=path)
     table = NamedTable(path, _POINTS)
     labels = table.words(LABEL, "label")
@@ -61,7 +62,7 @@ def _one_for_all(sigma: npt.NDArray[np.float64]) -> float | None:
 
 def marks_of(path: Path) -> list[Mark]:
     """Raises InputError with file, line and column."""
-    if not len(read_table(path)):
+    if not len(read_table(path, most=MOST_OBJECTS)):
         raise InputError(tr("The file has no marks. Add some, or choose another file."), file=path)
     table = NamedTable(path, _MARKS)
     labels = table.words(LABEL, "label")
@@ -87,7 +88,7 @@ def marks_of(path: Path) -> list[Mark]:
 
 def crs_of(path: Path) -> str | None:
     """Raises InputError for one in degrees, which a table is not read in."""
-    for comment in read_table(path).comments:
+    for comment in read_table(path, most=MOST_OBJECTS).comments:
         if stated := _IN_COMMENT.match(comment):
             return in_metres(path, (), stated[1], _line_of(path, comment))[1]
     return None

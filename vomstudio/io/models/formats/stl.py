@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -16,8 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.geometry.coincident_points import place_keys
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._common import drop_unsound, read_whole, refuse_decimal_commas
+from vomstudio.io.models.formats._common import (
+    BLOCK_BYTES,
+    drop_unsound,
+    in_utf8,
+    read_whole,
+    refuse_decimal_commas,
+)
 from vomstudio.io.models.formats._decimals import python_number
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
@@ -30,6 +38,8 @@ RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute
 USUAL_WORD = 64
 MAX_FACES = 2**31 // 3
 _VERTEX = re.compile(rb"(?i)\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)")
+_LOOP = re.compile(rb"(?i)\bouter\s+loop\b")
+_LOOK_BACK = 64 * 1024
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -42,7 +52,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     `NAME.offset.txt` added in float64. Raises InputError where there is no sound triangle."""
     data = read_whole(path, progress)
     said: list[str] = []
-    corners = _binary(data, path, said) if _is_binary(data) else _text(data, path, said)
+    corners = _binary(data, path, said) if _is_binary(data) else _text(data, path, progress, said)
+    del data
     if len(corners) == 0:
         raise InputError(tr("The file has no triangles. Export it again."), file=path)
     vertices, faces = _joined(corners)
@@ -108,24 +119,36 @@ def _binary(
 
 
 def _text(
-    data: npt.NDArray[np.uint8], path: Path, said: list[str]
+    data: npt.NDArray[np.uint8], path: Path, progress: Progress, said: list[str]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords part the loops: a corner too many or too few must not shift all that follow.
-    text = as_utf8(data.tobytes())
-    found = _VERTEX.findall(text)
-    starts = np.array([m.start() for m in _VERTEX.finditer(text)], np.int64)
-    facets = np.array([m.start() for m in re.finditer(rb"(?i)\bouter\s+loop\b", text)], np.int64)
-    if not len(found):
+    text = in_utf8(data)
+    progress.stage(tr("Reading the triangles"), len(text))
+    numbers, loops, facets, asked = [], [], 0, False
+    for begin, block in _blocks(text):
+        found = list(_VERTEX.finditer(block))
+        starts = np.array([m.start() for m in found], np.int64)
+        begun = np.array([m.start() for m in _LOOP.finditer(block)], np.int64)
+        words = [m.groups() for m in found]
+        values = _numbers(words) if words else np.empty((0, 3))
+        wrong = np.flatnonzero(np.isnan(values).any(axis=1))
+        if len(wrong) and not asked:
+            asked, at = True, begin + int(starts[wrong[0]])
+            line = 1 + int(np.count_nonzero(text[:at] == ord("\n")))
+            refuse_decimal_commas(path, b" ".join(words[wrong[0]]), line)
+        numbers.append(values)
+        loops.append((facets + np.searchsorted(begun, starts)).astype(np.int32))
+        facets += len(begun)
+        progress.step(begin + len(block))
+    corners, loop = np.concatenate(numbers), np.concatenate(loops)
+    del numbers, loops
+    if not len(corners):
         raise InputError(tr("The file has no corners ('vertex x y z')."), file=path)
-    numbers = _numbers(found)
-    wrong = np.flatnonzero(np.isnan(numbers).any(axis=1))
-    if len(wrong):
-        at = int(starts[wrong[0]])
-        refuse_decimal_commas(path, b" ".join(found[wrong[0]]), 1 + text.count(b"\n", 0, at))
-    loop = np.searchsorted(facets, starts)
-    kept, first, counts = np.unique(loop, return_index=True, return_counts=True)
-    whole = (counts == 3) & (kept > 0)
-    odd = int(len(kept) - np.count_nonzero(whole))
+    # They come in order, so that those of one loop lie side by side.
+    first = np.flatnonzero(np.diff(loop, prepend=-1))
+    counts = np.diff(first, append=len(loop))
+    whole = (counts == 3) & (loop[first] > 0)
+    odd = int(len(first) - np.count_nonzero(whole))
     if odd:
         said.append(
             tr_n(
@@ -134,13 +157,32 @@ def _text(
                 odd,
             )
         )
-    rows = first[whole][:, None] + np.arange(3)
-    if b"endsolid" not in text[-4096:].lower():
+    if b"endsolid" not in text[-4096:].tobytes().lower():
         said.append(tr("The file is cut short: it does not end with 'endsolid'."))
-    return np.ascontiguousarray(numbers[rows.reshape(-1)])
+    if odd:
+        corners = corners[(first[whole][:, None] + np.arange(3)).reshape(-1)]
+    return corners
 
 
-def _numbers(found: list[tuple[bytes, bytes, bytes]]) -> npt.NDArray[np.float64]:
+def _blocks(text: npt.NDArray[np.uint8]) -> Iterator[tuple[int, bytes]]:
+    """Where each block begins, and its bytes; each but the last ends before a corner's word."""
+    begin, size = 0, BLOCK_BYTES
+    while begin < len(text):
+        block = text[begin : begin + size].tobytes()
+        if begin + size < len(text):
+            last = 0
+            for found in _VERTEX.finditer(block, max(0, len(block) - _LOOK_BACK)):
+                last = found.start()
+            if last == 0:
+                # No corner near its end: more at once, until there is one.
+                size *= 2
+                continue
+            block = block[:last]
+        yield begin, block
+        begin, size = begin + len(block), BLOCK_BYTES
+
+
+def _numbers(found: Sequence[tuple[bytes, ...]]) -> npt.NDArray[np.float64]:
     """(n, 3), NaN for what is no number. A fixed width would cut longer words, and what is left of
     1.00000000000000000000000000000000e5 is a number, too."""
     longest = max(len(word) for row in found for word in row)
@@ -157,14 +199,18 @@ def _joined(
     corners: npt.NDArray[np.float32 | np.float64],
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
     """Vertices in the order in which they first occur, and faces."""
-    corners = corners + np.zeros(1, corners.dtype)  # -0 and 0 are one place
-    rows = np.ascontiguousarray(corners).view(np.dtype((np.void, corners.itemsize * 3))).reshape(-1)
-    _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty(len(order), np.int64)
-    rank[order] = np.arange(len(order))
-    faces = rank[inverse.reshape(-1)].astype(np.int32).reshape(-1, 3)
-    return corners[first[order]].astype(np.float64), np.ascontiguousarray(faces)
+    keys = place_keys(corners)
+    order = np.argsort(keys, kind="stable")
+    fresh = np.append(True, np.diff(keys[order]) != 0)
+    del keys
+    first = order[fresh]
+    rank = np.empty(len(first), np.int32)
+    by_place = np.argsort(first)
+    rank[by_place] = np.arange(len(first), dtype=np.int32)
+    faces = np.empty(len(order), np.int32)
+    faces[order] = rank[np.cumsum(fresh) - 1]
+    # -0 and 0 are one place.
+    return corners[first[by_place]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
 
 
 READER = Reader(to_translate("STL mesh"), (".stl",), matches, read)

@@ -54,11 +54,20 @@ class DrawnNet:
     ratio: float
     _canvas: Any
     _clean: Any = field(init=False)
+    _words: QImage = field(init=False)
 
     def __post_init__(self) -> None:
         self._keep_emphasis_out()
+        words = [text for text in self.artists.axes.texts if not text.get_animated()]
+        for text in words:
+            text.set_animated(True)
         self._canvas.draw()
         self._clean = self._canvas.copy_from_bbox(self.artists.axes.figure.bbox)
+        # Words take most of the time of a net, and stay the same.
+        self._canvas.get_renderer().clear()
+        for text in words:
+            self.artists.axes.draw_artist(text)
+        self._words = _image_of(self._canvas, self.ratio)
 
     @classmethod
     def of(cls, wanted: Wanted) -> DrawnNet:
@@ -68,16 +77,20 @@ class DrawnNet:
         return cls(draw_stereonet(figure, contents, wanted.style), wanted.ratio, canvas)
 
     def _keep_emphasis_out(self) -> None:
-        for artist in (*self.artists.emphasis, *self.artists.axes.texts):
+        for artist in self.artists.emphasis:
             artist.set_animated(True)
 
     def image(self) -> QImage:
         """The net with its emphasis."""
         self._keep_emphasis_out()
         self._canvas.restore_region(self._clean)
-        for artist in (*self.artists.emphasis, *self.artists.axes.texts):
+        for artist in self.artists.emphasis:
             self.artists.axes.draw_artist(artist)
-        return _image_of(self._canvas, self.ratio)
+        image = _image_of(self._canvas, self.ratio)
+        painter = QPainter(image)
+        painter.drawImage(0, 0, self._words)
+        painter.end()
+        return image
 
 
 @dataclass(eq=False)
