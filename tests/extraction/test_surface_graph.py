@@ -8,6 +8,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from vomstudio.extraction.following import Follower
+from vomstudio.extraction.path_costs import smoothed
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 from vomstudio.geometry.cloud import PointCloud
 
@@ -78,3 +79,16 @@ def test_long_ways_follow_the_colour_of_their_own_ends() -> None:
         assert np.abs(path[:, 1] - y - 0.15 * np.sin(path[:, 0])).max() < 0.06
         shortest = follower.follow(ends, whole=True).points
         assert np.abs(shortest[:, 1] - y - 0.15 * np.sin(shortest[:, 0])).max() < 0.06
+
+
+@pytest.mark.parametrize("count", [500, 130_000])
+def test_smoothing_is_the_mean_of_each_point_and_its_neighbours(count: int) -> None:
+    """Of few in one piece, of many in one on each processor."""
+    graph = SurfaceGraph(PointCloud(sheets(count, np.random.default_rng(3)))).whole
+    n = len(graph.places)
+    first, second = arcs(graph)
+    joined = csr_array((np.ones(len(first)), (first, second)), (n, n))
+    values = wanted = np.random.default_rng(4).standard_normal(n)
+    for _ in range(3):
+        wanted = (wanted + joined @ wanted) / (1.0 + np.diff(graph.starts))
+    assert np.allclose(smoothed(graph, values, 3), wanted, rtol=0.0, atol=1e-12)

@@ -91,8 +91,9 @@ def test_archives_that_lie_are_read_or_refused_by_name() -> None:
     assert counts["read"] > 0
 
 
-@pytest.mark.parametrize("kind", ["t.csv", "s.stl", "drawn.svg"])
+@pytest.mark.parametrize("kind", ["t.csv", "s.stl"])
 def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
-    said = swollen.campaign(8, tmp_path, only=kind)
-    assert said
-    assert [line for line in said if line.startswith("WRONG")] == []
+    # Less than is promised, for files that are smaller than those of a long run.
+    said = swollen.campaign(40, tmp_path, only=kind, way="more", free_bytes=200 << 20)
+    assert len(said) == 1
+    assert not said[0].startswith("WRONG"), said[0]

@@ -87,11 +87,10 @@ class Follower:
         if len(given) < 2:
             raise GeometryError(tr("A path needs at least two way-points."))
         surface = self.surface
-        refined = surface.is_mesh and surface.textures is not None
         legs: list[Array] = []
         snaps, at = np.zeros(len(given)), np.zeros(len(given), np.int64)
         tints = self._tints(given)
-        if whole and not refined and len(surface.places) <= _WHOLE_NODES:
+        if whole and not surface.refines and len(surface.places) <= _WHOLE_NODES:
             legs = self._through(surface.whole, given, tints)
         else:
             for i in range(len(given) - 1):
@@ -135,7 +134,7 @@ class Follower:
         """Whether the corridor would be so much of the surface that it costs more than all of it,
         of which what a metre costs is kept."""
         places = len(self.surface.places)
-        if places > _WHOLE_NODES or (self.surface.is_mesh and self.surface.textures is not None):
+        if places > _WHOLE_NODES or self.surface.refines:
             return False
         far = float(np.linalg.norm(other - one))
         reach = STRETCH * far + _MARGIN * spacing

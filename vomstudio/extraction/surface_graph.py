@@ -142,7 +142,7 @@ class SurfaceGraph:
     def finest(self) -> Graph:
         """All of it; of a mesh that wears textures with its long edges divided, until all are a few
         pixels long or the nodes are many."""
-        if not self._refines:
+        if not self.refines:
             return self.whole
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
@@ -236,7 +236,7 @@ class SurfaceGraph:
     def prepare(self) -> None:
         """Make what paths need, which takes seconds for millions of points; any thread."""
         _ = self.tree, self.textures
-        _ = self._faces_of if self._refines else self._neighbours
+        _ = self._faces_of if self.refines else self._neighbours
 
     # --- a part ------------------------------------------------------------------------------
     def world(self, graph: Graph, nodes: Ints) -> Array:
@@ -248,7 +248,8 @@ class SurfaceGraph:
         return np.asarray(found)
 
     @property
-    def _refines(self) -> bool:
+    def refines(self) -> bool:
+        """The faces of corridors are divided to the pixels of textures."""
         return self.is_mesh and self.textures is not None
 
     def corridor(self, one: Array, other: Array, stretch: float, margin: float) -> Graph:
@@ -256,7 +257,7 @@ class SurfaceGraph:
         one to the other that are at most `stretch` times as long as the straight line, and a
         margin. Of points and vertices what hangs together with the first place."""
         reach = stretch * float(np.linalg.norm(other - one)) + margin
-        if not self._refines:
+        if not self.refines:
             return self._corridor_of_nodes(one, other, reach)
         rows = np.asarray(self.tree.query_ball_point((one + other) / 2.0, reach / 2.0), np.int64)
         near = self.places[rows]

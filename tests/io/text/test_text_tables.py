@@ -462,11 +462,15 @@ def test_the_delimiter_that_excel_states_is_no_row(tmp_path: Path, first: str) -
 # ------------------------------------------------------------------------- very many rows
 
 
-def of_many(kind: str, lines: int, folder: Path) -> Path:
-    """The sound file of a kind, with its last row again and again."""
+@pytest.fixture(scope="module")
+def sound() -> dict[str, dict[str, bytes]]:
     from tests.fuzz.kinds import seeds
 
-    files = seeds()[kind]
+    return seeds()
+
+
+def of_many(kind: str, lines: int, files: dict[str, bytes], folder: Path) -> Path:
+    """The sound file of a kind, with its last row again and again."""
     for name, data in files.items():
         (folder / name).write_bytes(data)
     data = files[kind]
@@ -481,10 +485,12 @@ def of_many(kind: str, lines: int, folder: Path) -> Path:
      "bars.csv", "levels.csv", "compass.csv", "attitudes.csv", "centres.csv", "marks.csv",
      "control.csv", "stations.csv"],
 )  # fmt: skip
-def test_more_rows_than_memory_may_hold_are_refused(kind: str, tmp_path: Path) -> None:
+def test_more_rows_than_memory_may_hold_are_refused(
+    kind: str, sound: dict[str, dict[str, bytes]], tmp_path: Path
+) -> None:
     from tests.fuzz.kinds import READERS
 
-    path = of_many(kind, 300_010, tmp_path)
+    path = of_many(kind, 300_010, sound[kind], tmp_path)
     with pytest.raises(InputError, match=r"300,\d\d\d lines; 300,000 of its kind") as caught:
         READERS[kind][1](path)
     assert caught.value.file == str(path)

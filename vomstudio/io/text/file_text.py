@@ -13,7 +13,7 @@ LARGEST_FILE = 4 << 30
 MOST_LINES = 2_000_000
 """Of a table of numbers: a line of text takes some 200 bytes of memory."""
 MOST_OBJECTS = 300_000
-"""Lines of a table whose rows become features, photos or marks: some kilobytes each."""
+"""Lines of a table whose rows become features, photos or marks: up to 1.5 kB each."""
 _LONG = 20_000_000
 _SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
 _CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"

@@ -99,7 +99,7 @@ def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> Tex
 
     named : rows have words among their numbers, such as the labels of points: a first row in which
         most cells are numbers is then no header
-    most : lines
+    most : lines that are read; fewer where every cell becomes an object
 
     Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
     """
