@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     before = _hear_stop_signals()
     try:
         try:
-            return _run(words, before)
+            return _run(words, before, ours=argv is None)
         finally:
             # The process that has nothing left but its exit code is not asked any more.
             _leave(dict.fromkeys(before, signal.SIG_IGN) if argv is None else before)
@@ -57,8 +57,9 @@ def _leave(handlers: dict[int, Any]) -> None:
         signal.signal(number, handler)
 
 
-def _run(words: list[str], before: dict[int, Any]) -> int:
-    """before : handlers of the signals that the window and the workers hear in ways of their own"""
+def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
+    """before : handlers of the signals that the window and the workers hear in ways of their own;
+    ours : the process is nobody else's and ends with the exit code"""
     if words[:1] == ["--worker"]:
         # Ctrl+C reaches every process of a terminal: whoever started the worker ends it.
         _leave({number: signal.SIG_IGN for number in before if number == signal.SIGINT})
@@ -92,9 +93,14 @@ def _run(words: list[str], before: dict[int, Any]) -> int:
 
     exception_hooks.install(crashes.WINDOW)
     try:
-        return run_window(words)
+        code = run_window(words)
     except Exception as error:
         ERRORS.report(error, "outside the window's event loop")
         raise
     finally:
         exception_hooks.uninstall()
+    if ours:
+        from vomstudio.failures.quick_end import end_with
+
+        end_with(code)
+    return code

@@ -14,11 +14,21 @@ from tests.journeys.test_kills import ROOT, alive, descendants
 from vomstudio.io.project.folder import untitled_folder
 from vomstudio.paths import resource
 
+# Where Python ends itself at the end of the program, the process ends by SIGABRT.
+NEVER_ENDED = """
+import ctypes, sys
 
-def start(*words: str) -> subprocess.Popen[str]:
+ctypes.pythonapi.Py_AtExit(ctypes.CDLL(None).abort)
+sys.argv[0] = "vomstudio"
+from vomstudio.app import main
+sys.exit(main())
+"""
+
+
+def start(*words: str, program: tuple[str, ...] = ("-m", "vomstudio")) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONWARNINGS": "error::ResourceWarning"}
     return subprocess.Popen(
-        [sys.executable, "-m", "vomstudio", *words],
+        [sys.executable, *program, *words],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
     )  # fmt: skip
 
@@ -51,6 +61,18 @@ def test_ctrl_c_closes_the_window_without_a_trace(own_folders, qapp, words):
     assert "Warning" not in err, err
     assert not any(alive(pid) for pid in workers)
     assert list(untitled_folder().glob("*.vom")) == [], "a window without work leaves nothing"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there is no libc to take abort from")
+def test_the_window_does_not_wait_for_python_to_end_itself(own_folders, qapp):
+    """It would end with SIGSEGV or SIGABRT whenever a thread is inside of a library then."""
+    with start(program=("-c", NEVER_ENDED)) as process:
+        until_there(process)
+        os.kill(process.pid, signal.SIGINT)
+        code = process.wait(20)
+        err = process.stderr.read()
+    assert (code, err) == (0, "")
+    assert list(untitled_folder().glob("*.vom")) == []
 
 
 @pytest.mark.slow
