@@ -91,7 +91,7 @@ def test_archives_that_lie_are_read_or_refused_by_name() -> None:
     assert counts["read"] > 0
 
 
-@pytest.mark.parametrize("kind", ["t.csv", "s.stl"])
+@pytest.mark.parametrize("kind", ["t.csv", "s.stl", "k.kml"])
 def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     # Less than is promised, for files that are smaller than those of a long run.
     said = swollen.campaign(40, tmp_path, only=kind, way="more", free_bytes=200 << 20)

@@ -18,6 +18,7 @@ import shapely
 
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
+from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.drawn_layers import read_area, read_lines
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.project.listed_import import read_listed
@@ -200,3 +201,52 @@ def test_a_table_that_names_no_known_crs_and_odd_areas(tmp_path: Path) -> None:
     for area in ("inf", "nan", "-1", "1e999", "x"):
         path.write_text(f'# CRS: EPSG:32633\nname,area_m2,wkt\na,{area},"{ring}"\n')
         assert _listed(path).features[0].area is None
+
+
+@pytest.mark.parametrize("read", READERS)
+def test_more_entries_than_can_be_worked_with_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
+) -> None:
+    monkeypatch.setattr(vector_layers, "MOST_OBJECTS", 4)
+    path = tmp_path / "contours.gpkg"
+    for count, refused in ((4, False), (5, True)):
+        wkb = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))] * count, object)
+        path.unlink(missing_ok=True)
+        pyogrio.raw.write(
+            path, wkb, [], [], layer="a", geometry_type="Polygon", driver="GPKG", crs="EPSG:32633"
+        )
+        said = ""
+        try:
+            read(path)
+        except InputError as error:
+            said = str(error)
+        assert (f"{path}: The layers have more than 4 entries" in said) == refused, said
+
+
+def test_the_entries_of_all_layers_are_counted_together(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    monkeypatch.setattr(vector_layers, "MOST_OBJECTS", 4)
+    path = tmp_path / "contours.gpkg"
+    wkb = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))] * 3, object)
+    for name in "ab":
+        pyogrio.raw.write(
+            path, wkb, [], [], layer=name, geometry_type="Polygon", driver="GPKG",
+            crs="EPSG:32633", append=name == "b",
+        )  # fmt: skip
+    with pytest.raises(InputError, match="more than 4 entries"):
+        read_gis_lines(path)
+
+
+def test_a_large_file_of_too_many_entries_is_refused_by_the_process_that_reads_it(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = tmp_path / "points.shp"
+    wkb = np.array([shapely.to_wkb(shapely.Point(3, 4))] * 300_001, object)
+    pyogrio.raw.write(path, wkb, [], [], geometry_type="Point", crs="EPSG:32633")
+    with pytest.raises(InputError, match=r"points\.shp: The layers have more than 300,000 entries"):
+        read_gis_lines(path)
+
+
+def test_kml_of_more_tags_than_can_be_meant_is_refused_before_gdal_keeps_them(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    path = tmp_path / "k.kml"
+    begin = '<kml xmlns="http://www.opengis.net/kml/2.2"><Document>'
+    path.write_text(begin + "<Placemark/>" * 2_000_000 + "</Document></kml>")
+    with pytest.raises(InputError, match=r"k\.kml: The file has more than 2,000,000 tags"):
+        read_gis_lines(path)

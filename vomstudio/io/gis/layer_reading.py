@@ -13,6 +13,7 @@ import re
 import sqlite3
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 from vomstudio.errors import InputError
@@ -21,6 +22,7 @@ from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import open_regular, read_json, require_regular_beside
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.io.gis.dxf_splines import with_control_points
+from vomstudio.io.text.xml_tree import refuse_many_tags
 from vomstudio.words import tr
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
@@ -39,6 +41,8 @@ _JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*\{")
 _KML = re.compile(rb"(?:\xef\xbb\xbf)?\s*<(?:[^>]*>\s*<)*?(?:kml:)?kml[\s>]", re.IGNORECASE)
 _JSON_NAME = re.compile(rb'"([^"\n]{1,200})"\s*:')
 _BLOCK, _NAME_BYTES = 8 << 20, 1000
+_MOST_TAGS = 2_000_000
+"""Of KML, of which GDAL keeps all at once, some 300 bytes for each."""
 _MOST_NAMES = 2000
 """As many columns as a table of SQLite has at most (SQLite: Limits in SQLite)."""
 _options = threading.Lock()
@@ -64,6 +68,9 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             _refuse_views(path)
         elif _JSON.match(head):
             _refuse_names_without_end(path)
+        elif _KML.match(head):
+            with open_regular(path) as file:
+                refuse_many_tags(iter(partial(file.read, _BLOCK), b""), path, _MOST_TAGS)
         elif _DXF.match(head):
             _refuse_lost_line_feed(path, head)
             _refuse_zeros(path, head)

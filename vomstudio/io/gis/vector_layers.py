@@ -27,6 +27,7 @@ from vomstudio.files.regular import require_regular
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.io.gis.layer_reading import layers_of
 from vomstudio.io.gis.layer_transport import packed, unpacked
+from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.paths import import_folders
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
@@ -89,7 +90,7 @@ def _answered(
     watched.step(0)
     if _is_small(path):
         with layers_of(path, unreadable) as named:
-            return layers_read(named, asked)
+            return layers_read(path, named, asked)
     said = _of_a_process({"path": os.fspath(path.absolute()), **asked}, watched, path)
     if said is None:
         raise InputError(
@@ -128,8 +129,9 @@ def _plain(stem: str) -> str:
     return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in stem)
 
 
-def layers_read(named: Path, asked: Mapping[str, Any]) -> list[VectorLayer]:
-    """By pyogrio, within `layers_of`."""
+def layers_read(path: Path, named: Path, asked: Mapping[str, Any]) -> list[VectorLayer]:
+    """By pyogrio, within `layers_of`, which named it. Raises InputError for more than can be
+    worked with."""
     import pyogrio
 
     known = [(str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(named)]
@@ -138,14 +140,29 @@ def layers_read(named: Path, asked: Mapping[str, Any]) -> list[VectorLayer]:
     if not known:
         return []
     kinds = dict(known)
-    found = []
+    found, left = [], MOST_OBJECTS
     for layer in asked["wanted"]:
         info = pyogrio.read_info(named, layer=layer)
         fields = tuple(map(str, info["fields"]))
         wanted = [field for field in fields if field.casefold() in asked["columns"]]
         told, _, shapes, values = pyogrio.raw.read(
-            named, layer=layer, columns=wanted, force_2d=asked["flat"]
+            named,
+            layer=layer,
+            columns=wanted,
+            force_2d=asked["flat"],
+            # Not every driver can say how many there are before they are read.
+            max_features=left + 1,
         )
+        left -= 0 if shapes is None else len(shapes)
+        if left < 0:
+            raise InputError(
+                tr(
+                    "The layers have more than {most:,} entries, which is more than can be read. "
+                    "Divide them, or leave out what is not needed.",
+                    most=MOST_OBJECTS,
+                ),
+                file=path,
+            )
         name = str(info.get("layer_name") or layer or (known[0][0] if known else ""))
         found.append(
             VectorLayer(
@@ -198,7 +215,7 @@ def _serve() -> int:
     memory_limit.take_charge()
     try:
         with layers_of(path, lambda: _Unreadable(path.name)) as named:
-            layers = layers_read(named, asked)
+            layers = layers_read(path, named, asked)
         header: dict[str, Any] = {"layers": []}
         arrays = []
         for layer in layers:

@@ -6,6 +6,7 @@ be that of what follows the element.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import isfinite, nan
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,9 @@ Element = Any
 """Of lxml, which carries no types."""
 LARGEST_FILE = 64 << 20
 _DEEPEST = 64
-# Each takes a hundred and more bytes once read; thousands of photos with their marks are far below.
-_MOST_ELEMENTS = 1_000_000
+# An element, of one or two, takes a hundred and more bytes once read; thousands of photos with
+# their marks are far below.
+_MOST_TAGS = 1_000_000
 
 
 def read_xml(path: str | Path) -> Element:
@@ -38,17 +40,12 @@ def parse_xml(data: bytes, path: Path | None = None) -> Element:
     """The root; path : for errors. Comments and processing instructions are left out.
 
     Raises InputError where it is no XML, where elements stand in each other more than 64 deep,
-    where there are more than a million, and where it declares entities, which can unfold to more
-    than any memory holds.
+    where there are more than a million tags, and where it declares entities, which can unfold to
+    more than any memory holds.
     """
     from lxml import etree
 
-    if data.count(b"<") > _MOST_ELEMENTS or data.count(b"=") > 4 * _MOST_ELEMENTS:
-        raise InputError(
-            tr("The file has more than {limit} elements, more than can be meant.",
-               limit=_MOST_ELEMENTS),
-            file=path,
-        )  # fmt: skip
+    refuse_many_tags([data], path)
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True
     )
@@ -70,6 +67,21 @@ def parse_xml(data: bytes, path: Path | None = None) -> Element:
         said = tr("The elements are nested more than {limit} deep.", limit=_DEEPEST)
         raise InputError(said, file=path, line=deep.sourceline, field=deep.tag)
     return root
+
+
+def refuse_many_tags(blocks: Iterable[bytes], path: Path | None, most: int = _MOST_TAGS) -> None:
+    """blocks : of the text in turn. Raises InputError for more tags, or for more than four
+    attributes for each of as many."""
+    tags = equals = 0
+    for block in blocks:
+        tags += block.count(b"<")
+        equals += block.count(b"=")
+        if tags > most or equals > 4 * most:
+            raise InputError(
+                tr("The file has more than {limit:,} tags or attributes, more than can be meant.",
+                   limit=most if tags > most else 4 * most),
+                file=path,
+            )  # fmt: skip
 
 
 def is_xml(path: str | Path) -> bool:
