@@ -97,3 +97,11 @@ def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  #
     said = swollen.campaign(40, tmp_path, only=kind, way="more", free_bytes=200 << 20)
     assert len(said) == 1
     assert not said[0].startswith("WRONG"), said[0]
+
+
+@pytest.mark.parametrize("kind", ["a.glb", "b.xyz"])
+def test_sound_models_take_twice_what_they_hold_and_little_more(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    said = swollen.campaign(60, tmp_path, only=kind, way="sound", free_bytes=100 << 20)
+    assert len(said) == 1
+    assert "  read" in said[0]
+    assert not said[0].startswith("WRONG"), said[0]

@@ -565,3 +565,42 @@ def test_a_centre_beside_the_scene_is_said(tmp_path: Path) -> None:
     scene.json["extensions"] = {"CESIUM_RTC": {"center": [100.0, 200.0, 300.0]}}
     scene.json["extensionsUsed"] = ["CESIUM_RTC"]
     assert "CESIUM_RTC" in mesh_of(scene.glb(tmp_path / "a.glb"))[1]
+
+
+@pytest.mark.parametrize("kind", ["<u1", "<u2", "<u4"])
+def test_many_pieces_with_narrow_indices_are_joined_and_seen_from_their_own_sides(
+    tmp_path: Path, kind: str
+) -> None:
+    """Places in the joined model are wider than those in each of its pieces; one of two nodes
+    mirrors its mesh."""
+    scene = Scene()
+    rng = np.random.default_rng(3)
+    expected = []
+    for number in range(5):
+        points = rng.uniform(0, 1, (200, 3)).astype("<f4").astype(float) + [2 * number, 0, 0]
+        faces = rng.permutation(198).reshape(-1, 3)
+        made = scene.primitive(points, faces)
+        made["indices"] = scene.accessor(faces.reshape(-1).astype(kind))
+        expected.append(points[faces])
+    scene.json["nodes"] = [{"mesh": 0}, {"mesh": 0, "scale": [-1, 1, 1]}]
+    scene.json["scenes"] = [{"nodes": [0, 1]}]
+    mesh, _ = mesh_of(scene.glb(tmp_path / "a.glb"))
+    assert mesh.faces.dtype == np.int32
+    there = np.concatenate(expected)
+    mirrored = (there * [-1, 1, 1])[:, ::-1]
+    found = mesh.vertices[mesh.faces]
+    assert np.abs(found - np.concatenate([there, mirrored])).max() < 1e-6
+
+
+def test_a_large_model_on_its_side_is_noticed_in_portions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wall = np.array([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]], float)
+    scene = Scene()
+    scene.primitive(wall[:, [0, 2, 1]] * [1, -1, 1], np.array([[0, 1, 2], [0, 2, 3]]))
+    said = []
+    for at_once in (1, 1 << 18):
+        monkeypatch.setattr("vomstudio.io.models.formats.gltf._FACES_AT_ONCE", at_once)
+        said.append(mesh_of(scene.glb(tmp_path / "a.glb"))[1])
+    assert said[0] == said[1]
+    assert "--up z" in said[0]

@@ -22,6 +22,7 @@ from vomstudio.words import tr, tr_n
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3
 ROWS_AT_FIRST = 2_000_000
+ROWS_AT_ONCE = 1 << 17
 
 
 def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray[np.uint8]:
@@ -147,11 +148,17 @@ def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
         if colors.size and colors.max() > 255:
             return (colors >> 8).astype(np.uint8)
         return colors.astype(np.uint8)
-    values = np.asarray(colors, np.float32)
-    finite = np.isfinite(values)
-    top = float(values.max(initial=0.0, where=finite))
+    scaled, top = np.empty(colors.shape, np.uint8), 0.0
+    blocks = [slice(at, at + ROWS_AT_ONCE) for at in range(0, len(colors), ROWS_AT_ONCE)]
+    for block in blocks:
+        values = np.asarray(colors[block], np.float32)
+        top = max(top, float(values.max(initial=0.0, where=np.isfinite(values))))
     scale = 255.0 if top <= 1.0 else 1.0 if top <= 255.0 else 255.0 / 65535.0
-    return np.clip(np.where(finite, values * scale + 0.5, 255.0), 0, 255).astype(np.uint8)
+    for block in blocks:
+        values = np.asarray(colors[block], np.float32)
+        finite = np.isfinite(values)
+        scaled[block] = np.clip(np.where(finite, values * scale + 0.5, 255.0), 0, 255)
+    return scaled
 
 
 def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:

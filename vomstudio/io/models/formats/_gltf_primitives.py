@@ -25,11 +25,11 @@ POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 
 @dataclass
 class Piece:
-    """One primitive in its place: positions (n, 3) float64, still Y-up; faces (m, 3), or None of
-    points; the rest per vertex."""
+    """One primitive in its place: positions (n, 3) float64, still Y-up; faces (m, 3) of whole
+    numbers, as wide as the file has them, or None of points; the rest per vertex."""
 
     positions: npt.NDArray[np.float64]
-    faces: npt.NDArray[np.int64] | None
+    faces: Array | None
     material: int
     uv: Array | None = None
     colors: Array | None = None
@@ -161,9 +161,7 @@ def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator
         yield _local_matrix(document, place, index)
 
 
-def _rows_used(
-    faces: npt.NDArray[np.int64], n: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _rows_used(faces: Array, n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Which of n vertices faces use, and the faces by their places among these."""
     if 8 * faces.size < n:
         # Thousands of small pieces may be cut out of one large buffer.
@@ -293,13 +291,13 @@ def _piece(
 
 def _faces(
     document: Document, primitive: dict[str, Any], mode: object, n: int, said: list[str]
-) -> npt.NDArray[np.int64]:
+) -> Array:
+    corners: Array
     if "indices" in primitive:
-        raw = document.accessor(primitive["indices"], 1)[:, 0]
-        if raw.dtype.kind != "u":
+        corners = document.accessor(primitive["indices"], 1)[:, 0]
+        if corners.dtype.kind != "u":
             raise document.wrong(tr("The indices are not whole numbers"), "primitives")
-        document.budget.take(8 * len(raw), "primitives")
-        corners = raw.astype(np.int64)
+        document.budget.take(8 * len(corners), "primitives")
     else:
         document.budget.take(8 * n, "primitives")
         corners = np.arange(n)
@@ -307,7 +305,7 @@ def _faces(
         faces = corners[: len(corners) // 3 * 3].reshape(-1, 3)
     elif mode in (STRIP, FAN):
         if len(corners) < 3:
-            return np.empty((0, 3), np.int64)
+            return np.empty((0, 3), corners.dtype)
         document.budget.take(16 * len(corners), "primitives")
         second, third = corners[1:-1], corners[2:]
         if mode == FAN:
@@ -318,8 +316,8 @@ def _faces(
             faces[1::2] = faces[1::2, ::-1]
     else:
         raise document.wrong(tr("'{mode}' is not a kind of primitive", mode=mode), "primitives")
-    sound: Array = np.asarray((faces < n).all(axis=1))
-    if not sound.all():
+    if len(faces) and faces.max() >= n:
+        sound: Array = np.asarray((faces < n).all(axis=1))
         bad = int(len(sound) - np.count_nonzero(sound))
         said.append(faces_without_vertices(bad))
         faces = faces[sound]

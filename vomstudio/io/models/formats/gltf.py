@@ -33,6 +33,8 @@ Array = npt.NDArray[Any]
 # From Y up to Z up: x stays, North is -z, Up is y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
+_FACES_AT_ONCE = 1 << 18
+
 
 def matches(path: Path, head: bytes) -> bool:
     return head.startswith(b"glTF")
@@ -145,13 +147,28 @@ def _fields(pieces: list[Piece]) -> dict[str, Array]:
 
 
 def _positions(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    y_up = np.concatenate([p.positions for p in pieces])
-    upright = np.empty_like(y_up)
-    upright[:, 0] = y_up[:, 0]
-    np.negative(y_up[:, 2], out=upright[:, 1])
-    upright[:, 2] = y_up[:, 1]
+    upright = np.empty((sum(len(p.positions) for p in pieces), 3))
+    end = 0
+    for piece in pieces:
+        y_up, part = piece.positions, upright[end : end + len(piece.positions)]
+        end += len(y_up)
+        part[:, 0] = y_up[:, 0]
+        np.negative(y_up[:, 2], out=part[:, 1])
+        part[:, 2] = y_up[:, 1]
     upright += origin
     return upright
+
+
+def _faces(pieces: list[Piece]) -> npt.NDArray[np.int32]:
+    solid = [(p.faces, len(p.positions)) for p in pieces if p.faces is not None]
+    joined = np.empty((sum(len(faces) for faces, _ in solid), 3), np.int32)
+    end = start = 0
+    for faces, vertices in solid:
+        part = joined[end : end + len(faces)]
+        np.add(faces, start, out=part, dtype=np.int64, casting="unsafe")
+        end += len(faces)
+        start += vertices
+    return joined
 
 
 def _mesh(
@@ -159,14 +176,6 @@ def _mesh(
 ) -> Mesh:
     used = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
     pieces = sorted(pieces, key=lambda p: used.index(p.material))
-    starts = np.concatenate([[0], np.cumsum([len(p.positions) for p in pieces])])
-    faces = np.concatenate(
-        [
-            p.faces + start
-            for p, start in zip(pieces, starts[:-1], strict=True)
-            if p.faces is not None
-        ]
-    ).astype(np.int32)
     counts = [
         sum(len(p.faces) for p in pieces if p.material == m and p.faces is not None) for m in used
     ]
@@ -176,7 +185,7 @@ def _mesh(
         materials, offsets = (), np.zeros(1, np.int64)
     return Mesh(
         _positions(pieces, origin),
-        np.ascontiguousarray(faces),
+        _faces(pieces),
         materials,
         offsets,
         _joined(pieces, [p.uv for p in pieces], 2, np.nan, np.float32),
@@ -200,13 +209,14 @@ def _warn_if_z_looks_up(pieces: list[Piece], said: list[str]) -> None:
     faces along the file's Z was most likely written with Z up."""
     total, area = np.zeros(3), 0.0
     for piece in pieces:
-        if piece.faces is None or not len(piece.faces):
-            continue
-        a, b, c = (piece.positions[piece.faces[:, k]] for k in range(3))
-        turned = np.cross(b - a, c - a)
-        turned = turned[np.isfinite(turned).all(axis=1)]
-        total += turned.sum(axis=0)
-        area += float(np.sqrt((turned**2).sum(axis=1)).sum())
+        faces = np.empty((0, 3), np.int64) if piece.faces is None else piece.faces
+        for begin in range(0, len(faces), _FACES_AT_ONCE):
+            corners = faces[begin : begin + _FACES_AT_ONCE]
+            a, b, c = (piece.positions[corners[:, k]] for k in range(3))
+            turned = np.cross(b - a, c - a)
+            turned = turned[np.isfinite(turned).all(axis=1)]
+            total += turned.sum(axis=0)
+            area += float(np.sqrt((turned**2).sum(axis=1)).sum())
     if area > 0 and abs(total[2]) > 0.7 * area and abs(total[1]) < 0.3 * area:
         said.append(
             tr(

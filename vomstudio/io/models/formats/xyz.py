@@ -15,7 +15,12 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.places import FARTHEST_M
-from vomstudio.io.models.formats._common import drop_unsound_points, read_whole, scale_colors
+from vomstudio.io.models.formats._common import (
+    ROWS_AT_ONCE,
+    drop_unsound_points,
+    read_whole,
+    scale_colors,
+)
 from vomstudio.io.models.formats._row_widths import are_even
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.column_names import plain
@@ -111,8 +116,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     said: list[str] = []
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
     columns = _columns(layout, path, said)
-    progress.stage(tr("Reading the numbers"))
-    table = _numbers(data, layout, path)
+    table = _numbers(data, layout, path, progress)
     _refuse_ragged(table, data, layout, path)
     del data
     cloud = _cloud(table, columns, layout, path, said)
@@ -271,15 +275,19 @@ def _are_normals(values: Array) -> bool:
     return bool(np.abs(np.sqrt((values**2).sum(axis=1)) - 1).max() < 0.02)
 
 
-def _numbers(data: bytes, layout: Layout, path: Path) -> Any:
-    """The table as pandas has it. Raises InputError with the line that does not fit."""
+def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dict[int, Array]:
+    """The columns of the table, those that hold more than numbers as objects. Raises InputError
+    with the line that does not fit."""
+    progress.stage(tr("Reading the numbers"), len(data))
     if len(data) <= FEW_BYTES and (few := plain_numbers(data, layout)) is not None:
         return few
     import pandas
 
+    file = io.BytesIO(data)
+    columns = _Growing()
     try:
-        return pandas.read_csv(
-            io.BytesIO(data),
+        with pandas.read_csv(
+            file,
             sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
             header=None,
             names=list(range(layout.width)),
@@ -292,13 +300,51 @@ def _numbers(data: bytes, layout: Layout, path: Path) -> Any:
             low_memory=False,
             encoding_errors="replace",
             na_values=["-", "none", "None"],
-        )
+            # All cells at once take more than the text and the numbers together.
+            chunksize=ROWS_AT_ONCE,
+        ) as pieces:
+            for piece in pieces:
+                columns.add({i: piece[i].to_numpy() for i in range(layout.width)})
+                progress.step(file.tell())
     except (ValueError, OverflowError, LookupError) as error:
         read_points(path)  # says in which line, and what
         raise InputError(
             tr("The table cannot be read ({error}).", error=" ".join(str(error).split())[:160]),
             file=path,
         ) from error
+    return columns.taken()
+
+
+class _Growing:
+    """Columns that are filled piece by piece, each as wide as its widest piece needs, and of
+    objects where one holds more than numbers. They are never all there twice, as pieces that are
+    joined at last are."""
+
+    def __init__(self) -> None:
+        self._rows = 0
+        self._columns: dict[int, Array] = {}
+
+    def add(self, piece: dict[int, Array]) -> None:
+        end = self._rows + len(next(iter(piece.values())))
+        for i, values in piece.items():
+            column = self._columns.get(i, values[:0])
+            wide = _wide(column.dtype, values.dtype)
+            if len(column) < end or wide != column.dtype:
+                # What is not filled yet takes no memory.
+                wider = np.empty(max(end, 2 * self._rows), wide)
+                wider[: self._rows] = column[: self._rows]
+                self._columns[i] = column = wider
+            column[self._rows : end] = values
+        self._rows = end
+
+    def taken(self) -> dict[int, Array]:
+        return {i: column[: self._rows] for i, column in self._columns.items()}
+
+
+def _wide(one: np.dtype[Any], other: np.dtype[Any]) -> np.dtype[Any]:
+    if one != other and not {one.kind, other.kind} <= set("iuf"):
+        return np.dtype(object)
+    return np.result_type(one, other)
 
 
 def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
@@ -353,7 +399,9 @@ def _column(cells: Sequence[str]) -> Array:
     return np.array([int(cell) for cell in cells], np.int64)
 
 
-def _cloud(table: Any, columns: Columns, layout: Layout, path: Path, said: list[str]) -> PointCloud:
+def _cloud(
+    table: dict[int, Array], columns: Columns, layout: Layout, path: Path, said: list[str]
+) -> PointCloud:
     def numeric(i: int) -> Array | None:
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
 
@@ -368,14 +416,19 @@ def _cloud(table: Any, columns: Columns, layout: Layout, path: Path, said: list[
                 field=layout.header[i] if layout.header else f"column {i + 1}",
             )
         points[:, place] = values
-    far = np.abs(points) > FARTHEST_M
+        # As soon as it has been used: it is as large as what is made of it.
+        del values, table[i]
+    far = np.zeros(len(points), bool)
+    for column in points.T:
+        beyond = np.abs(column) > FARTHEST_M
+        column[beyond] = np.nan
+        far |= beyond
     if far.any():
-        points[far] = np.nan
         said.append(
             tr_n(
                 "{count:,} point too far away to be in metres.",
                 "{count:,} points too far away to be in metres.",
-                int(far.any(axis=1).sum()),
+                int(far.sum()),
             )
         )
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
@@ -401,14 +454,16 @@ def _cloud(table: Any, columns: Columns, layout: Layout, path: Path, said: list[
     return PointCloud(
         points,
         None if colors is None else scale_colors(colors),
-        None if normals is None else normals.astype(np.float32),
+        normals,
         fields,
     )
 
 
 def _triple(indices: list[int], numeric: Any) -> Array | None:
     found = [numeric(i) for i in indices]
-    return None if not found or any(f is None for f in found) else np.stack(found, axis=1)
+    if not found or any(f is None for f in found):
+        return None
+    return np.stack(found, axis=1, dtype=np.float32, casting="unsafe")
 
 
 READER = Reader(
