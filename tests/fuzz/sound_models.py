@@ -45,6 +45,33 @@ def _ply_mesh(path: Path, size: int) -> int:
     return 27 * len(vertices) + 12 * len(faces)
 
 
+def _ply_text(path: Path, size: int) -> int:
+    vertices, faces = _surface(size // 36)
+    with open(path, "w") as file:
+        file.write("ply\nformat ascii 1.0\n" + f"element vertex {len(vertices)}\n")
+        file.writelines(f"property float {axis}\n" for axis in "xyz")
+        file.write(f"element face {len(faces)}\nproperty list uchar int vertex_indices\n")
+        file.write("end_header\n")
+        np.savetxt(file, vertices, "%.4f %.4f %.4f")
+        np.savetxt(file, faces, "3 %d %d %d")
+    return vertices.nbytes + faces.nbytes
+
+
+def _ply_squares(path: Path, size: int) -> int:
+    vertices, faces = _surface(size // 15)
+    half = len(faces) // 2
+    rows = np.zeros(len(vertices), [("p", "<f4", 3), ("c", "u1", 3)])
+    rows["p"], rows["c"] = vertices, 128
+    listed = np.zeros(half, [("n", "u1"), ("i", "<i4", 4)])
+    listed["n"], listed["i"][:, :3], listed["i"][:, 3] = 4, faces[:half], faces[half:, 2]
+    with open(path, "wb") as file:
+        listing = [f"element face {half}", "property list uchar int vertex_indices"]
+        file.write(_ply_head(len(rows), "float", listing))
+        rows.tofile(file)
+        listed.tofile(file)
+    return 27 * len(vertices) + 24 * half
+
+
 def _ply_cloud(path: Path, size: int) -> int:
     rows = np.zeros(size // 27, [("p", "<f8", 3), ("c", "u1", 3)])
     rows["p"], rows["c"] = _points(len(rows)), 100
@@ -142,8 +169,9 @@ def _heights(path: Path, size: int) -> int:
     return int(heights.nbytes)
 
 
-MADE: Mapping[str, Callable[[Path, int], int]] = {
-    "a.ply": _ply_mesh, "b.ply": _ply_cloud, "b.las": _las, "b.laz": _las, "a.stl": _stl,
-    "a.glb": _glb, "a.obj": _obj, "b.xyz": _xyz, "c.tif": _heights,
+MADE: Mapping[str, Sequence[Callable[[Path, int], int]]] = {
+    "a.ply": (_ply_mesh, _ply_text, _ply_squares), "b.ply": (_ply_cloud,), "b.las": (_las,),
+    "b.laz": (_las,), "a.stl": (_stl,), "a.glb": (_glb,), "a.obj": (_obj,), "b.xyz": (_xyz,),
+    "c.tif": (_heights,),
 }  # fmt: skip
-"""By kind: write about so many bytes; how many they are once decoded, as (points x fields)."""
+"""By kind: write about so many bytes; how many they are once decoded, as points x fields."""

@@ -106,8 +106,8 @@ def swollen(kind: str, files: Files) -> Iterator[Swollen]:
     name = READERS[kind][0]
     data = files[name]
     half = len(data) // 2
-    if kind in MADE:
-        yield Swollen(kind, "sound", MADE[kind])
+    for make in MADE.get(kind, ()):
+        yield Swollen(kind, "sound", make)
     if kind in _UNITS:
         pattern, between = _UNITS[kind]
         found = re.search(pattern, data, re.DOTALL)

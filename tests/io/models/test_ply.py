@@ -405,3 +405,66 @@ def test_colours_of_faces_are_said_to_be_left_out(tmp_path: Path, form: str, pre
     assert loaded.data.colors is None
     (said,) = loaded.warnings
     assert "colours of their own" in said
+
+
+@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("cut", [0, 7])
+def test_a_file_in_pieces_is_the_file_as_a_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str, cut: int
+) -> None:
+    """Polygons with and without texture coordinates of their own, two textures, unsound corners."""
+    rng = np.random.default_rng(8)
+    vertices = [(*row, 7) for row in rng.uniform(0, 9, (60, 3)).round(3).tolist()]
+    faces = []
+    for _ in range(80):
+        n = int(rng.integers(2, 7))
+        uv = rng.uniform(0, 1, 2 * n).round(3).tolist() if rng.random() < 0.6 else []
+        faces.append((rng.choice(61, n, replace=False).tolist(), uv, int(rng.integers(0, 2))))
+    for name, color in (("a.png", (9, 9, 9)), ("b.png", (200, 0, 0))):
+        Image.new("RGB", (4, 4), color).save(tmp_path / name)
+    content = encode(
+        form,
+        [
+            ("vertex", ["double x", "double y", "double z", "short age"], vertices),
+            ("face", ["list uchar int vertex_indices", "list uchar double texcoord",
+                      "uchar texnumber"], faces),
+        ],
+        ("TextureFile a.png", "TextureFile b.png"),
+    )  # fmt: skip
+    path = save(tmp_path, content[: len(content) - cut])
+    found = []
+    for at_once in (1 << 20, 11, 3, 1):
+        monkeypatch.setattr("vomstudio.io.models.formats._ply_tables.VALUES_PER_STEP", at_once)
+        monkeypatch.setattr("vomstudio.io.models.formats.ply._FACES_AT_ONCE", at_once)
+        loaded = read_model(path)
+        mesh = loaded.data
+        assert isinstance(mesh, Mesh)
+        assert mesh.uv is not None
+        found.append((mesh, loaded.warnings))
+    (whole, said), *others = found
+    assert whole.uv is not None
+    assert len(whole.faces) > 100
+    assert len(said) > 1
+    for mesh, warnings in others:
+        assert warnings == said
+        assert np.array_equal(mesh.vertices, whole.vertices)
+        assert np.array_equal(mesh.faces, whole.faces)
+        assert np.array_equal(mesh.uv, whole.uv, equal_nan=True)
+        assert np.array_equal(mesh.material_offsets, whole.material_offsets)
+        assert np.array_equal(mesh.fields["age"], whole.fields["age"])
+
+
+@pytest.mark.parametrize("word", ["nan", "-1e30", "1e30", "2147483648", "-3"])
+def test_a_corner_that_is_no_index_costs_its_face_alone(tmp_path: Path, word: str) -> None:
+    content = encode(
+        "ascii",
+        [
+            ("vertex", ["float x", "float y", "float z"],
+             [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]),
+            ("face", ["list uchar uint vertex_indices"], [([0, 1, 2],), ([1, 3, 2],)]),
+        ],
+    ).replace(b"3 1 3 2", b"3 1 " + word.encode() + b" 2")  # fmt: skip
+    loaded = read_model(save(tmp_path, content))
+    assert isinstance(loaded.data, Mesh)
+    assert loaded.data.faces.tolist() == [[0, 1, 2]]
+    assert any("1 face" in said for said in loaded.warnings)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
+    Columns,
     points_missing,
     refuse_decimal_commas,
     values_not_numbers,
@@ -22,6 +23,7 @@ from vomstudio.words import tr, tr_n
 Array = npt.NDArray[np.generic]
 
 VALUES_PER_STEP = 1 << 20
+MOST_ROWS = 2**40
 _BLOCK_BYTES = 1 << 22
 
 
@@ -210,16 +212,15 @@ def read_text(
         # A record takes two bytes for each of its values at least.
         wanted = min(element.count, (len(buffer) - at) // (2 * len(element.properties)) + 1)
         budget.take((8 + 16 * len(element.properties)) * wanted, element.name)
-        starts = np.zeros(wanted + 1, np.int64)
+        rows = _TextRows(element)
+        starts = np.zeros(min(wanted, VALUES_PER_STEP) + 1, np.int64)
         longest = _longest_line(buffer, at)
         room = max(VALUES_PER_STEP, longest)
-        parts: list[npt.NDArray[np.float64]] = []
-        row = filled = 0
-        while row < wanted and at < len(buffer):
-            values = np.empty(room)
-            left_over = np.empty((room, 3), np.int64)
-            before = row
-            at, row, n = k.rows(data, at, wanted, starts, values, left_over, row, 0)
+        values = np.empty(room)
+        left_over = np.empty((room, 3), np.int64)
+        while rows.n < wanted and at < len(buffer):
+            most = min(wanted - rows.n, len(starts) - 1)
+            at, row, n = k.rows(data, at, most, starts, values, left_over, 0, 0)
             ends = np.flatnonzero(left_over[:, 0] < 0)
             for where, begin, stop in left_over[: ends[0] if len(ends) else room].tolist():
                 value, sound = _value(bytes(buffer[begin:stop]))
@@ -227,20 +228,16 @@ def read_text(
                 if not sound:
                     wrong += 1
                     first_wrong = begin if first_wrong is None else first_wrong
-            starts[before + 1 : row + 1] += filled
-            filled += n
             budget.take(16 * n, element.name)
-            parts.append(values[:n].copy())
+            rows.add(values[:n], starts[: row + 1])
             progress.step(at)
+        row = rows.n
         if row < element.count:
             if cut and at >= len(buffer) and row:
                 row -= 1  # its last number may have lost digits
             _missing(element, row, said)
             at = len(buffer)
-        tables.setdefault(
-            element.name,
-            _text_table(element, np.concatenate(parts or [np.empty(0)]), starts[: row + 1], said),
-        )
+        tables.setdefault(element.name, rows.table(row, said))
     if cut and len(said) == said_before:
         said.append(tr("The last line has no line end: its last number may be incomplete."))
     if first_wrong is not None:
@@ -269,40 +266,71 @@ def _longest_line(buffer: bytearray, at: int) -> int:
     return longest // 2 + 2
 
 
-def _text_table(
-    element: Element,
-    values: npt.NDArray[np.float64],
-    starts: npt.NDArray[np.int64],
-    said: list[str],
-) -> Table:
-    from vomstudio.io.models.formats import _ply_kernels as k
+class _TextRows:
+    """Rows of one element as they come, in the types of their properties: all numbers of a file at
+    once, as floats, take several times the file."""
 
-    n = len(starts) - 1
-    is_list = np.array([p.count_type is not None for p in element.properties])
-    places = np.empty((n, len(is_list)), np.int64)
-    counts = np.empty((n, len(is_list)), np.int64)
-    k.walk_rows(values, starts, is_list, places, counts)
-    short = int(np.count_nonzero(counts[:, ~is_list].min(axis=1, initial=1) == 0)) if n else 0
-    if short and not is_list.any():
-        said.append(
-            tr_n(
-                "{count:,} line has too few values.",
-                "{count:,} lines have too few values.",
-                short,
+    def __init__(self, element: Element) -> None:
+        self._properties = element.properties
+        self._is_list = np.array([p.count_type is not None for p in element.properties])
+        self._columns = Columns(1)
+        self._short: list[npt.NDArray[np.int64]] = []
+        self.n = 0
+
+    def add(self, values: npt.NDArray[np.float64], starts: npt.NDArray[np.int64]) -> None:
+        """values of rows, one row after the other; starts (n + 1,) : where each begins"""
+        from vomstudio.io.models.formats import _ply_kernels as k
+
+        n, is_list = len(starts) - 1, self._is_list
+        places = np.empty((n, len(is_list)), np.int64)
+        counts = np.empty((n, len(is_list)), np.int64)
+        k.walk_rows(values, starts, is_list, places, counts)
+        self._short.append(self.n + np.flatnonzero(counts[:, ~is_list].min(axis=1, initial=1) == 0))
+        for j, p in enumerate(self._properties):
+            if p.count_type:
+                items = np.empty(int(counts[:, j].sum()))
+                k.gather_values(values, places[:, j], counts[:, j], items)
+                whole = np.dtype(p.type).kind in "iu"
+                self._columns.add(f"n{j}", counts[:, j].astype(np.int32), MOST_ROWS)
+                self._columns.add(f"{j}", _whole(items) if whole else items, MOST_ROWS)
+            else:
+                column = np.full(n, np.nan)
+                there = counts[:, j] == 1
+                column[there] = values[places[there, j]]
+                self._columns.add(f"{j}", _as_type(column, p.type), MOST_ROWS)
+        self.n += n
+
+    def table(self, n: int, said: list[str]) -> Table:
+        """The first n of the rows."""
+        short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
+        if short and not self._is_list.any():
+            said.append(
+                tr_n(
+                    "{count:,} line has too few values.",
+                    "{count:,} lines have too few values.",
+                    short,
+                )
             )
-        )
-    table = Table(n)
-    for j, p in enumerate(element.properties):
-        if p.count_type:
-            out = np.empty(int(counts[:, j].sum()))
-            k.gather_values(values, places[:, j], counts[:, j], out)
-            table.lists[p.name] = (counts[:, j].copy(), out)
-        else:
-            column = np.full(n, np.nan)
-            there = counts[:, j] == 1
-            column[there] = values[places[there, j]]
-            table.plain[p.name] = _as_type(column, p.type)
-    return table
+        table = Table(n)
+        for j, p in enumerate(self._properties):
+            if p.count_type:
+                counts = self._taken(f"n{j}", n, np.int64).astype(np.int64)
+                items = self._taken(f"{j}", int(counts.sum()), np.float64)
+                table.lists[p.name] = counts, items
+            else:
+                table.plain[p.name] = self._taken(f"{j}", n, p.type)
+        return table
+
+    def _taken(self, name: str, n: int, dtype: npt.DTypeLike) -> Array:
+        found = self._columns.take(name, n)
+        return np.empty(0, dtype) if found is None else found
+
+
+def _whole(values: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
+    """Indices that came as text; -1, which is no vertex, for what is no number, and the last that
+    there can be, which is none either, for those beyond it."""
+    limits = np.iinfo(np.int32)
+    return np.clip(np.nan_to_num(values, nan=-1.0), limits.min, limits.max).astype(np.int32)
 
 
 def _as_type(values: npt.NDArray[np.float64], type_: str) -> Array:

@@ -38,6 +38,7 @@ from vomstudio.words import to_translate, tr, tr_n
 Array = npt.NDArray[np.generic]
 
 MAX_ROWS = 2**31 - 1
+_FACES_AT_ONCE = 1 << 18
 
 COLOR_NAMES = (
     ("red", "green", "blue"),
@@ -269,16 +270,29 @@ def _triangles(
         uv_corners = np.empty((room if have_uv else 0, 3), np.int32)
         face_of = np.empty(room, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
-        n, p, out_of_range, short = k.fan(
-            np.ascontiguousarray(counts),
-            np.ascontiguousarray(indices, np.int64),
-            len(vertices),
-            np.ascontiguousarray(uv_counts),
-            corners,
-            uv_corners,
-            face_of,
-            polygons,
-        )
+        n = p = out_of_range = short = at = uv_at = 0
+        for begin in range(0, len(counts), _FACES_AT_ONCE):
+            part = slice(begin, begin + _FACES_AT_ONCE)
+            some = np.ascontiguousarray(counts[part])
+            some_uv = np.ascontiguousarray(uv_counts[part] if have_uv else uv_counts[:0])
+            end = at + int(some.sum())
+            made, cut, beyond, few = k.fan(
+                some,
+                np.ascontiguousarray(indices[at:end], np.int64),
+                len(vertices),
+                some_uv,
+                corners[n:],
+                uv_corners[n:],
+                face_of[n:],
+                polygons[p:],
+            )
+            face_of[n : n + made] += begin
+            polygons[p : p + cut, 0] += n
+            own = uv_corners[n : n + made]
+            own[own >= 0] += uv_at // 2
+            n, p, at = n + made, p + cut, end
+            uv_at += int(some_uv.sum())
+            out_of_range, short = out_of_range + beyond, short + few
         found = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
         polygons = polygons[:p]
     if out_of_range:
