@@ -9,9 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import laspy
 import numpy as np
 import numpy.typing as npt
+
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.formats.dem import MOST_VERTICES
+from vomstudio.io.models.writing import write_model
 
 Array = npt.NDArray[Any]
 _ROWS = 100_000
@@ -27,77 +31,56 @@ def _surface(triangles: int) -> tuple[Array, Array]:
     return np.stack([x, y, z], -1).reshape(-1, 3), faces.astype("<i4")
 
 
-def _points(n: int) -> Array:
-    return np.random.default_rng(0).uniform(0, 100, (n, 3))
-
-
-def _ply_mesh(path: Path, size: int) -> int:
-    vertices, faces = _surface(size // 20)
-    rows = np.zeros(len(vertices), [("p", "<f4", 3), ("c", "u1", 3)])
-    rows["p"], rows["c"] = vertices, 128
-    listed = np.zeros(len(faces), [("n", "u1"), ("i", "<i4", 3)])
-    listed["n"], listed["i"] = 3, faces
-    with open(path, "wb") as file:
-        listing = [f"element face {len(faces)}", "property list uchar int vertex_indices"]
-        file.write(_ply_head(len(rows), "float", listing))
-        rows.tofile(file)
-        listed.tofile(file)
-    return 27 * len(vertices) + 12 * len(faces)
-
-
-def _ply_text(path: Path, size: int) -> int:
-    vertices, faces = _surface(size // 36)
-    with open(path, "w") as file:
-        file.write("ply\nformat ascii 1.0\n" + f"element vertex {len(vertices)}\n")
-        file.writelines(f"property float {axis}\n" for axis in "xyz")
-        file.write(f"element face {len(faces)}\nproperty list uchar int vertex_indices\n")
-        file.write("end_header\n")
-        np.savetxt(file, vertices, "%.4f %.4f %.4f")
-        np.savetxt(file, faces, "3 %d %d %d")
-    return vertices.nbytes + faces.nbytes
+def _ply_triangles(path: Path, size: int) -> int:
+    return _ply(path, *_surface(size // 20))
 
 
 def _ply_squares(path: Path, size: int) -> int:
     vertices, faces = _surface(size // 15)
     half = len(faces) // 2
-    rows = np.zeros(len(vertices), [("p", "<f4", 3), ("c", "u1", 3)])
-    rows["p"], rows["c"] = vertices, 128
-    listed = np.zeros(half, [("n", "u1"), ("i", "<i4", 4)])
-    listed["n"], listed["i"][:, :3], listed["i"][:, 3] = 4, faces[:half], faces[half:, 2]
+    return _ply(path, vertices, np.column_stack([faces[:half], faces[half:, 2]]))
+
+
+def _ply(path: Path, vertices: Array, corners: Array) -> int:
+    """A binary one; corners (n, k)"""
+    k = corners.shape[1]
+    rows = np.zeros(len(corners), [("n", "u1"), ("i", "<i4", k)])
+    rows["n"], rows["i"] = k, corners
     with open(path, "wb") as file:
-        listing = [f"element face {half}", "property list uchar int vertex_indices"]
-        file.write(_ply_head(len(rows), "float", listing))
+        file.write(_ply_head("binary_little_endian", vertices, corners))
+        vertices.astype("<f4").tofile(file)
         rows.tofile(file)
-        listed.tofile(file)
-    return 27 * len(vertices) + 24 * half
+    return vertices.nbytes + 12 * (k - 2) * len(corners)
 
 
-def _ply_cloud(path: Path, size: int) -> int:
-    rows = np.zeros(size // 27, [("p", "<f8", 3), ("c", "u1", 3)])
-    rows["p"], rows["c"] = _points(len(rows)), 100
+def _ply_head(form: str, vertices: Array, corners: Array) -> bytes:
+    lines = ["ply", f"format {form} 1.0", f"element vertex {len(vertices)}"]
+    lines += [f"property float {axis}" for axis in "xyz"]
+    lines += [f"element face {len(corners)}", "property list uchar int vertex_indices"]
+    return "\n".join([*lines, "end_header\n"]).encode()
+
+
+def _ply_text(path: Path, size: int) -> int:
+    vertices, faces = _surface(size // 36)
     with open(path, "wb") as file:
-        file.write(_ply_head(len(rows), "double"))
-        rows.tofile(file)
-    return rows.nbytes
+        file.write(_ply_head("ascii", vertices, faces))
+        np.savetxt(file, vertices, "%.4f %.4f %.4f")
+        np.savetxt(file, faces, "3 %d %d %d")
+    return vertices.nbytes + faces.nbytes
 
 
-def _ply_head(rows: int, kind: str, more: Sequence[str] = ()) -> bytes:
-    columns = [f"property {kind} {axis}" for axis in "xyz"]
-    columns += [f"property uchar {name}" for name in ("red", "green", "blue")]
-    head = ["ply", "format binary_little_endian 1.0", f"element vertex {rows}", *columns]
-    return "\n".join([*head, *more, "end_header\n"]).encode()
+def _cloud(path: Path, size: int) -> int:
+    """By the program's own writer; LAZ of a quarter of the bytes."""
+    points = np.random.default_rng(0).uniform(0, 100, (size // 27, 3))
+    write_model(PointCloud(points, (2.5 * points).astype(np.uint8)), "EPSG:32632", path, force=True)
+    return 27 * len(points)
 
 
-def _las(path: Path, size: int) -> int:
-    """LAZ of a quarter of the bytes."""
-    header = laspy.LasHeader(version="1.2", point_format=3)
-    header.scales = np.full(3, 0.001)
-    points = laspy.LasData(header)
-    places = _points(size // 34)
-    points.x, points.y, points.z = places.T
-    points.red = points.green = points.blue = (places[:, 0] * 600).astype(np.uint16)
-    points.write(str(path))
-    return 34 * len(places)
+def _mesh(path: Path, size: int) -> int:
+    """Likewise."""
+    vertices, faces = _surface(size // 38)
+    write_model(Mesh(vertices, faces), "EPSG:32632", path, force=True)
+    return vertices.nbytes + faces.nbytes
 
 
 def _stl(path: Path, size: int) -> int:
@@ -112,12 +95,14 @@ def _stl(path: Path, size: int) -> int:
 
 def _glb(path: Path, size: int) -> int:
     vertices, faces = _surface(size // 18)
+    # No origin is stated, as it is by the program's own writer: which way is up is asked for.
     parts = [vertices.astype("<f4"), faces.astype("<u4")]
+    content = sum(part.nbytes for part in parts)
     scene = {
         "asset": {"version": "2.0"},
         "nodes": [{"mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-        "buffers": [{"byteLength": sum(part.nbytes for part in parts)}],
+        "buffers": [{"byteLength": content}],
         "bufferViews": [
             {"buffer": 0, "byteLength": parts[0].nbytes},
             {"buffer": 0, "byteOffset": parts[0].nbytes, "byteLength": parts[1].nbytes},
@@ -129,7 +114,6 @@ def _glb(path: Path, size: int) -> int:
     }
     text = json.dumps(scene).encode()
     text += b" " * (-len(text) % 4)
-    content = sum(part.nbytes for part in parts)
     with open(path, "wb") as file:
         file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + content))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
@@ -139,16 +123,9 @@ def _glb(path: Path, size: int) -> int:
     return content
 
 
-def _obj(path: Path, size: int) -> int:
-    vertices, faces = _surface(size // 38)
-    with open(path, "w") as file:
-        np.savetxt(file, vertices, "v %.4f %.4f %.4f")
-        np.savetxt(file, faces + 1, "f %d %d %d")
-    return vertices.nbytes + faces.nbytes
-
-
 def _xyz(path: Path, size: int) -> int:
-    rows = "".join(f"{x:.4f} {y:.4f} {z:.4f} 100 110 120\n" for x, y, z in _points(_ROWS).tolist())
+    places = np.random.default_rng(0).uniform(0, 100, (_ROWS, 3)).tolist()
+    rows = "".join(f"{x:.4f} {y:.4f} {z:.4f} 100 110 120\n" for x, y, z in places)
     times = size // len(rows) + 1
     with open(path, "w") as file:
         for _ in range(times):
@@ -166,12 +143,13 @@ def _heights(path: Path, size: int) -> int:
         path, "w", "GTiff", n, n, 1, dtype="float32", crs="EPSG:32633", transform=place
     ) as file:
         file.write(heights, 1)
-    return int(heights.nbytes)
+    # A mesh is made of it: of each point, of which there are no more, 24 bytes and two triangles.
+    return 48 * min(heights.size, MOST_VERTICES)
 
 
 MADE: Mapping[str, Sequence[Callable[[Path, int], int]]] = {
-    "a.ply": (_ply_mesh, _ply_text, _ply_squares), "b.ply": (_ply_cloud,), "b.las": (_las,),
-    "b.laz": (_las,), "a.stl": (_stl,), "a.glb": (_glb,), "a.obj": (_obj,), "b.xyz": (_xyz,),
+    "a.ply": (_ply_triangles, _ply_text, _ply_squares), "b.ply": (_cloud,), "b.las": (_cloud,),
+    "b.laz": (_cloud,), "a.stl": (_stl,), "a.glb": (_glb,), "a.obj": (_mesh,), "b.xyz": (_xyz,),
     "c.tif": (_heights,),
 }  # fmt: skip
 """By kind: write about so many bytes; how many they are once decoded, as points x fields."""

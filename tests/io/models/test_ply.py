@@ -435,7 +435,7 @@ def test_a_file_in_pieces_is_the_file_as_a_whole(
     found = []
     for at_once in (1 << 20, 11, 3, 1):
         monkeypatch.setattr("vomstudio.io.models.formats._ply_tables.VALUES_PER_STEP", at_once)
-        monkeypatch.setattr("vomstudio.io.models.formats.ply._FACES_AT_ONCE", at_once)
+        monkeypatch.setattr("vomstudio.io.models.formats.ply.ROWS_AT_ONCE", at_once)
         loaded = read_model(path)
         mesh = loaded.data
         assert isinstance(mesh, Mesh)
@@ -468,3 +468,15 @@ def test_a_corner_that_is_no_index_costs_its_face_alone(tmp_path: Path, word: st
     assert isinstance(loaded.data, Mesh)
     assert loaded.data.faces.tolist() == [[0, 1, 2]]
     assert any("1 face" in said for said in loaded.warnings)
+
+
+def test_a_line_that_was_cut_off_is_none_of_those_with_too_few_values(tmp_path: Path) -> None:
+    content = encode(
+        "ascii", [("vertex", ["float x", "float y", "float z"], [(1, 2, 3), (4, 5, 6), (7, 8, 9)])]
+    )
+    assert content.endswith(b"4 5 6\n7 8 9\n")
+    content = content.replace(b"vertex 3", b"vertex 9").replace(b"4 5 6\n7 8 9\n", b"4 5\n7 8")
+    loaded = read_model(save(tmp_path, content))
+    assert isinstance(loaded.data, PointCloud)
+    assert loaded.data.points.tolist() == [[1, 2, 3]]
+    assert "1 line has too few values." in loaded.warnings

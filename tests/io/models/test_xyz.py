@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.io.models.formats import xyz
+from vomstudio.io.models.formats import _common, xyz
 from vomstudio.io.models.opening import read_model
 from vomstudio.progress import CancelToken, Silent
 
@@ -232,24 +232,29 @@ def test_a_delimiter_at_the_end_of_each_row_is_no_column(tmp_path: Path) -> None
     assert (cloud.points.tolist(), said) == ([[1, 2, 0], [1, 5, 0]], "")
 
 
-@pytest.mark.parametrize("at_once", [1, 2, 3, 100])
-def test_a_table_in_pieces_is_the_table_as_a_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at_once: int
-) -> None:
-    """Whole numbers that become others, gaps and words come in pieces of their own."""
+@pytest.fixture(params=[1, 2, 3, 100])
+def in_pieces(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tables are read, and colours scaled, so many rows at once."""
     monkeypatch.setattr(xyz, "FEW_BYTES", 0)
-    monkeypatch.setattr(xyz, "ROWS_AT_ONCE", at_once)
+    for module in (xyz, _common):
+        monkeypatch.setattr(module, "ROWS_AT_ONCE", request.param)
+
+
+@pytest.mark.usefixtures("in_pieces")
+def test_a_table_in_pieces_is_the_table_as_a_whole(tmp_path: Path) -> None:
+    """Whole numbers that become others, gaps and words come in pieces of their own; a row of
+    dark colours does not say that they go to 1."""
     rows = [
         "X,Y,Z,R,G,B,whole,later,gap,large,word,yes",
-        "1,2,3,10,20,30,1,1,1,1,1,True",
-        "4,5,6,11,21,31,2,2,,9007199254740993,2,False",
-        "7.25,8,9,12,22,32,3,3.5,3,3,a,3",
-        "10,11.5,12,13,23,33,4,4,4,4,4,True",
+        "1,2,3,1,0,1,1,1,1,1,1,True",
+        "4,5,6,10,20,30,2,2,,9007199254740993,2,False",
+        "7.25,8,9,200,23,255,3,3.5,3,3,a,3",
+        "10,11.5,12,0,1,0,4,4,4,4,4,True",
     ]
     cloud, said = cloud_of(tmp_path, "\n".join(rows) + "\n", "a.csv")
     assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6], [7.25, 8, 9], [10, 11.5, 12]]
     assert cloud.colors is not None
-    assert cloud.colors.tolist() == [[10 + i, 20 + i, 30 + i] for i in range(4)]
+    assert cloud.colors.tolist() == [[1, 0, 1], [10, 20, 30], [200, 23, 255], [0, 1, 0]]
     assert list(cloud.fields) == ["whole", "later", "gap", "large"]
     assert cloud.fields["whole"].dtype.kind == "i"
     assert cloud.fields["later"].tolist() == [1, 2, 3.5, 4]
@@ -259,23 +264,18 @@ def test_a_table_in_pieces_is_the_table_as_a_whole(
     assert "'word', 'yes'" in said
 
 
-def test_a_row_too_many_cells_long_is_named_in_whichever_piece(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(xyz, "FEW_BYTES", 0)
-    monkeypatch.setattr(xyz, "ROWS_AT_ONCE", 4)
+@pytest.mark.usefixtures("in_pieces")
+def test_a_row_too_many_cells_long_is_named_in_whichever_piece(tmp_path: Path) -> None:
     rows = ["1 2 3"] * 20
     rows[13] = "1 2 3 4"
     with pytest.raises(InputError, match="line 14"):
         cloud_of(tmp_path, "\n".join(rows) + "\n")
 
 
-def test_reading_a_table_is_ended_between_pieces(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(xyz, "ROWS_AT_ONCE", 1000)
+@pytest.mark.usefixtures("in_pieces")
+def test_reading_a_table_is_ended_between_pieces(tmp_path: Path) -> None:
     path = tmp_path / "a.xyz"
-    path.write_text("1.5 2.5 3.5\n" * 20_000)
+    path.write_text("1.5 2.5 3.5\n" * 1_000)
     token = CancelToken()
     steps: list[int] = []
 

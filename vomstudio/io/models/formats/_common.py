@@ -233,7 +233,8 @@ def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> Point
 
 
 class Columns:
-    """Arrays that grow with what was really read, never with what a header promises."""
+    """Arrays that grow with what was really read, never with what a header promises, each as wide
+    as its widest piece needs, and of objects where one holds more than numbers."""
 
     def __init__(self, at_first: int = ROWS_AT_FIRST) -> None:
         """at_first : rows to make room for at once; each time that an array grows it is copied."""
@@ -241,15 +242,18 @@ class Columns:
         self._arrays: dict[str, npt.NDArray[Any]] = {}
         self._filled: dict[str, int] = {}
 
-    def add(self, name: str, values: npt.NDArray[Any], limit: int) -> None:
+    def add(self, name: str, values: npt.NDArray[Any], limit: int | None = None) -> None:
+        """limit : rows that there can be at most, where that is known"""
         filled = self._filled.get(name, 0)
         needed = filled + len(values)
-        array = self._arrays.get(name)
-        if array is None or len(array) < needed:
-            room = min(limit, max(needed, 2 * filled, self._at_first))
-            wider = np.empty((max(room, needed), *values.shape[1:]), values.dtype)
-            if array is not None:
-                wider[:filled] = array[:filled]
+        array = self._arrays.get(name, values[:0])
+        wide = _wide_enough(array.dtype, values.dtype)
+        if len(array) < needed or wide != array.dtype:
+            # What is not filled yet takes no memory.
+            room = max(needed, 2 * filled, self._at_first)
+            room = room if limit is None else max(min(limit, room), needed)
+            wider = np.empty((room, *values.shape[1:]), wide)
+            wider[:filled] = array[:filled]
             self._arrays[name] = array = wider
         array[filled:needed] = values
         self._filled[name] = needed
@@ -259,3 +263,9 @@ class Columns:
         if array is None:
             return None
         return array if len(array) == n else array[:n].copy()
+
+
+def _wide_enough(one: np.dtype[Any], other: np.dtype[Any]) -> np.dtype[Any]:
+    if one == other:
+        return one
+    return np.result_type(one, other) if {one.kind, other.kind} <= set("iuf") else np.dtype(object)

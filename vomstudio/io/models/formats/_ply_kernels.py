@@ -58,18 +58,19 @@ def gather(data, places, counts, size, out):  # type: ignore[no-untyped-def]
 
 
 @kernel(
-    "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1],"
-    " int64[:,::1], int64, int64)"
+    "Tuple((int64, int64, int64))(uint8[::1], int64, int64, int64[::1], float64[::1], int64[:,::1])"
 )
-def rows(data, at, wanted, starts, values, left_over, row, filled):  # type: ignore[no-untyped-def]
+def rows(data, at, wanted, starts, values, left_over):  # type: ignore[no-untyped-def]
     """Numbers of text lines, until `wanted` rows are full or `values` could overflow.
 
-    Goes on at byte `at` with `row` rows and `filled` values; starts (wanted + 1,) gets where each
-    row begins in `values`. left_over (any, 3): value, start, end, -1 ends the list. `data` ends
-    with a newline. Returns the next byte, rows and values.
+    Begins at byte `at`; starts (wanted + 1,) gets where each row begins in `values`. left_over
+    (any, 3): value, start, end, -1 ends the list. `data` ends with a newline. Returns the next
+    byte, rows and values.
     """
     end = data.shape[0]
     n_left = 0
+    row = 0
+    filled = 0
     while at < end and row < wanted:
         stop = at
         while data[stop] != 10:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +24,6 @@ from vomstudio.words import tr, tr_n
 Array = npt.NDArray[np.generic]
 
 VALUES_PER_STEP = 1 << 20
-MOST_ROWS = 2**40
 _BLOCK_BYTES = 1 << 22
 
 
@@ -220,7 +220,7 @@ def read_text(
         left_over = np.empty((room, 3), np.int64)
         while rows.n < wanted and at < len(buffer):
             most = min(wanted - rows.n, len(starts) - 1)
-            at, row, n = k.rows(data, at, most, starts, values, left_over, 0, 0)
+            at, row, n = k.rows(data, at, most, starts, values, left_over)
             ends = np.flatnonzero(left_over[:, 0] < 0)
             for where, begin, stop in left_over[: ends[0] if len(ends) else room].tolist():
                 value, sound = _value(bytes(buffer[begin:stop]))
@@ -285,25 +285,26 @@ class _TextRows:
         places = np.empty((n, len(is_list)), np.int64)
         counts = np.empty((n, len(is_list)), np.int64)
         k.walk_rows(values, starts, is_list, places, counts)
-        self._short.append(self.n + np.flatnonzero(counts[:, ~is_list].min(axis=1, initial=1) == 0))
+        if not is_list.any():
+            self._short.append(self.n + np.flatnonzero(counts.min(axis=1, initial=1) == 0))
         for j, p in enumerate(self._properties):
             if p.count_type:
                 items = np.empty(int(counts[:, j].sum()))
                 k.gather_values(values, places[:, j], counts[:, j], items)
                 whole = np.dtype(p.type).kind in "iu"
-                self._columns.add(f"n{j}", counts[:, j].astype(np.int32), MOST_ROWS)
-                self._columns.add(f"{j}", _whole(items) if whole else items, MOST_ROWS)
+                self._columns.add(f"n{j}", counts[:, j].astype(np.int32))
+                self._columns.add(f"{j}", whole_numbers(items) if whole else items)
             else:
                 column = np.full(n, np.nan)
                 there = counts[:, j] == 1
                 column[there] = values[places[there, j]]
-                self._columns.add(f"{j}", _as_type(column, p.type), MOST_ROWS)
+                self._columns.add(f"{j}", _as_type(column, p.type))
         self.n += n
 
     def table(self, n: int, said: list[str]) -> Table:
         """The first n of the rows."""
         short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
-        if short and not self._is_list.any():
+        if short:
             said.append(
                 tr_n(
                     "{count:,} line has too few values.",
@@ -326,11 +327,12 @@ class _TextRows:
         return np.empty(0, dtype) if found is None else found
 
 
-def _whole(values: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:
-    """Indices that came as text; -1, which is no vertex, for what is no number, and the last that
-    there can be, which is none either, for those beyond it."""
+def whole_numbers(values: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """Indices that came as text or as floats; -1, which is no vertex, for what is no number, and
+    the last that there can be, which is none either, for those beyond it."""
     limits = np.iinfo(np.int32)
-    return np.clip(np.nan_to_num(values, nan=-1.0), limits.min, limits.max).astype(np.int32)
+    found: npt.NDArray[np.float64] = np.nan_to_num(values, nan=-1.0)
+    return np.clip(found, limits.min, limits.max).astype(np.int32)
 
 
 def _as_type(values: npt.NDArray[np.float64], type_: str) -> Array:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.models.formats._common import drop_unsound, drop_unsound_points
+from vomstudio.io.models.formats._common import ROWS_AT_ONCE, drop_unsound, drop_unsound_points
 from vomstudio.io.models.formats._gltf_document import Document
 from vomstudio.io.models.formats._gltf_materials import materials_of
 from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
@@ -32,8 +32,6 @@ Array = npt.NDArray[Any]
 
 # From Y up to Z up: x stays, North is -z, Up is y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-
-_FACES_AT_ONCE = 1 << 18
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -160,14 +158,16 @@ def _positions(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> npt.NDAr
 
 
 def _faces(pieces: list[Piece]) -> npt.NDArray[np.int32]:
-    solid = [(p.faces, len(p.positions)) for p in pieces if p.faces is not None]
-    joined = np.empty((sum(len(faces) for faces, _ in solid), 3), np.int32)
+    """By the places of their corners among those of all pieces."""
+    joined = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
     end = start = 0
-    for faces, vertices in solid:
-        part = joined[end : end + len(faces)]
-        np.add(faces, start, out=part, dtype=np.int64, casting="unsafe")
-        end += len(faces)
-        start += vertices
+    for piece in pieces:
+        if piece.faces is not None:
+            part = joined[end : end + len(piece.faces)]
+            # Narrow indices would not hold the sum.
+            np.add(piece.faces, start, out=part, dtype=np.int64, casting="unsafe")
+            end += len(part)
+        start += len(piece.positions)
     return joined
 
 
@@ -210,8 +210,8 @@ def _warn_if_z_looks_up(pieces: list[Piece], said: list[str]) -> None:
     total, area = np.zeros(3), 0.0
     for piece in pieces:
         faces = np.empty((0, 3), np.int64) if piece.faces is None else piece.faces
-        for begin in range(0, len(faces), _FACES_AT_ONCE):
-            corners = faces[begin : begin + _FACES_AT_ONCE]
+        for begin in range(0, len(faces), ROWS_AT_ONCE):
+            corners = faces[begin : begin + ROWS_AT_ONCE]
             a, b, c = (piece.positions[corners[:, k]] for k in range(3))
             turned = np.cross(b - a, c - a)
             turned = turned[np.isfinite(turned).all(axis=1)]

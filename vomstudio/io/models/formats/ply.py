@@ -20,6 +20,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
+    ROWS_AT_ONCE,
     drop_unsound,
     drop_unsound_points,
     faces_without_area,
@@ -28,7 +29,7 @@ from vomstudio.io.models.formats._common import (
     scale_colors,
 )
 from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Header, read_header
-from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text
+from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text, whole_numbers
 from vomstudio.io.models.mtl import check_image, find_beside
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import as_utf8
@@ -38,7 +39,6 @@ from vomstudio.words import to_translate, tr, tr_n
 Array = npt.NDArray[np.generic]
 
 MAX_ROWS = 2**31 - 1
-_FACES_AT_ONCE = 1 << 18
 
 COLOR_NAMES = (
     ("red", "green", "blue"),
@@ -199,7 +199,8 @@ def _unrolled(counts: npt.NDArray[np.int64], raw: Array) -> npt.NDArray[np.int64
 
 
 def _indices(raw: Array) -> npt.NDArray[np.int64]:
-    return raw.astype(np.int64) if raw.dtype.kind in "iu" else _whole(raw)
+    whole = raw if raw.dtype.kind in "iu" else whole_numbers(raw)
+    return whole.astype(np.int64)
 
 
 def _mesh(
@@ -252,7 +253,7 @@ def _triangles(
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
     else:
         counts, raw = face.lists[key]
-        indices = raw if raw.dtype.kind in "iu" else _whole(raw)
+        indices = raw if raw.dtype.kind in "iu" else whole_numbers(raw)
     have_uv = len(uv_counts) == len(counts) > 0 and uv_values > 0
     room = int(np.maximum(counts - 2, 0).sum())
     if room > MAX_ROWS:
@@ -271,8 +272,8 @@ def _triangles(
         face_of = np.empty(room, np.int32)
         polygons = np.empty((int(np.count_nonzero(counts > 3)), 2), np.int64)
         n = p = out_of_range = short = at = uv_at = 0
-        for begin in range(0, len(counts), _FACES_AT_ONCE):
-            part = slice(begin, begin + _FACES_AT_ONCE)
+        for begin in range(0, len(counts), ROWS_AT_ONCE):
+            part = slice(begin, begin + ROWS_AT_ONCE)
             some = np.ascontiguousarray(counts[part])
             some_uv = np.ascontiguousarray(uv_counts[part] if have_uv else uv_counts[:0])
             end = at + int(some.sum())
@@ -372,12 +373,6 @@ def _with_own_uv(mesh: Mesh, uv_corners: npt.NDArray[np.int32], uv_values: Array
     has = texture >= 0
     uv[has] = pairs[texture[has]]
     return replace(mesh, vertices=vertices, faces=faces, uv=uv, colors=colors, fields=fields)
-
-
-def _whole(raw: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
-    """Indices that came as text or floats; -1, which is no vertex, for what is no index."""
-    values = np.nan_to_num(raw, nan=-1.0)
-    return np.where(np.abs(values) < 2.0**62, values, -1).astype(np.int64)
 
 
 def _texture(name: str, index: int, path: Path, said: list[str]) -> Material:

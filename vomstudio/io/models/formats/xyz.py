@@ -17,6 +17,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.models.formats._common import (
     ROWS_AT_ONCE,
+    Columns,
     drop_unsound_points,
     read_whole,
     scale_colors,
@@ -75,7 +76,7 @@ _GRID = re.compile(rb"\s*ncols\s+\d+\s+nrows\s+\d+\s", re.IGNORECASE)
 
 
 @dataclass
-class Columns:
+class ColumnUses:
     """Which column is what, counted from 0."""
 
     xyz: list[int]
@@ -180,7 +181,7 @@ def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[lis
     return None, 0
 
 
-def _columns(layout: Layout, path: Path, said: list[str]) -> Columns:
+def _columns(layout: Layout, path: Path, said: list[str]) -> ColumnUses:
     if layout.header is None:
         return _columns_by_value(layout, path, said)
     text = TextRows(
@@ -198,7 +199,7 @@ def _columns(layout: Layout, path: Path, said: list[str]) -> Columns:
         np.zeros(0, np.int64),
         text,
     )
-    columns = Columns(coordinate_columns(table))
+    columns = ColumnUses(coordinate_columns(table))
     names = {
         plain(name): i
         for i, name in reversed(list(enumerate(layout.header)))
@@ -222,7 +223,7 @@ def _columns(layout: Layout, path: Path, said: list[str]) -> Columns:
     return columns
 
 
-def _columns_by_value(layout: Layout, path: Path, said: list[str]) -> Columns:
+def _columns_by_value(layout: Layout, path: Path, said: list[str]) -> ColumnUses:
     """Without names: x, y, z first; then colours and normals are known by their values."""
     if layout.width < 3:
         raise InputError(
@@ -232,7 +233,7 @@ def _columns_by_value(layout: Layout, path: Path, said: list[str]) -> Columns:
             file=path,
             line=layout.skip + 1,
         )
-    columns = Columns([0, 1, 2])
+    columns = ColumnUses([0, 1, 2])
     rows = [row for row in layout.sample if len(row) == layout.width]
     cells = [[parse_number(c, decimal_comma=layout.decimal == ",") for c in row] for row in rows]
     values = np.array([[np.nan if c is None else c for c in row] for row in cells], np.float64)
@@ -284,7 +285,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
     import pandas
 
     file = io.BytesIO(data)
-    columns = _Growing()
+    grown, rows = Columns(1), 0
     try:
         with pandas.read_csv(
             file,
@@ -304,7 +305,9 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             chunksize=ROWS_AT_ONCE,
         ) as pieces:
             for piece in pieces:
-                columns.add({i: piece[i].to_numpy() for i in range(layout.width)})
+                for i in range(layout.width):
+                    grown.add(str(i), piece[i].to_numpy())
+                rows += len(piece)
                 progress.step(file.tell())
     except (ValueError, OverflowError, LookupError) as error:
         read_points(path)  # says in which line, and what
@@ -312,39 +315,8 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             tr("The table cannot be read ({error}).", error=" ".join(str(error).split())[:160]),
             file=path,
         ) from error
-    return columns.taken()
-
-
-class _Growing:
-    """Columns that are filled piece by piece, each as wide as its widest piece needs, and of
-    objects where one holds more than numbers. They are never all there twice, as pieces that are
-    joined at last are."""
-
-    def __init__(self) -> None:
-        self._rows = 0
-        self._columns: dict[int, Array] = {}
-
-    def add(self, piece: dict[int, Array]) -> None:
-        end = self._rows + len(next(iter(piece.values())))
-        for i, values in piece.items():
-            column = self._columns.get(i, values[:0])
-            wide = _wide(column.dtype, values.dtype)
-            if len(column) < end or wide != column.dtype:
-                # What is not filled yet takes no memory.
-                wider = np.empty(max(end, 2 * self._rows), wide)
-                wider[: self._rows] = column[: self._rows]
-                self._columns[i] = column = wider
-            column[self._rows : end] = values
-        self._rows = end
-
-    def taken(self) -> dict[int, Array]:
-        return {i: column[: self._rows] for i, column in self._columns.items()}
-
-
-def _wide(one: np.dtype[Any], other: np.dtype[Any]) -> np.dtype[Any]:
-    if one != other and not {one.kind, other.kind} <= set("iuf"):
-        return np.dtype(object)
-    return np.result_type(one, other)
+    found = {i: grown.take(str(i), rows) for i in range(layout.width)}
+    return {i: column for i, column in found.items() if column is not None}
 
 
 def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
@@ -400,7 +372,7 @@ def _column(cells: Sequence[str]) -> Array:
 
 
 def _cloud(
-    table: dict[int, Array], columns: Columns, layout: Layout, path: Path, said: list[str]
+    table: dict[int, Array], columns: ColumnUses, layout: Layout, path: Path, said: list[str]
 ) -> PointCloud:
     def numeric(i: int) -> Array | None:
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
