@@ -97,7 +97,7 @@ class Shape:
     @cached_property
     def two_circles(self) -> TwoCircles | None:
         """Looked for only where it is asked for: it takes the longest."""
-        return two_great_circles(self.poles, self.axes)
+        return two_great_circles(self.poles, self.axes, self.cone)
 
     @property
     def cluster(self) -> bool:
@@ -174,7 +174,8 @@ def _fitted_circle(x: Array) -> tuple[Array, float, Array]:
     for _ in range(50):
         residuals = np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
         design, across = _design(x, axis)
-        step = np.linalg.lstsq(design, residuals, rcond=1e-6)[0]
+        # Of many poles the normal equations take a fraction of what lstsq does; its rcond squared.
+        step = np.linalg.pinv(design.T @ design, 1e-12, hermitian=True) @ (design.T @ residuals)
         longest = float(np.abs(step).max())
         step *= min(1.0, 0.3 / max(longest, 1e-300))
         half_angle += float(step[0])
@@ -241,9 +242,9 @@ _STARTS = 40
 _FEWEST_FOR_TWO = 12
 
 
-def two_great_circles(poles: Array, axes: Array) -> TwoCircles | None:
-    """The best two great circles; None of fewer than twelve poles, and where no two are much nearer
-    to the poles than the best one."""
+def two_great_circles(poles: Array, axes: Array, cone: Cone | None) -> TwoCircles | None:
+    """The best two great circles, compared with the best one and with the cone; None of fewer than
+    twelve poles, and where no two are much nearer to the poles than the best one."""
     n = len(poles)
     single = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
     if n < _FEWEST_FOR_TWO or math.degrees(rms(single)) < NO_SCATTER_DEG:
@@ -276,7 +277,7 @@ def two_great_circles(poles: Array, axes: Array) -> TwoCircles | None:
     normals, logs = max(found, key=lambda each: each[1])
     if len(few) < n:
         normals, logs = _mixture(poles, normals, rms(single))
-    return _two_circles(poles, axes, normals, logs, single)
+    return _two_circles(poles, cone, normals, logs, single)
 
 
 def _mixture(poles: Array, normals: Array, sigma: float) -> tuple[Array, float]:
@@ -303,7 +304,7 @@ def _mixture(poles: Array, normals: Array, sigma: float) -> tuple[Array, float]:
 
 
 def _two_circles(
-    poles: Array, axes: Array, normals: Array, likelihood: float, single: Array
+    poles: Array, cone: Cone | None, normals: Array, likelihood: float, single: Array
 ) -> TwoCircles:
     n = len(poles)
     off = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
@@ -313,7 +314,6 @@ def _two_circles(
     for k in (0, 1):
         members = poles[nearer == k]
         arcs.append(arc_deg(members, orientation_tensor(members)[1]) if len(members) > 1 else 0.0)
-    cone = small_circle(poles, axes)
     one = _criterion(n, rms(single), 2)
     if cone is not None:
         one = min(one, _criterion(n, math.radians(cone.rms_deg), 3))

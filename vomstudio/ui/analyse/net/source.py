@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -297,7 +298,19 @@ def _fold_of(beds: Sequence[NetSet]) -> FoldAxis | None:
     if any(s.registered for s in beds):
         own = [s.turns for s in beds if s.turns is not None]
         turns = Turns(np.concatenate([t.group for t in own]), own[0].rotations)
+    rotations = None if turns is None else (turns.group.tobytes(), turns.rotations.tobytes())
+    return _fold_of_planes(azimuth.tobytes(), angle.tobytes(), rotations)
+
+
+@lru_cache(maxsize=2)
+def _fold_of_planes(
+    azimuth: bytes, angle: bytes, turns: tuple[bytes, bytes] | None
+) -> FoldAxis | None:
+    """Remembered for the nets that are drawn anew with the same beds, as after each selection."""
+    known = turns and Turns(
+        np.frombuffer(turns[0], np.int64), np.frombuffer(turns[1]).reshape(-1, 3, 3)
+    )
     try:
-        return fold_axis(azimuth, angle, turns)
+        return fold_axis(np.frombuffer(azimuth), np.frombuffer(angle), known)
     except VomError:
         return None
