@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import signal
@@ -21,7 +22,9 @@ from tests.samples import ZIGZAG
 from tests.small_disk import fill, small_disk
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
+from vomstudio.document.records import FeatureType, Frame, Model
+from vomstudio.errors import InputError
+from vomstudio.files.lock import ProjectLock
 from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import read_replay
@@ -153,21 +156,76 @@ def bed_or_none(window, i: int) -> Trace | None:
     return trace if window.studio.attempt(edits.add_trace, trace) else None
 
 
-def test_a_folder_that_cannot_be_written_is_refused_in_words(window, tmp_path):
-    if os.geteuid() != 0:
-        pytest.skip("only root can mount a disk for reading")
+COAL = FeatureType("coal", "coal", "#202020", "circle")
+
+
+@contextlib.contextmanager
+def held(folder: Path):
+    lock = ProjectLock(folder / "lock")
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a disk for reading")
+def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewhere(
+    window, outcrop, tmp_path
+):
+    with small_disk(tmp_path / "disk", 4096) as disk:
+        folder = disk / "cliff.vom"
+        driver.open_outcrop(window, outcrop)
+        window.studio.save_as(folder)
+        window.studio.new_project()
+        subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
+        before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+        window.open_path(folder)
+        driver.settled(window)
+        cache = window.studio.project.cache
+        assert any(cache.glob("model-*/meta.json"))
+        assert window.studio.project.folder == folder
+        assert f"{folder}: The disk of the project is read-only." in window.message_bar.text
+        assert "Save as" in [b.text() for b in window.message_bar.findChildren(QPushButton)][-1]
+        assert window.windowTitle().startswith("cliff (cannot be written) – ")
+        assert not window.studio.worth_asking
+        assert window.studio.attempt(edits.add_type, COAL)
+        assert window.windowTitle().startswith("cliff* (in memory only) – ")
+        assert window.studio.worth_asking
+        assert not window.files.attempt(window.studio.save)
+        assert "read-only" in window.message_bar.text
+        with pytest.raises(Exception, match="read-only"):
+            window.studio.save_as(disk / "other.vom")
+        assert window.studio.project.folder == folder
+        window.studio.save_as(tmp_path / "elsewhere.vom")
+        assert window.windowTitle().startswith("elsewhere – ")
+        assert not window.studio.worth_asking
+        assert COAL.id in read_replay(tmp_path / "elsewhere.vom").records
+        assert not cache.exists()
+        assert before == {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file()}
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a disk for reading")
+def test_a_project_whose_disk_becomes_writable_is_written_and_locked_from_then_on(window, tmp_path):
     with small_disk(tmp_path / "disk", 4096) as disk:
         folder = disk / "cliff.vom"
         window.studio.save_as(folder)
         window.studio.new_project()
         subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
-        before = window.studio.project.folder
         window.open_path(folder)
-        assert window.studio.project.folder == before
-        assert "Copy it" in window.message_bar.text, window.message_bar.text
-        with pytest.raises(Exception, match="read-only"):
-            window.studio.save_as(disk / "other.vom")
-        assert window.studio.project.folder == before
+        assert window.studio.attempt(edits.add_type, COAL)
+        assert COAL.id not in read_replay(folder).records
+        subprocess.run(["mount", "-o", "remount,rw", str(disk)], check=True)
+        other = replace(COAL, id="other", name="other")
+        with held(folder):
+            # Another program has it now.
+            assert window.studio.attempt(edits.add_type, other)
+            assert COAL.id not in read_replay(folder).records
+        assert window.studio.attempt(edits.add_type, replace(COAL, id="third", name="third"))
+        assert "on the disk again" in window.message_bar.text
+        assert {COAL.id, "other", "third"} <= set(read_replay(folder).records)
+        with pytest.raises(InputError, match="another window"):
+            Project.open(folder)
+        window.studio.new_project()
 
 
 def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
@@ -423,6 +481,25 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
     assert len(window.studio.tool_of(TraceTool).vertices) == 2
     assert window.studio.tool_name == "trace"
     driver.keep_picture(window, "mishap-recovered")
+    driver.dismiss(window)
+
+
+def test_what_is_said_of_a_path_stands_in_front_of_the_offer_to_restore(own_folders, tmp_path):
+    for name in ("left.vom", "asked.vom"):
+        Project.create(tmp_path / name).close()
+    (own_folders / "settings.toml").write_text(
+        f"unclosed = ['{tmp_path / 'left.vom'}', '{tmp_path / 'asked.vom'}']\n"
+    )
+    (tmp_path / "bad.vom").mkdir()
+    window = driver.make_window([tmp_path / "bad.vom"])
+    assert "bad.vom" in window.message_bar.text
+    (offer,) = [said for said in sentences(window) if "was open when" in said]
+    assert "1 older project" in offer
+    driver.dismiss(window)
+    # What is opened anyway is not offered.
+    window = driver.make_window([tmp_path / "asked.vom"])
+    assert window.message_bar.text.startswith("left was open when")
+    assert "older project" not in window.message_bar.text
     driver.dismiss(window)
 
 

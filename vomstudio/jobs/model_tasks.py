@@ -84,8 +84,8 @@ def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.opening import resolution
 
-    folder = model_cache.folder_of(asked.path, asked.cache)
-    loaded = model_cache.load(asked.path, folder, progress)
+    kept = model_cache.folder_of(asked.path, asked.cache)
+    loaded, folder = model_cache.load_into(asked.path, kept, progress)
     spacing = loaded.resolution
     if spacing is None:
         spacing = resolution(loaded.data)

@@ -247,7 +247,7 @@ class ModelLoader:
 
     def _fetch_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         try:
-            loaded = model_cache.open_cached(cached.folder)
+            loaded = model_cache.hand_over(cached.folder)
         except VomError as error:
             text = tr("{file} could not be cached. {error}", file=path.name, error=error)
             self._arrive(key, text, then)

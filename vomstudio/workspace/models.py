@@ -15,7 +15,7 @@ from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.gis.crs import metres_of, world_crs
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
-from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
+from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
 from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.signals import Signal

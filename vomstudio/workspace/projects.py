@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar
@@ -119,16 +120,15 @@ class Projects:
             self._preferences.remember(self.project.folder)
 
     def _read(self, folder: Path) -> tuple[Project, Measurements | None]:
-        settings = self._preferences.settings
         journal = folder / JOURNAL
         if not is_regular(journal) or journal.stat().st_size < _LARGE:
-            return Project.open(folder, settings=settings.affecting_results), None
+            return self._held(folder), None
         read: list[tuple[Project, Measurements]] = []
 
         def work() -> None:
-            project = Project.open(folder, settings=settings.affecting_results)
+            project = self._held(folder)
             try:
-                measurements = Measurements(settings.thresholds)
+                measurements = Measurements(self._preferences.settings.thresholds)
                 measurements.of(project.session.records, [f.id for f in project.session.features()])
             except BaseException:
                 # Or nobody could open it again before the program ends.
@@ -143,11 +143,17 @@ class Projects:
         self._aside(whole)
         return read[0]
 
-    def unclosed(self) -> list[Path]:
-        """Projects that a crash or a power cut has left open."""
+    def _held(self, folder: Path) -> Project:
+        settings = self._preferences.settings
+        return Project.open(folder, settings=settings.affecting_results, without_lock=True)
+
+    def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
+        """Projects that a crash or a power cut has left open; none of `but`, which are opened
+        anyway."""
         named = [Path(path) for path in self._preferences.settings.unclosed]
         left = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
-        return [f for f in left if f.resolve() != self.project.folder.resolve()]
+        others = {path.resolve() for path in (self.project.folder, *but)}
+        return [f for f in left if not others & {f.resolve(), f.resolve() / JOURNAL}]
 
     def _adopt(self, project: Project, measurements: Measurements | None = None) -> None:
         if self._project is not None:
@@ -191,8 +197,14 @@ class Projects:
 
     @property
     def kept(self) -> bool:
-        """Every step is on the disk, where the project was opened."""
+        """Every step is on the disk, where the project was opened, and the next one can be."""
         return self.project.trouble is None
+
+    @property
+    def whole_on_disk(self) -> bool:
+        """Every step is on the disk, where the project was opened, though the next may not be."""
+        trouble = self.project.trouble
+        return trouble is None or not (trouble.lost or self.project.journal.waits)
 
     # --- keeping -----------------------------------------------------------------------------
     def save(self) -> None:

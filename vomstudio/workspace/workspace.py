@@ -195,9 +195,9 @@ class Workspace:
         self.history.forget()
         self.models.open.clear()
 
-    def offer_recovery(self) -> None:
-        """Send `recovery_found` where a crash has left projects open."""
-        if found := self.projects.unclosed():
+    def offer_recovery(self, but: Collection[Path] = ()) -> None:
+        """Send `recovery_found` where a crash has left projects open; but : is opened anyway."""
+        if found := self.projects.unclosed(but):
             self.recovery_found.emit(found)
 
     @property
@@ -205,7 +205,7 @@ class Workspace:
         """Whether closing now would discard work that the user may want to save."""
         session, is_open = self.projects.session, self.tools.open_tool is not None
         made = self.projects.unsaved_reconstructions
-        if self.projects.kept and not session.dirty and not is_open and not made:
+        if self.projects.whole_on_disk and not session.dirty and not is_open and not made:
             return False
         return bool(session.features()) or is_open or not self.projects.project.untitled or made
 

@@ -160,3 +160,26 @@ def test_a_cache_that_cannot_be_written_is_refused_and_loading_goes_on(
     with pytest.raises(TargetError):
         model_cache.save(read_model(model), tmp_path / "file" / "cache")
     assert model_cache.load(model, tmp_path / "file" / "cache").kind == "mesh"
+
+
+def test_a_model_whose_cache_cannot_be_written_passes_through_the_temporary_files(
+    model, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(model_cache.tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    (tmp_path / "cache").write_text("in the way")
+    loaded, folder = model_cache.load_into(model, tmp_path / "cache" / "model-1")
+    assert folder.is_relative_to(tmp_path / "temporary")
+    assert len(model_cache.hand_over(folder).data.faces) == len(loaded.data.faces)
+    assert list((tmp_path / "temporary").iterdir()) == []
+    (tmp_path / "temporary").rmdir()
+    with pytest.raises(TargetError, match="The cache cannot be written"):
+        model_cache.load_into(model, tmp_path / "cache" / "model-1")
+
+
+def test_a_cache_that_was_handed_over_stays(model, tmp_path):
+    _, folder = model_cache.load_into(model, tmp_path / "cache" / "model-1")
+    model_cache.hand_over(folder)
+    assert folder == tmp_path / "cache" / "model-1"
+    model.unlink()
+    model_cache.hand_over(folder)

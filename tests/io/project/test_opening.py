@@ -30,7 +30,7 @@ from vomstudio.io.project.folder import (
     untitled_projects,
 )
 from vomstudio.io.project.journal import SqliteJournal, read_replay
-from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
+from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
 OF_ANOTHER_DAY = b"of another day"

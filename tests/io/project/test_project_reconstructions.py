@@ -10,7 +10,8 @@ import pytest
 from vomstudio.errors import TargetError
 from vomstudio.io.project import folder as projects
 from vomstudio.io.project.folder import Project, create_untitled
-from vomstudio.io.project.sidecar_import import PHOTO_TABLES, RECONSTRUCTIONS
+from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
+from vomstudio.io.project.sidecar_import import PHOTO_TABLES
 
 
 @pytest.fixture

@@ -23,9 +23,8 @@ from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import read_replay
 from vomstudio.io.project.journal_migration import TAKING_IN
-from vomstudio.io.project.reconstructions import asked, read_reconstruction
+from vomstudio.io.project.reconstructions import RECONSTRUCTIONS, asked, read_reconstruction
 from vomstudio.io.project.sidecar_import import (
-    RECONSTRUCTIONS,
     read_beside,
     spare_folder,
     stored_path,

@@ -42,6 +42,8 @@ from vomstudio.words import tr
 
 VERSION = 5
 META = "meta.json"
+PASSING = "vomstudio-model-"
+"""Of folders that hold a model on its way from one process to another."""
 _BESIDE = {"offset_mtime_ns": offset_path, "prj_mtime_ns": sidecar_path}
 """Files beside a model that move, or scale, what is read from it."""
 _BLOCK = 64 << 20
@@ -210,7 +212,48 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
     It fits if the file has the size and time it had, or else the same sha256. Raises as
     `read_model`.
     """
-    path = Path(path)
+    if (cached := _fitting(Path(path), folder)) is not None:
+        return cached
+    loaded = read_model(path, progress)
+    try:
+        return save(loaded, folder)
+    except TargetError:
+        return loaded
+
+
+def load_into(
+    path: Path, folder: Path, progress: Progress | None = None
+) -> tuple[LoadedModel, Path]:
+    """As `load`, with the folder from which another process can read it: one among the temporary
+    files, to be deleted by that process, where the cache cannot be written. Raises as `read_model`,
+    and TargetError where neither can be written."""
+    if (cached := _fitting(Path(path), folder)) is not None:
+        return cached, folder
+    loaded = read_model(path, progress)
+    try:
+        return save(loaded, folder), folder
+    except TargetError as error:
+        try:
+            place = Path(tempfile.mkdtemp(prefix=PASSING))
+        except OSError:
+            raise error from None
+        try:
+            return save(loaded, place / folder.name), place / folder.name
+        except TargetError:
+            shutil.rmtree(place, ignore_errors=True)
+            raise
+
+
+def hand_over(folder: Path) -> LoadedModel:
+    """What `load_into` has left in a folder. Raises as `open_cached`."""
+    try:
+        return open_cached(folder)
+    finally:
+        if folder.parent.name.startswith(PASSING):
+            shutil.rmtree(folder.parent, ignore_errors=True)
+
+
+def _fitting(path: Path, folder: Path) -> LoadedModel | None:
     try:
         meta = _read_meta(folder)
         stamp = _stamp(path)
@@ -228,11 +271,7 @@ def load(path: Path, folder: Path, progress: Progress | None = None) -> LoadedMo
                 return cached
     except (InputError, LookupError, TypeError, AttributeError):
         pass
-    loaded = read_model(path, progress)
-    try:
-        return save(loaded, folder)
-    except TargetError:
-        return loaded
+    return None
 
 
 def _damaged(folder: Path, why: str) -> InputError:

@@ -9,8 +9,8 @@ next start.
 
 from __future__ import annotations
 
-import os
 import shutil
+import tempfile
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -33,16 +33,19 @@ from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import SqliteJournal, read_replay
 from vomstudio.io.project.journal_migration import TAKING_IN
 from vomstudio.io.project.journal_trouble import Trouble
+from vomstudio.io.project.reconstructions import (
+    RECONSTRUCTIONS,
+    copy_reconstructions,
+    move_reconstructions,
+)
 from vomstudio.io.project.repair import Repaired, repair
-from vomstudio.io.project.sidecar_import import PHOTO_TABLES, RECONSTRUCTIONS, take_in_earlier
+from vomstudio.io.project.sidecar_import import PHOTO_TABLES, take_in_earlier
 from vomstudio.words import tr
 
 SUFFIX = ".vom"
 _MODELS = "models"
 # Making the thumbnails of thousands of photos again would take minutes.
 _ALONG = (_MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
-# What a reconstruction adds lines to; all else is written once, under another name.
-_LARGEST_COPIED = 1 << 20
 
 
 class Project:
@@ -52,12 +55,14 @@ class Project:
         self,
         folder: Path,
         journal: SqliteJournal,
-        lock: ProjectLock,
+        lock: ProjectLock | None,
         *,
         settings: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
+        """lock : None where the folder cannot be written"""
         self.folder = folder
         self._lock = lock
+        self._cache = folder / "cache" if lock is not None else _passing_folder(folder / "cache")
         self._tell_trouble: Callable[[Trouble | None], object] | None = None
         self.assets = Assets(lambda: self.folder, lambda: self.journal.is_in_place)
         self._take(journal)
@@ -72,21 +77,33 @@ class Project:
     def _take(self, journal: SqliteJournal) -> None:
         self.journal = journal
         if self._tell_trouble is not None:
-            journal.wait_in_memory(self._tell_trouble, self._hold_again, self.assets.write_waiting)
+            journal.wait_in_memory(self._tell_trouble, self._hold_again, self._write_first)
 
     def wait_in_memory(self, tell: Callable[[Trouble | None], object]) -> None:
         """From now on steps that cannot be written wait in memory, as `SqliteJournal` has it; for
-        programs that stay open, and say so."""
+        programs that stay open, and say so. Where nothing can be written that is told at once."""
         self._tell_trouble = tell
         self._take(self.journal)
         self.assets.hold_all()
         self.session.changed.connect(self.assets.hold)
+        self.journal.try_writing()
 
     def _hold_again(self) -> None:
         """The folder is back, with a lock file of its own. Raises InputError, TargetError."""
         lock = ProjectLock(self.folder / "lock")
-        self._lock.release()
+        self._release()
         self._lock = lock
+
+    def _write_first(self) -> None:
+        """What must be there before a row is written: the lock, which a folder that could not be
+        written has not taken, and the files that rows name. Raises VomError."""
+        if self._lock is None:
+            self._lock = ProjectLock(self.folder / "lock")
+        self.assets.write_waiting()
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.release()
 
     @property
     def trouble(self) -> Trouble | None:
@@ -125,21 +142,41 @@ class Project:
         return cls._held(folder, settings, create=True)
 
     @classmethod
-    def open(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
-        """Raises InputError where it is no project, damaged, newer, or open elsewhere."""
-        return cls._held(project_folder(folder), settings, create=False)
+    def open(
+        cls,
+        folder: Path,
+        *,
+        settings: Callable[[], Mapping[str, Any]] = dict,
+        without_lock: bool = False,
+    ) -> Project:
+        """without_lock : also where the folder cannot be written, and so cannot be locked: for
+        programs that let steps wait in memory then (`wait_in_memory`). Raises InputError where it
+        is no project, damaged, newer, or open elsewhere, TargetError where it cannot be locked."""
+        whole = project_folder(folder)
+        return cls._held(whole, settings, create=False, without_lock=without_lock)
 
     @classmethod
     def _held(
-        cls, folder: Path, settings: Callable[[], Mapping[str, Any]], *, create: bool
+        cls,
+        folder: Path,
+        settings: Callable[[], Mapping[str, Any]],
+        *,
+        create: bool,
+        without_lock: bool = False,
     ) -> Project:
         """The lock is given up again where the journal cannot be had."""
-        lock = ProjectLock(folder / "lock")
+        lock: ProjectLock | None = None
+        try:
+            lock = ProjectLock(folder / "lock")
+        except TargetError:
+            if not without_lock:
+                raise
         try:
             journal = SqliteJournal(folder / JOURNAL, create=create)
             return cls(folder, journal, lock, settings=settings)
         except BaseException:
-            lock.release()
+            if lock is not None:
+                lock.release()
             raise
 
     @property
@@ -152,7 +189,13 @@ class Project:
 
     @property
     def cache(self) -> Path:
-        return self.folder / "cache"
+        """May be deleted; of a folder that cannot be written it lies elsewhere until it is
+        closed."""
+        return self._cache
+
+    def _leave_cache(self) -> None:
+        if self._cache.parent != self.folder:
+            shutil.rmtree(self._cache, ignore_errors=True)
 
     @property
     def has_reconstructions(self) -> bool:
@@ -231,14 +274,15 @@ class Project:
             left_behind = Session(old)
             left_behind.discard_unsaved()
         old.close()
-        self._lock.release()
-        self.folder, self._lock = folder, lock
+        self._release()
+        self._leave_cache()
+        self.folder, self._lock, self._cache = folder, lock, folder / "cache"
         self._take(journal)
         self.session.mark_saved()
         if self._tell_trouble is not None and troubled:
             self._tell_trouble(None)
         if moves:
-            _move_reconstructions(left, folder)
+            move_reconstructions(left, folder)
         if untitled and there:
             shutil.rmtree(left, ignore_errors=True)
         return [] if there else self._left_behind()
@@ -282,7 +326,7 @@ class Project:
                 shutil.copytree(self.folder / name, part / name, ignore=links_of)
         if self.untitled and _same_disk(self.folder, part):
             return True
-        _copy_reconstructions(self.folder, part)
+        copy_reconstructions(self.folder, part)
         return False
 
     def close(self) -> None:
@@ -298,7 +342,8 @@ class Project:
         self.assets.close()
         if there:
             compaction.forget(self.folder)
-        self._lock.release()
+        self._release()
+        self._leave_cache()
         if not there:
             return
         if worthless:
@@ -326,6 +371,14 @@ class Project:
         return next((place for place in places if is_regular(place)), None)
 
 
+def _passing_folder(otherwise: Path) -> Path:
+    """Among the temporary files, while there is room for one."""
+    try:
+        return Path(tempfile.mkdtemp(prefix="vomstudio-cache-"))
+    except OSError:
+        return otherwise
+
+
 def _taken_hold(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
     """Of a project that was just made and is marked as saved; it goes again where that fails.
     Raises InputError, TargetError."""
@@ -347,61 +400,6 @@ def _taken_hold(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
 
 def _same_disk(one: Path, other: Path) -> bool:
     return one.stat().st_dev == other.stat().st_dev
-
-
-def _copy_reconstructions(source: Path, target: Path) -> None:
-    """What is finished. Large files are shared where the disk can do it: none is ever changed, a
-    new one takes its place."""
-
-    def take(one: str, other: str) -> object:
-        if Path(one).stat().st_size > _LARGEST_COPIED:
-            try:
-                os.link(one, other)
-                return other
-            except OSError:
-                pass
-        return shutil.copy2(one, other)
-
-    def unfinished(folder: str, names: list[str]) -> set[str]:
-        links = links_of(folder, names)
-        below = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
-        if below[1:2] != ("work",):
-            return links
-        locks = {n for n in names if n.startswith("lock")} if len(below) == 2 else set()
-        return links | locks | {n for n in names if n.endswith(".part")}
-
-    if (source / RECONSTRUCTIONS).is_dir():
-        shutil.copytree(
-            source / RECONSTRUCTIONS,
-            target / RECONSTRUCTIONS,
-            copy_function=take,
-            ignore=unfinished,
-        )
-
-
-def _move_reconstructions(source: Path, target: Path) -> None:
-    """Raises TargetError; then they are where they were."""
-    if not (source / RECONSTRUCTIONS).is_dir():
-        return
-    try:
-        (source / RECONSTRUCTIONS).rename(target / RECONSTRUCTIONS)
-        return
-    except OSError:
-        # A folder of the same disk that is mounted elsewhere, or a file that somebody has open.
-        pass
-    try:
-        _copy_reconstructions(source, target)
-    except OSError as error:
-        shutil.rmtree(target / RECONSTRUCTIONS, ignore_errors=True)
-        raise TargetError(
-            tr(
-                "The project is saved, but its reconstructions cannot be moved to it "
-                "({reason}). They stay in {source}.",
-                reason=reason_of(target, error),
-                source=source / RECONSTRUCTIONS,
-            ),
-            file=target,
-        ) from error
 
 
 def project_folder(path: Path) -> Path:

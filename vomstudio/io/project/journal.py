@@ -262,6 +262,15 @@ class SqliteJournal:
         """
         self._tell, self._come_back, self._write_first = tell, come_back, write_first
 
+    def try_writing(self) -> None:
+        """Tell now, rather than with the next row, where no row can be written."""
+        try:
+            self._write_first()
+            self._db.execute("BEGIN IMMEDIATE")
+            self._db.execute("ROLLBACK")
+        except (sqlite3.Error, VomError, OSError) as error:
+            self._told(trouble_of(error, self.path))
+
     def _told(self, trouble: Trouble | None) -> None:
         if self._tell is not None and trouble != self._trouble:
             self._trouble = trouble

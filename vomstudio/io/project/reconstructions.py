@@ -1,10 +1,13 @@
-"""What a finished reconstruction is to the document: its record, and the registration it found."""
+"""What a finished reconstruction is to the document: its record, and the registration it found;
+and how its files go along when a project is saved elsewhere."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import math
+import os
+import shutil
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,11 +21,17 @@ from vomstudio.document.records import (
     RegistrationPoint,
 )
 from vomstudio.document.records.basics import Point
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, TargetError
+from vomstudio.files.disk_troubles import reason_of
+from vomstudio.files.inside import links_of
 from vomstudio.files.regular import JSON_BYTES, read_json, read_small
 from vomstudio.words import tr
 
+RECONSTRUCTIONS = "reconstruction"
+"""The folder of what is made of photos, one folder in it for each set and quality."""
 RESULT, REQUEST = "reconstruction.json", "request.json"
+# What a reconstruction adds lines to; all else is written once, under another name.
+_LARGEST_COPIED = 1 << 20
 _METHODS: dict[str, Literal["gps", "control"]] = {
     "camera positions (GPS)": "gps",
     "ground control points": "control",
@@ -187,3 +196,59 @@ def _number(value: object) -> float | None:
     if not isinstance(value, int | float) or not math.isfinite(value):
         return None
     return float(value)
+
+
+# --- their files -------------------------------------------------------------------------
+def copy_reconstructions(source: Path, target: Path) -> None:
+    """What is finished. Large files are shared where the disk can do it: none is ever changed, a
+    new one takes its place."""
+
+    def take(one: str, other: str) -> object:
+        if Path(one).stat().st_size > _LARGEST_COPIED:
+            try:
+                os.link(one, other)
+                return other
+            except OSError:
+                pass
+        return shutil.copy2(one, other)
+
+    def unfinished(folder: str, names: list[str]) -> set[str]:
+        links = links_of(folder, names)
+        below = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
+        if below[1:2] != ("work",):
+            return links
+        locks = {n for n in names if n.startswith("lock")} if len(below) == 2 else set()
+        return links | locks | {n for n in names if n.endswith(".part")}
+
+    if (source / RECONSTRUCTIONS).is_dir():
+        shutil.copytree(
+            source / RECONSTRUCTIONS,
+            target / RECONSTRUCTIONS,
+            copy_function=take,
+            ignore=unfinished,
+        )
+
+
+def move_reconstructions(source: Path, target: Path) -> None:
+    """Raises TargetError; then they are where they were."""
+    if not (source / RECONSTRUCTIONS).is_dir():
+        return
+    try:
+        (source / RECONSTRUCTIONS).rename(target / RECONSTRUCTIONS)
+        return
+    except OSError:
+        # A folder of the same disk that is mounted elsewhere, or a file that somebody has open.
+        pass
+    try:
+        copy_reconstructions(source, target)
+    except OSError as error:
+        shutil.rmtree(target / RECONSTRUCTIONS, ignore_errors=True)
+        raise TargetError(
+            tr(
+                "The project is saved, but its reconstructions cannot be moved to it "
+                "({reason}). They stay in {source}.",
+                reason=reason_of(target, error),
+                source=source / RECONSTRUCTIONS,
+            ),
+            file=target,
+        ) from error

@@ -27,11 +27,14 @@ from vomstudio.io.control.control_files import crs_of, marks_beside, read_contro
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.io.project.assets import keep_asset
-from vomstudio.io.project.reconstructions import RESULT, asked, read_reconstruction
+from vomstudio.io.project.reconstructions import (
+    RECONSTRUCTIONS,
+    RESULT,
+    asked,
+    read_reconstruction,
+)
 from vomstudio.progress import Progress
 
-RECONSTRUCTIONS = "reconstruction"
-"""The folder of what is made of photos, one folder in it for each set and quality."""
 PHOTO_TABLES = "photos"
 """Tables of photos whose own folder cannot be written."""
 Records = Mapping[str, Record]

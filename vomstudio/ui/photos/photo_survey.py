@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
+from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Job, Lane, Request, Result
 from vomstudio.ui.common.sentences import as_sentence

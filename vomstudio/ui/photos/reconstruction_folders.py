@@ -14,8 +14,12 @@ from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import check_beside, make_folder
 from vomstudio.files.regular import is_folder, is_regular, read_json, read_small
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
-from vomstudio.io.project.reconstructions import REQUEST, RESULT, read_reconstruction
-from vomstudio.io.project.sidecar_import import RECONSTRUCTIONS
+from vomstudio.io.project.reconstructions import (
+    RECONSTRUCTIONS,
+    REQUEST,
+    RESULT,
+    read_reconstruction,
+)
 from vomstudio.jobs import serialisation
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow

@@ -333,9 +333,10 @@ class MainWindow(QMainWindow):
         self._first = thread_switching.nothing_frozen()
         if self._first:
             thread_switching.freeze_objects()
+        # Before the paths: what has to be said of them was asked for, and stands in front.
+        self.studio.offer_recovery(paths)
         for path in paths:
             self.open_path(path)
-        self.studio.offer_recovery()
         # The net's library takes a second to import: after the first frame, and in a thread.
         viewport.first_frame.connect(self._imports.begin)
         self._imports.begin_at_latest_in(_LONGEST_WAIT_MS)

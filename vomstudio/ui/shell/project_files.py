@@ -80,8 +80,11 @@ class Files(QObject):
             "project": self.project_name(),
             "unsaved": "*" if self._studio.session.dirty else "",
         }
-        if self._studio.workspace.projects.kept:
+        projects = self._studio.workspace.projects
+        if projects.kept:
             return tr("{project}{unsaved} – VOM Studio", **words)
+        if projects.whole_on_disk:
+            return tr("{project}{unsaved} (cannot be written) – VOM Studio", **words)
         return tr("{project}{unsaved} (in memory only) – VOM Studio", **words)
 
     def open_path(self, path: Path) -> None:
