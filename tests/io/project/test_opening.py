@@ -20,6 +20,7 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.lock import ProjectLock
 from vomstudio.io.project import folder as folders
+from vomstudio.io.project import reconstructions
 from vomstudio.io.project.folder import (
     Project,
     create_untitled,
@@ -458,7 +459,7 @@ def test_what_cannot_be_cleared_away_is_no_reason_to_fail(
             assert project.folder == tmp_path / "b.vom"
         elif way == "moving":
             (folder / RECONSTRUCTIONS / "cliff").mkdir(parents=True)
-            patch.setattr(folders, "_copy_reconstructions", held)
+            patch.setattr(reconstructions, "copy_reconstructions", held)
             patch.setattr(folders, "_same_disk", lambda *_: True)
             rename = Path.rename
             patch.setattr(

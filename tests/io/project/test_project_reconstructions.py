@@ -9,6 +9,7 @@ import pytest
 
 from vomstudio.errors import TargetError
 from vomstudio.io.project import folder as projects
+from vomstudio.io.project import reconstructions
 from vomstudio.io.project.folder import Project, create_untitled
 from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.io.project.sidecar_import import PHOTO_TABLES
@@ -133,7 +134,7 @@ def test_what_can_be_neither_moved_nor_copied_stays_where_it_is(untitled, tmp_pa
     monkeypatch.setattr(
         Path, "rename", lambda s, t: refuse() if s.name == RECONSTRUCTIONS else rename(s, t)
     )
-    monkeypatch.setattr(projects, "_copy_reconstructions", refuse)
+    monkeypatch.setattr(reconstructions, "copy_reconstructions", refuse)
     with pytest.raises(TargetError, match="disk is full"):
         untitled.save_as(tmp_path / "a.vom")
     assert (left / "model.obj").exists()

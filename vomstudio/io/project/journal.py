@@ -45,7 +45,7 @@ from vomstudio.io.project.journal_rows import (
     read_rows,
     text_of,
 )
-from vomstudio.io.project.journal_shape import require_plain
+from vomstudio.io.project.journal_shape import require_plain, require_sound
 from vomstudio.io.project.journal_trouble import NotWritten, Trouble
 from vomstudio.version import __version__
 from vomstudio.words import tr
@@ -119,7 +119,7 @@ class SqliteJournal:
             self.opened_schema = _schema_of(self._db, path)
             """The schema that the file had when it was opened."""
             if not checked:
-                _require_sound(self._db, path)
+                require_sound(self._db, path)
             if self.opened_schema < SCHEMA_VERSION:
                 migrate(self._db, path, self.opened_schema)
             self._make_durable()
@@ -488,18 +488,11 @@ def _checked(path: Path) -> bool:
     try:
         with closing(to_read(path)) as db:
             _schema_of(db, path)
-            _require_sound(db, path)
+            require_sound(db, path)
     except sqlite3.Error:
         # Such as one that was left in the middle of a change, which is taken back by writing.
         return False
     return True
-
-
-def _require_sound(db: sqlite3.Connection, path: Path) -> None:
-    """Raises InputError for a file that was torn: writing to it would make it worse."""
-    (said,) = db.execute("PRAGMA quick_check(1)").fetchone()
-    if said != "ok":
-        raise InputError(tr("The journal is damaged. Restore it from a copy."), file=path)
 
 
 def _now() -> str:

@@ -1,4 +1,4 @@
-"""What the file of a journal may hold: its tables, and no programs.
+"""What the file of a journal may hold: its tables, whole, and no programs.
 
 A database can hold views, triggers, generated columns, conditions and indices over expressions.
 They run when a row is read, written or checked: they need not come to an end, and can take other
@@ -41,3 +41,10 @@ def _is_plain(words: str) -> bool:
     """A table of columns with types: whatever is worked out stands in brackets of its own."""
     bare = _KNOWN.sub("", words.lower())
     return bare.startswith("create table") and bare.count("(") == 1
+
+
+def require_sound(db: sqlite3.Connection, path: Path) -> None:
+    """Raises InputError for a file that was torn: writing to it would make it worse."""
+    (said,) = db.execute("PRAGMA quick_check(1)").fetchone()
+    if said != "ok":
+        raise InputError(tr("The journal is damaged. Restore it from a copy."), file=path)

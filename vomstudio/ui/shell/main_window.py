@@ -333,7 +333,7 @@ class MainWindow(QMainWindow):
         self._first = thread_switching.nothing_frozen()
         if self._first:
             thread_switching.freeze_objects()
-        # Before the paths: what has to be said of them was asked for, and stands in front.
+        # First: what has to be said of the paths was asked for, and stands in front.
         self.studio.offer_recovery(paths)
         for path in paths:
             self.open_path(path)
@@ -358,8 +358,7 @@ class MainWindow(QMainWindow):
             return
         from vomstudio.ui.analyse.stereonet_panel import StereonetPanel
 
-        actions = self.actions_table.all
-        self.net = StereonetPanel(self.studio, actions)
+        self.net = StereonetPanel(self.studio, self.actions_table.all)
         self.docks["stereonet"].setWidget(self.net)
         self._net_place.deleteLater()
         warm_up.all_workers(self.studio)
