@@ -38,6 +38,12 @@ def is_read_only(folder: Path, error: BaseException) -> bool:
     return _number(folder, error) == errno.EROFS
 
 
+def is_forbidden(folder: Path, error: BaseException) -> bool:
+    """Whether `error`, met while something was written in `folder`, means that this user may not
+    write there."""
+    return _number(folder, error) in _FORBIDDEN
+
+
 def _number(folder: Path, error: BaseException) -> int | None:
     """The number of a failure. Libraries hardly tell it: the same is tried again."""
     number = getattr(error, "errno", None)

@@ -8,6 +8,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.photo_edits import add_photo_set, set_masks
 from vomstudio.document.records import Frame, Mask, Model, PhotoSet
+from vomstudio.errors import InputError, TargetError
 from vomstudio.io.project.assets import keep_asset
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import NAME, SqliteJournal, read_replay
@@ -384,3 +386,42 @@ def test_a_journal_that_could_not_be_written_when_it_was_opened_is_opened_again(
     assert names(tmp_path / "a.vom") == ["a"]
     project.close()
     assert verify(tmp_path / "a.vom").sound
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+def test_another_users_project_is_opened_and_its_steps_wait() -> None:
+    told: Told = []
+    with tempfile.TemporaryDirectory() as made:
+        Path(made).chmod(0o755)
+        folder = Path(made) / "a.vom"
+        project = Project.create(folder)
+        # What is imported when it is needed lies where another user may not look.
+        project.session.apply(edits.add_model(project.session.records, MODEL))
+        add(project, "first")
+        project.close()
+        os.seteuid(65534)
+        try:
+            with pytest.raises(TargetError, match="Copy it"):
+                Project.open(folder)
+            project = Project.open(folder, without_lock=True)
+            project.wait_in_memory(told.append)
+            add(project, "second")
+            assert project.journal.waits
+            assert project.cache.is_dir()
+            assert not project.cache.is_relative_to(folder)
+            project.close()
+            assert not project.cache.exists()
+        finally:
+            os.seteuid(0)
+        assert names(folder) == ["first"]
+    sentences = [trouble.sentence for trouble in told if trouble]
+    assert sentences == ["You have no permission to write to the project's folder."]
+
+
+def test_a_project_that_another_program_holds_is_not_opened_without_its_lock(
+    tmp_path: Path,
+) -> None:
+    project = Project.create(tmp_path / "a.vom")
+    with pytest.raises(InputError, match="another window"):
+        Project.open(tmp_path / "a.vom", without_lock=True)
+    project.close()

@@ -9,7 +9,13 @@ from contextlib import closing
 from pathlib import Path
 
 from vomstudio.errors import InputError, TargetError, VomError
-from vomstudio.files.disk_troubles import is_full, is_read_only, not_written, reason_of
+from vomstudio.files.disk_troubles import (
+    is_forbidden,
+    is_full,
+    is_read_only,
+    not_written,
+    reason_of,
+)
 from vomstudio.files.inside import check_beside
 from vomstudio.files.regular import require_regular
 from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
@@ -131,13 +137,16 @@ class Ground:
 
 def trouble_of(error: Exception, path: Path) -> Trouble:
     """What an error of SQLite, or of a file beside a journal, means for it."""
-    words = str(error)
     if is_full(path.parent, error):
         return Trouble("full", tr("The disk of the project is full."))
     if is_read_only(path.parent, error):
         return Trouble("read-only", tr("The disk of the project is read-only."))
+    if is_forbidden(path.parent, error):
+        return Trouble("failed", tr("You have no permission to write to the project's folder."))
+    if isinstance(error, VomError):
+        return Trouble("failed", error.message)
     return Trouble(
-        "failed", tr("The project's journal cannot be written ({reason}).", reason=words)
+        "failed", tr("The project's journal cannot be written ({reason}).", reason=error)
     )
 
 
