@@ -14,6 +14,14 @@ from tests.guards import (  # noqa: F401 - hooks: what a test leaves behind fail
     pytest_runtest_setup,
     pytest_runtest_teardown,
 )
+from tests.tiers import (  # noqa: F401 - hooks: the processor time of each test
+    pytest_configure,
+    pytest_runtest_makereport,
+    pytest_runtest_protocol,
+    pytest_sessionfinish,
+    pytest_sessionstart,
+    pytest_terminal_summary,
+)
 
 # No test fails because the machine is busy with something else.
 settings.register_profile("patient", deadline=None)
