@@ -15,10 +15,12 @@ the default tier. The hooks are imported by ``conftest.py``.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import pytest
+from _pytest.mark.structures import ParameterSet
 
 REPORT_CPU_S = 3.0
 """A default-tier test above this processor time is reported."""
@@ -141,3 +143,29 @@ def pytest_terminal_summary(
             " tests/tiers.py with a reason.",
             red=True,
         )
+
+
+def first_in_default_tier(values: Iterable[Any], count: int = 2) -> list[Any]:
+    """Return parameters of which only the first few belong to the default tier.
+
+    For simulations that repeat one law with other seeds, sizes or shapes.
+
+    Parameters
+    ----------
+    values : iterable
+        Values, tuples of values, or results of `pytest.param`.
+    count : int
+        How many stay in the default tier; the others are marked ``full``.
+    """
+    marked = []
+    for number, value in enumerate(values):
+        if number < count:
+            marked.append(value)
+            continue
+        if isinstance(value, ParameterSet):
+            arguments, marks, id_ = value.values, list(value.marks), value.id
+        else:
+            arguments = value if isinstance(value, tuple) else (value,)
+            marks, id_ = [], None
+        marked.append(pytest.param(*arguments, marks=[*marks, pytest.mark.full], id=id_))
+    return marked

@@ -125,6 +125,7 @@ def test_pixels_that_cannot_be_are_refused(run, write, tmp_path: Path, command: 
     assert not target.exists()
 
 
+@pytest.mark.full
 def test_a_model_with_a_texture_is_drawn_in_pixels_larger_than_it(run, tmp_path: Path) -> None:
     from vomstudio.paths import resource
 

@@ -207,6 +207,7 @@ def test_the_samples_picks_become_the_planes_of_its_truth(run, empty: Path) -> N
     assert traces(empty) == []
 
 
+@pytest.mark.full
 def test_picks_ask_the_surface_what_the_windows_tool_asks(run, empty: Path, write) -> None:
     run("project", empty, "add-model", sample_model())
     run("project", empty, "add-picks", PICKS, "--type", "Fault", "--by", "pick")

@@ -74,6 +74,7 @@ def test_what_is_no_line_is_refused(run, text: str, said: str) -> None:
     assert said in ran.err
 
 
+@pytest.mark.full
 def test_true_level_lines_lie_within_the_stated_error() -> None:
     """Of 400 models by 3 to 6 lines of half a degree: 95 % for each axis."""
     from scipy.spatial.transform import Rotation

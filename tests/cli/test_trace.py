@@ -10,6 +10,7 @@ import pytest
 from tests.extraction.small_onnx import convolution
 from tests.extraction.test_photo_following import clicks as wall_clicks
 from tests.extraction.test_photo_following import wall, written
+from tests.tiers import first_in_default_tier
 
 PROMISED = {"table", "length_m", "snap_m", "plane"}
 
@@ -92,6 +93,7 @@ DARK = np.full((1, 3, 1, 1), -1.0 / 3.0)
 """One minus the lightness, with a bias of one."""
 
 
+@pytest.mark.full
 def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     y, x = (a.ravel() * 0.05 for a in np.mgrid[0:80, 0:80])
     z = 0.5 * y + 0.3 * np.sin(3.0 * x) + 0.01
@@ -149,6 +151,7 @@ def photographed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.full
 def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path) -> None:
     table = tmp_path / "bed.csv"
     words = [
@@ -184,7 +187,7 @@ def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path)
     assert (tmp_path / "again.csv").read_text() == table.read_text()
 
 
-@pytest.mark.parametrize("more", [["--cost", "auto"], ["--cost", "onnx"]])
+@pytest.mark.parametrize("more", first_in_default_tier([["--cost", "auto"], ["--cost", "onnx"]], 1))
 def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, more) -> None:
     network = tmp_path / "n.onnx"
     network.write_bytes(convolution(DARK, bias=1.0))

@@ -12,6 +12,7 @@ import pytest
 
 from tests.document.conftest import MODEL
 from tests.samples import placed
+from tests.tiers import first_in_default_tier
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
@@ -156,6 +157,7 @@ def test_a_compass_reading_is_a_plane_without_a_known_error():
     assert any("plane it lies on is unknown" in r for r in found.verdict.reasons)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("n", [4, 12])
 def test_the_region_of_a_line_on_a_plane_holds_it_in_95_of_100(n):
     """Both are picked anew in every run: the fault's trace and the striation on it."""
@@ -218,7 +220,7 @@ def test_a_thickness_is_the_distance_across_the_plane_wherever_its_ends_lie(plan
         assert back["thickness_m"] == pytest.approx(1.8)
 
 
-@pytest.mark.parametrize("apart", [0.0, 6.0])
+@pytest.mark.parametrize("apart", first_in_default_tier([0.0, 6.0], 1))
 def test_the_error_of_a_thickness_holds_the_truth_in_95_of_100(apart):
     """The bed is picked anew in every run, and both ends lie on uneven surfaces."""
     chance = np.random.default_rng(17)

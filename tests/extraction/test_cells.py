@@ -123,6 +123,7 @@ def test_a_dense_cloud_with_twins_far_places_and_given_normals_tells_the_same() 
     assert (found.labels[::1000] == -1).all()
 
 
+@pytest.mark.full
 def test_dense_clouds_without_an_edge_or_without_a_surface_end_plainly() -> None:
     rng = np.random.default_rng(7)
     x, y = rng.uniform(0.0, 10.0, (2, 60_000))

@@ -186,6 +186,7 @@ def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
     assert any("30 %" in said for said in found.warnings)
 
 
+@pytest.mark.full
 def test_debris_at_the_foot_of_a_wall_is_no_exposure() -> None:
     rng = np.random.default_rng(6)
     wall = sheet(rng, (90.0, 80.0), (14.0, 5.0, 5.0), size=8.0, count=40_000)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, axes_of, grid_mesh, normal_of
+from tests.tiers import first_in_default_tier
 from vomstudio.extraction.facets import Facets, find_facets
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -103,7 +104,7 @@ def worn_cube(rng: np.random.Generator, radius: float) -> np.ndarray:
     return core + radius * off / length + NOISE * rng.standard_normal(points.shape)
 
 
-@pytest.mark.parametrize("seed", range(715, 718))
+@pytest.mark.parametrize("seed", first_in_default_tier(range(715, 718), 1))
 def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(seed: int) -> None:
     rng = np.random.default_rng(seed)
     flat = find_facets(PointCloud(worn_cube(rng, 0.3)))
@@ -122,8 +123,8 @@ def test_pieces_of_a_round_block_are_not_good_and_planes_with_worn_edges_are(see
         assert not any(f.bent and f.verdict.quality == "good" for f in found.facets)
 
 
-@pytest.mark.parametrize("seed", range(718, 721))
-@pytest.mark.parametrize("times", [0.5, 0.75, 1.0])
+@pytest.mark.parametrize("seed", first_in_default_tier(range(718, 721)))
+@pytest.mark.parametrize("times", first_in_default_tier([0.5, 0.75, 1.0]))
 def test_a_mesh_whose_noise_is_as_long_as_its_sides_is_one_plane(times: float, seed: int) -> None:
     heights = times * 0.02 * np.random.default_rng(seed).standard_normal((100, 100))
     mesh = grid_mesh(heights, 0.02)

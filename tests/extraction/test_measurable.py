@@ -264,6 +264,7 @@ def agreement(mesh: Mesh, planes: list[Plane], length: float, each: int) -> tupl
     return np.array(told), np.array(stated)
 
 
+@pytest.mark.full
 def test_simulated_traces_state_what_the_map_tells() -> None:
     planes = [Plane(40, 30), Plane(200, 70), Plane(310, 45)]
     told, stated = agreement(waves(), planes, 1.0, 25)

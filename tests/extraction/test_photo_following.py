@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from tests.extraction.planes_by_construction import grid_mesh
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos, open_photos
 from vomstudio.extraction.photo_following import PhotoFollower
@@ -128,7 +129,7 @@ def clicks(made: Wall) -> np.ndarray:
     return np.array([made.on_bed(x) for x in (1.0, 2.0, 3.0)])
 
 
-@pytest.mark.parametrize("cost", ["colour", "dark"])
+@pytest.mark.parametrize("cost", first_in_default_tier(["colour", "dark"], 1))
 def test_the_line_is_on_the_bed_to_the_pixel(scene: tuple[Wall, Path], cost: str) -> None:
     made = scene[0]
     photos = opened(scene)
@@ -204,6 +205,7 @@ def test_a_long_line_is_found_in_smaller_pictures_first(
     assert len(coarse.pixels) == pytest.approx(len(whole.pixels), rel=0.05)
 
 
+@pytest.mark.full
 def test_a_shifted_world_shifts_the_trace(scene: tuple[Wall, Path], tmp_path: Path) -> None:
     made = scene[0]
     shift = np.array([364_000.0, 4_721_000.0, 800.0])

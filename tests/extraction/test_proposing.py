@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import Cancelled, UsageError
 from vomstudio.extraction.proposals.traces import ProposedTraces, propose_traces
 from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -57,7 +58,7 @@ def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
     assert first["dip_deg"] < max(float(first["total95_deg"]), 2.0)
 
 
-@pytest.mark.parametrize("cost", ["dark", "gradient", "curvature"])
+@pytest.mark.parametrize("cost", first_in_default_tier(["dark", "gradient", "curvature"], 1))
 def test_in_noise_hardly_anything_is_sure(cost: str) -> None:
     sure = 0
     for seed in range(4):
@@ -130,6 +131,7 @@ def test_it_stops_and_an_even_surface_has_no_lines() -> None:
     assert proposed(points, np.full(len(points), 90.0), "dark").proposals == ()
 
 
+@pytest.mark.full
 def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
     """Nine squares of a metre wear a picture with a dark bed of 0.08 m."""
     from PIL import Image

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.fuzz import hostile, no_files, projects, readers, swollen
+from tests.tiers import first_in_default_tier
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="the readers' limits are Linux's"
@@ -35,6 +36,7 @@ def test_single_bits_change_no_figure_silently() -> None:
     assert sum(counts.values()) == 12
 
 
+@pytest.mark.full
 def test_odd_rows_open_as_far_as_they_are_sound() -> None:
     counts, wrong = projects.campaign(projects.odd_row, 8, 7, same=False)
     assert wrong == []
@@ -73,6 +75,7 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
     opened.close()
 
 
+@pytest.mark.full
 def test_folders_that_somebody_has_prepared_hold_nobody_up() -> None:
     counts, wrong = hostile.campaign(120, seed=7)
     assert wrong == []
@@ -92,7 +95,7 @@ def test_archives_that_lie_are_read_or_refused_by_name() -> None:
     assert counts["read"] > 0
 
 
-@pytest.mark.parametrize("kind", ["t.csv", "s.stl", "k.kml"])
+@pytest.mark.parametrize("kind", first_in_default_tier(["t.csv", "s.stl", "k.kml"], 1))
 def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     # Less than is promised, for files that are smaller than those of a long run.
     said = swollen.campaign(40, tmp_path, only=kind, way="more", free_bytes=200 << 20)
@@ -100,7 +103,9 @@ def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  #
     assert not said[0].startswith("WRONG"), said[0]
 
 
-@pytest.mark.parametrize(("kind", "free"), [("a.glb", 100), ("a.ply", 200), ("b.xyz", 100)])
+@pytest.mark.parametrize(
+    ("kind", "free"), first_in_default_tier([("a.glb", 100), ("a.ply", 200), ("b.xyz", 100)], 1)
+)
 def test_sound_models_take_twice_what_they_hold_and_little_more(
     kind: str, free: int, tmp_path: Path
 ) -> None:

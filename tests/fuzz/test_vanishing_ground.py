@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.fuzz import disk_faults, faulty_disk
+from tests.tiers import first_in_default_tier
 
 ROOT = Path(__file__).resolve().parents[2]
 TEMPLATES = [template for kind in disk_faults.COMMANDS.values() for template in kind]
@@ -43,7 +44,7 @@ def test_a_writer_names_target_and_cause_and_leaves_nothing(
     assert of_each[template] == ["said", "said"]
 
 
-@pytest.mark.parametrize("kind", ["save", "save-as", "compact"])
+@pytest.mark.parametrize("kind", first_in_default_tier(["save", "save-as", "compact"], 1))
 def test_a_project_is_whole_after_a_fault_at_any_call(kind: str) -> None:
     assert f"{kind}: 15 faults" in run("disk_faults", "--faults", "15", "--seed", "7", kind)
 

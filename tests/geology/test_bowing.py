@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.bowing import bowing_of, bowing_of_turns
 from vomstudio.registration.placing import register_points
 
@@ -26,7 +27,7 @@ def bowed(places: np.ndarray, curvature: float) -> np.ndarray:
     return np.asarray(local @ CLIFF.T + places.mean(axis=0))
 
 
-@pytest.mark.parametrize("curvature", [0.001, -0.0005])
+@pytest.mark.parametrize("curvature", first_in_default_tier([0.001, -0.0005], 1))
 def test_a_known_curvature_is_found_from_control_and_check_points(curvature: float) -> None:
     """A registration by ten of sixteen points takes shift, tilt and scale away, and the curvature
     is there all the same."""
@@ -141,8 +142,8 @@ def turns_of_bend(places: np.ndarray, curvature: float, *, wall: bool) -> np.nda
     return np.array(turns) @ frame.T
 
 
-@pytest.mark.parametrize("wall", [False, True])
-@pytest.mark.parametrize("curvature", [0.0004, -0.0004])
+@pytest.mark.parametrize("wall", first_in_default_tier([False, True], 1))
+@pytest.mark.parametrize("curvature", first_in_default_tier([0.0004, -0.0004], 1))
 def test_a_known_curvature_is_found_from_verticals(wall: bool, curvature: float) -> None:
     inside, rounds = 0, 200
     for seed in range(rounds):

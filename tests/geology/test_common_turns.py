@@ -199,6 +199,7 @@ def test_beta_states_them_too() -> None:
     assert bare.beta == found.beta
 
 
+@pytest.mark.full
 def test_the_stated_region_of_beta_holds_the_true_axis() -> None:
     """Folds of 15 beds that scatter by 3 degrees, on models turned by 2 degrees about up and 1
     about the others: the region with the registration holds the axis in about 95 %, that without

@@ -167,6 +167,7 @@ def test_spacing_along_a_scanline_is_longer_by_the_cosine() -> None:
     assert beside.apparent_m is None
 
 
+@pytest.mark.full
 def test_area_per_volume_of_planes_that_lean_is_that_of_their_line_over_the_cosine() -> None:
     # Planes at even distances from a point, one each r metres, have 1 / r of area per volume
     # whatever their attitudes (a plane at distance d cuts a ball in pi (R^2 - d^2)); a line crosses

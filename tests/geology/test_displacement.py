@@ -114,6 +114,7 @@ def test_the_world_turns_with_it() -> None:
         assert getattr(two, name).value == pytest.approx(getattr(one, name).value)
 
 
+@pytest.mark.full
 def test_stated_errors_are_those_of_simulation() -> None:
     chance = np.random.default_rng(2)
     errors = Errors(sigma_m=0.05, fault95_deg=4.0, bed95_deg=3.0, rake95_deg=10.0)

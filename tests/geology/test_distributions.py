@@ -14,6 +14,7 @@ from scipy.special import gammaln, hyp1f1, ive
 from scipy.stats import f as f_distribution
 
 from tests.geology.samples import bingham_sample, fisher_sample
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Line, lines_to_vectors, planes_to_poles
 from vomstudio.geology.populations import distributions
@@ -378,7 +379,7 @@ def test_the_axis_of_a_girdle_of_few_is_held_as_often_as_it_says(n: int) -> None
     assert 0.91 * told <= held <= 0.98 * told
 
 
-@pytest.mark.parametrize("n", [6, 10, 30, 100])
+@pytest.mark.parametrize("n", first_in_default_tier([6, 10, 30, 100], 1))
 def test_axes_that_may_be_any_of_a_plane_have_no_region(n: int) -> None:
     """Round clusters and even girdles: no more are told than chance lets differ (5 %)."""
     rng = np.random.default_rng(n)
@@ -398,6 +399,7 @@ def test_axes_that_may_be_any_of_a_plane_have_no_region(n: int) -> None:
     assert of_girdle <= 0.1 * 200
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("n", [30, 100])
 def test_axes_of_a_long_cluster_are_told_and_held(n: int) -> None:
     rng = np.random.default_rng(n)
@@ -412,6 +414,7 @@ def test_axes_of_a_long_cluster_are_told_and_held(n: int) -> None:
     assert 0.9 * told <= held <= 0.98 * told
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("n", [5, 10])
 def test_means_weighted_by_error_are_held_as_often_as_they_say(n: int) -> None:
     """Errors of 0.5 to 10 degrees: neither all held, as if few counted, nor too seldom."""

@@ -9,6 +9,7 @@ import pytest
 
 from tests.geology import folded
 from tests.geology.folded import planes
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.folding.limbs import limbs_of
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Plane
@@ -109,7 +110,8 @@ def test_a_plane_beside_a_widely_spread_limb_does_not_decide(n: int, apart: floa
 
 
 @pytest.mark.parametrize(
-    ("n", "inter"), [((20, 20), 90), ((40, 8), 90), ((20, 5), 120), ((3, 3), 50)]
+    ("n", "inter"),
+    first_in_default_tier([((20, 20), 90), ((40, 8), 90), ((20, 5), 120), ((3, 3), 50)], 1),
 )
 def test_limbs_state_errors_that_hold(n: tuple[int, int], inter: float) -> None:
     rng = np.random.default_rng(sum(n))
@@ -148,7 +150,7 @@ def test_a_limb_whose_beds_are_overturned_closes_the_fold() -> None:
     assert any("overturned beds and others" in reason for reason in mixed.reasons)
 
 
-@pytest.mark.parametrize("few", [2, 3, 4])
+@pytest.mark.parametrize("few", first_in_default_tier([2, 3, 4], 1))
 def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> None:
     """Two limbs 70 degrees apart, one of ten planes that stray by 3 degrees, one of a few that
     stray by 9: so few do not show that they do."""

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import fold_axis
@@ -157,7 +158,9 @@ def coverage(n: int, arc_deg: float, noise_deg: float, runs: int, seed: int) -> 
     return held / runs, float(np.median(sizes))
 
 
-@pytest.mark.parametrize(("n", "arc", "noise"), [(15, 90, 3), (40, 120, 8), (8, 180, 3)])
+@pytest.mark.parametrize(
+    ("n", "arc", "noise"), first_in_default_tier([(15, 90, 3), (40, 120, 8), (8, 180, 3)], 1)
+)
 def test_the_region_holds_the_true_axis_in_93_to_97_percent(
     n: int, arc: float, noise: float
 ) -> None:
@@ -214,6 +217,7 @@ def test_parallel_empty_and_single_sets_have_no_common_axis() -> None:
             common_axis(sets)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("n", [12, 60])
 def test_the_common_axis_is_held_in_a_region_no_wider_than_its_scatter_calls_for(n: int) -> None:
     rng = np.random.default_rng(9)

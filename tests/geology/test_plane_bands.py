@@ -169,6 +169,7 @@ def test_the_plane_of_a_flat_prior_and_a_sharp_band_has_a_closed_form() -> None:
     assert found.p == pytest.approx(1.0)
 
 
+@pytest.mark.full
 def test_the_probability_of_a_set_is_how_often_it_is_right() -> None:
     rng = np.random.default_rng(6)
     sigma = np.radians(8.0)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy import integrate, optimize, special
 from scipy.stats import circmean, circvar
 
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import UsageError
 from vomstudio.geology.roses import angles_of, bins_of, histogram_of, rayleigh_p, rose_of
 
@@ -160,8 +161,8 @@ def test_five_of_a_hundred_scatters_without_direction_are_taken_for_one(count: i
         assert (p < level).mean() == pytest.approx(level, abs=4.5 * (level / 20_000) ** 0.5 + 0.001)
 
 
-@pytest.mark.parametrize("count", [6, 8, 12, 25, 45])
-@pytest.mark.parametrize("p", [0.2, 0.1, 0.05, 0.02])
+@pytest.mark.parametrize("count", first_in_default_tier([6, 8, 12, 25, 45]))
+@pytest.mark.parametrize("p", first_in_default_tier([0.2, 0.1, 0.05, 0.02]))
 def test_rayleighs_p_is_that_of_the_exact_law(count: int, p: float) -> None:
     """Kluyver (1906): of n random steps of one, the chance to come no farther than r is the
     integral of r J1(r t) J0(t)^n over t."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
 from vomstudio.geology.sets.axial_mixture import clusters_from_seeds, propose_clusters
 from vomstudio.geology.sets.proposals import spacing_along
@@ -51,7 +52,7 @@ CASES: dict[str, tuple[list[Set], int]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", first_in_default_tier(range(3), 1))
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_sets_are_found_within_a_degree(name: str, seed: int) -> None:
     chance = np.random.default_rng(seed)
@@ -80,6 +81,7 @@ def test_sets_are_found_within_a_degree(name: str, seed: int) -> None:
     assert right.mean() == pytest.approx(best.mean(), abs=0.03)
 
 
+@pytest.mark.full
 def test_five_wide_sets_among_clutter_are_told_apart() -> None:
     sets = [(40, 70), (100, 80), (160, 60), (250, 15), (300, 50)]
     right = 0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.geology.samples import bingham_sample
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geology.populations import distributions
 from vomstudio.geology.populations.distributions import axes_confidence
@@ -23,8 +24,8 @@ def _errors(own: np.ndarray) -> Errors:
     return Errors(np.degrees(own) * JOINT_95, "total95_deg")
 
 
-@pytest.mark.parametrize("natural", [0.0, 2.0, 5.0])
-@pytest.mark.parametrize("n", [2, 3, 4, 5, 8])
+@pytest.mark.parametrize("natural", first_in_default_tier([0.0, 2.0, 5.0], 1))
+@pytest.mark.parametrize("n", first_in_default_tier([2, 3, 4, 5, 8], 1))
 def test_means_of_few_weighted_planes_hold_or_are_not_told(n: int, natural: float) -> None:
     """Errors of half a degree and of ten, with and without a scatter by nature, which so few do not
     always show."""

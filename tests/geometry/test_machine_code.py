@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.kernels import machine_code
 from vomstudio.geometry.kernels.jit import Kernel, kernel, part
 from vomstudio.geometry.kernels.sources import Part, Source
@@ -61,18 +62,22 @@ def test_kept_code_is_used_without_numba(folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("old", "new", "wanted"),
-    [
-        ("FACTOR = 2.0", "FACTOR = 4.0", 7.0),
-        ("np.arange(3.0)", "np.arange(3.0) + 1", 5.0),
-        ("x * FACTOR", "x - FACTOR", 0.5),
-        ("TABLE[1]", "TABLE[2]", 5.0),
-    ],
+    first_in_default_tier(
+        [
+            ("FACTOR = 2.0", "FACTOR = 4.0", 7.0),
+            ("np.arange(3.0)", "np.arange(3.0) + 1", 5.0),
+            ("x * FACTOR", "x - FACTOR", 0.5),
+            ("TABLE[1]", "TABLE[2]", 5.0),
+        ],
+        1,
+    ),
 )
 def test_whatever_changes_is_compiled_anew(folder: Path, old: str, new: str, wanted: float) -> None:
     assert used(folder)[0] == 4.0
     assert used(folder, MODULE.replace(old, new)) == (wanted, True)
 
 
+@pytest.mark.full
 def test_damaged_code_is_never_run(folder: Path) -> None:
     used(folder)
     (file,) = folder.glob("*.code")
@@ -143,7 +148,9 @@ def test_options_of_kernels_and_parts_count() -> None:
     assert len(names) == 4
 
 
-@pytest.mark.parametrize("module", ["_obj_kernels", "_ply_kernels", "_polygons"])
+@pytest.mark.parametrize(
+    "module", first_in_default_tier(["_obj_kernels", "_ply_kernels", "_polygons"], 1)
+)
 def test_no_reader_needs_numba(module: str) -> None:
     """Else every small command would wait for its import."""
     holder = importlib.import_module(f"vomstudio.io.models.formats.{module}")

@@ -10,6 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry import residual_correlation
 from vomstudio.geometry.plane_errors import joint_quantile, split_rad
 from vomstudio.geometry.planes import fit_plane, fit_planes
@@ -63,7 +64,7 @@ def test_roughness_up_to_a_tenth_of_the_trace_keeps_its_coverage_at_a_bearable_w
     assert ratio <= 1.5 * 1.06  # the median of so many repeats is good to a few per cent
 
 
-@pytest.mark.parametrize("noise", ["exponential", "gaussian2"])
+@pytest.mark.parametrize("noise", first_in_default_tier(["exponential", "gaussian2"], 1))
 def test_a_trace_of_a_thousand_points_is_covered_like_one_of_a_hundred(noise: str) -> None:
     repeats = 600
     luck = 3.0 * np.sqrt(0.95 * 0.05 / repeats)

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import fdtrc
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry import residual_correlation
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import fit_plane
@@ -143,8 +144,8 @@ def compared(traces: list[Trace], dof: np.ndarray) -> None:
         np.testing.assert_allclose(own, wanted, rtol=2e-4, err_msg=f"{len(each[0])} points")
 
 
-@pytest.mark.parametrize("n", [12, 13, 31, 100, 255, 256])
-@pytest.mark.parametrize("length", [0.0, 0.03, 0.1, 0.5])
+@pytest.mark.parametrize("n", first_in_default_tier([12, 13, 31, 100, 255, 256]))
+@pytest.mark.parametrize("length", first_in_default_tier([0.0, 0.03, 0.1, 0.5]))
 def test_every_trace_of_a_batch_costs_what_plain_matrices_say(n: int, length: float) -> None:
     traces = [trace(n, length, seed) for seed in range(3)]
     compared(traces, np.full(3, n - 3.0))

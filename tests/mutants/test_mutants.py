@@ -131,6 +131,7 @@ def test_half():
 """
 
 
+@pytest.mark.full
 def test_mutants_that_a_test_sees_die_and_the_file_is_as_it_was(tmp_path: Path) -> None:
     tree, scratch = tmp_path / "tree", tmp_path / "scratch"
     for folder in (tree / "vomstudio", tree / "tests", scratch):

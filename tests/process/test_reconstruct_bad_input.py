@@ -93,6 +93,7 @@ def test_photos_without_anything_in_them_are_named(tmp_path: Path) -> None:
     assert "a.png" in said
 
 
+@pytest.mark.full
 def test_two_photos_make_a_model(photos: Path, tmp_path: Path) -> None:
     end = reconstruct(only(photos, tmp_path / "two", 1, 2), tmp_path / "out")
     assert end.code == 0, end.err
@@ -127,6 +128,7 @@ def mixed(photos: Path, tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.full
 def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) -> None:
     """And the model may lie in the photos' own folder, without being taken for photos."""
     out = mixed / "model"

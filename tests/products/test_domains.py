@@ -89,6 +89,7 @@ def test_the_axes_turn_with_the_world() -> None:
         assert turned[name].error95_deg == pytest.approx(here[name].error95_deg)
 
 
+@pytest.mark.full
 def test_the_error_of_a_domains_axis_holds_in_95_of_100() -> None:
     rng = np.random.default_rng(11)
     inside = 0

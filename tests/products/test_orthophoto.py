@@ -12,6 +12,7 @@ import pytest
 import rasterio
 
 from tests.marked import SPAN, UTM, found_dots, height, marked_cloud, marked_mesh
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import Cancelled, InputError, TargetError, UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
@@ -76,7 +77,7 @@ def test_dots_of_a_texture_lie_where_the_matrix_says(tmp_path, trend, plunge, gs
     assert np.abs((pixels @ matrix.T)[:, :3] - places).max() < 3 * gsd
 
 
-@pytest.mark.parametrize(("trend", "plunge"), VIEWS)
+@pytest.mark.parametrize(("trend", "plunge"), first_in_default_tier(VIEWS))
 def test_dots_of_a_cloud_lie_where_the_matrix_says(tmp_path, trend, plunge) -> None:  # type: ignore[no-untyped-def]
     cloud, places = marked_cloud()
     gsd = 0.01
@@ -473,6 +474,7 @@ def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     assert facts["north"].startswith("not known")
 
 
+@pytest.mark.full
 def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Path) -> None:
     from PIL import Image
 

@@ -58,6 +58,7 @@ def bounds(n: int, low: float, high: float) -> tuple[int, int]:
     return int(binom.ppf(0.001, n, low)), int(binom.ppf(0.999, n, high))
 
 
+@pytest.mark.full
 def test_stated_regions_of_planes_hold_the_truth_as_often_as_they_say() -> None:
     held = law([7], 10)
     planes = held["bedding"] + held["fault"] + held["joint"]
@@ -332,6 +333,7 @@ def test_a_place_is_seen_where_three_photos_have_it_before_them() -> None:
     assert {2, 3} <= set(count.tolist())
 
 
+@pytest.mark.full
 def test_a_model_off_by_so_much_is_said_to_be() -> None:
     """The cloud lies 12 mm over the face, the cameras 7 mm to the north."""
     mesh = wall()

@@ -133,6 +133,7 @@ def test_yaws_that_are_off_alike_are_named_and_the_points_stand(wrong: float) ->
         assert "without their north" in said
 
 
+@pytest.mark.full
 def test_what_agrees_is_seldom_called_contradictory() -> None:
     """Each of three tests is wrong in one of a thousand sound models."""
     said = 0

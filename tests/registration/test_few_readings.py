@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.bench_registration import few_planes, named_shares
+from tests.tiers import first_in_default_tier
 from vomstudio.registration.placing import place
 
 
-@pytest.mark.parametrize("stated", [True, False])
-@pytest.mark.parametrize("added", [90.0, -90.0])
-@pytest.mark.parametrize("n", [4, 6, 8])
+@pytest.mark.parametrize("stated", first_in_default_tier([True, False]))
+@pytest.mark.parametrize("added", first_in_default_tier([90.0, -90.0]))
+@pytest.mark.parametrize("n", first_in_default_tier([4, 6, 8]))
 def test_a_strike_read_as_dip_direction_is_named_with_the_placement_without_it(
     n, added, stated
 ) -> None:

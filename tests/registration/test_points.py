@@ -51,6 +51,7 @@ def test_unequal_errors_are_minimised_as_scipy_does() -> None:
     assert found(model) == pytest.approx(placed, abs=1e-6)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("stated", [True, False])
 def test_the_stated_errors_cover_the_true_ones(stated: bool) -> None:
     """95 % of the rotations, about each axis by itself, in 400 simulations."""

@@ -185,6 +185,7 @@ def test_parts_of_a_large_set_are_joined_by_a_second_look(monkeypatch, tmp_path:
 
 
 # -- whole sets ----------------------------------------------------------------------------------
+@pytest.mark.full
 def test_a_good_set_is_left_in_peace(tmp_path: Path) -> None:
     report = check_photos(read_photos(wall.write_set(tmp_path, wall.good_stations()[:12])))
     assert codes(report) == set(), [f.text for f in report.findings]

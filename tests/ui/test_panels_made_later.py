@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from tests import driver
 from tests.geometry.test_brush import grid
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.document import edits
 from vomstudio.ui.shell.work_panels import work_panels
@@ -42,7 +43,7 @@ def state(panel: QWidget) -> Iterator[tuple[object, ...]]:
 
 
 @pytest.mark.parametrize("name", PANELS)
-@pytest.mark.parametrize("notation", ["dipdir/dip", "strike/dip"])
+@pytest.mark.parametrize("notation", first_in_default_tier(["dipdir/dip", "strike/dip"], 1))
 def test_it_shows_what_it_would_have_shown(window, studio, qtbot, name: str, notation: str) -> None:
     def made() -> QWidget:
         panel = PANELS[name](studio, window.view)

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 
 from tests import driver
 from tests.samples import ZIGZAG
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
@@ -58,7 +59,9 @@ def test_panels_without_a_model_say_why_their_controls_are_disabled(window) -> N
     assert all_panels(window) == {}
 
 
-@pytest.mark.parametrize("tool", ["trace", "patch", "line", "measure", "station", "lithology"])
+@pytest.mark.parametrize(
+    "tool", first_in_default_tier(["trace", "patch", "line", "measure", "station", "lithology"])
+)
 def test_panels_of_a_project_do_so_too(window, studio, tool) -> None:
     add_cliff(studio)
     add_bed(studio)

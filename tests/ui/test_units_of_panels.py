@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtWidgets import QLabel, QTableWidget
 
 from tests.samples import ZIGZAG
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import Frame
@@ -29,7 +30,7 @@ def said(window, dock: str) -> str:
     return "\n".join(texts)
 
 
-@pytest.mark.parametrize("dock", DOCKS)
+@pytest.mark.parametrize("dock", first_in_default_tier(DOCKS))
 def test_no_panel_speaks_of_metres_where_the_scale_is_unknown(window, studio, dock) -> None:
     add_cliff(studio, Frame("undeclared"))
     window.docks.bring_forward(dock)

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from tests import driver
+from tests.tiers import first_in_default_tier
 from tests.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.io.settings import read_settings
@@ -244,6 +245,7 @@ def test_all_panels_are_hidden_and_come_back_with_a_key_of_a_workspace_too(windo
     assert there(window) == WORKSPACES[3].docks
 
 
+@pytest.mark.full
 def test_every_dock_can_be_shown_in_every_workspace(window):
     resize(window, 1400, 900)
     for number in range(1, 7):
@@ -338,7 +340,10 @@ def test_a_floating_dock_comes_back_from_a_screen_that_is_gone(window):
     assert screen.contains(dock.geometry().topLeft() + QPoint(60, 10))
 
 
-@pytest.mark.parametrize(("width", "height"), [(960, 508), (1100, 620), (1280, 688), (1920, 1040)])
+@pytest.mark.parametrize(
+    ("width", "height"),
+    first_in_default_tier([(960, 508), (1100, 620), (1280, 688), (1920, 1040)], 1),
+)
 def test_nothing_is_cut_off_and_the_outcrop_has_room_in_any_window(window, studio, width, height):
     add_cliff(studio)
     add_bed(studio)
@@ -398,7 +403,7 @@ import os, sys; sys.stdout.flush(); os._exit(0)
 """
 
 
-@pytest.mark.parametrize("logical_width", [1600, 1280, 960])
+@pytest.mark.parametrize("logical_width", first_in_default_tier([1600, 1280, 960], 1))
 def test_a_first_start_fits_the_screen_at_any_scale(own_folders, monkeypatch, logical_width):
     """A screen of few logical pixels is a large one at 125 or 167 %."""
     wide = QGuiApplication.primaryScreen().geometry().width()

@@ -110,6 +110,7 @@ def test_turning_the_world_changes_nothing() -> None:
         assert vars(a) == pytest.approx(vars(b), rel=1e-9)
 
 
+@pytest.mark.full
 def test_a_known_sigma_is_found_and_its_interval_holds_it() -> None:
     """500 experiments of 30 pairs with errors of 4 and 2 degrees."""
     rng = np.random.default_rng(7)

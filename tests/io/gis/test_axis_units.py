@@ -14,6 +14,7 @@ from pyproj import CRS
 
 import vomstudio as vs
 from tests.io.models.copc_maker import write_copc
+from tests.tiers import first_in_default_tier
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
 from vomstudio.io.gis.axis_units import stated_axes
@@ -179,17 +180,19 @@ def write_tif(path: Path, flat_m: float, high_m: float, crs: str | None, **more)
     return path
 
 
-@pytest.mark.parametrize("kind", ["float32", "float64"])
-@pytest.mark.parametrize("geotiff", ["1.0", "1.1"])
+@pytest.mark.parametrize("kind", first_in_default_tier(["float32", "float64"]))
+@pytest.mark.parametrize("geotiff", first_in_default_tier(["1.0", "1.1"]))
 @pytest.mark.parametrize(
     ("crs", "flat", "high", "unit", "units"),
-    [
-        ("EPSG:26917+6360", 1.0, US_FT, None, ("m", "m", "us-ft")),
-        ("EPSG:26917+8228", 1.0, FT, None, ("m", "m", "ft")),
-        ("EPSG:2264", US_FT, US_FT, None, ("us-ft", "us-ft", "us-ft")),
-        ("EPSG:2264+5703", US_FT, 1.0, None, ("us-ft", "us-ft", "m")),
-        ("EPSG:2264", US_FT, 1.0, "m", ("us-ft", "us-ft", "m")),
-    ],
+    first_in_default_tier(
+        [
+            ("EPSG:26917+6360", 1.0, US_FT, None, ("m", "m", "us-ft")),
+            ("EPSG:26917+8228", 1.0, FT, None, ("m", "m", "ft")),
+            ("EPSG:2264", US_FT, US_FT, None, ("us-ft", "us-ft", "us-ft")),
+            ("EPSG:2264+5703", US_FT, 1.0, None, ("us-ft", "us-ft", "m")),
+            ("EPSG:2264", US_FT, 1.0, "m", ("us-ft", "us-ft", "m")),
+        ]
+    ),
 )
 def test_height_models_in_feet(tmp_path, kind, geotiff, crs, flat, high, unit, units) -> None:
     path = write_tif(

@@ -14,6 +14,7 @@ import pyogrio
 import pytest
 import shapely
 
+from tests.tiers import first_in_default_tier
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.io.gis.drawn_layers import read_area, read_lines
@@ -70,7 +71,15 @@ def _written(path: Path, driver: str) -> Path:
 
 @pytest.mark.parametrize(
     ("name", "driver"),
-    [("a.geojson", "GeoJSON"), ("a.gpkg", "GPKG"), ("a.shp", "ESRI Shapefile"), ("a.kml", "KML")],
+    first_in_default_tier(
+        [
+            ("a.geojson", "GeoJSON"),
+            ("a.gpkg", "GPKG"),
+            ("a.shp", "ESRI Shapefile"),
+            ("a.kml", "KML"),
+        ],
+        1,
+    ),
 )
 def test_a_file_is_read_the_same_in_a_process_of_its_own(
     name: str, driver: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

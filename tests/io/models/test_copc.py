@@ -172,6 +172,7 @@ def test_a_file_cut_anywhere_gives_one_sentence(tmp_path: Path) -> None:
         cut_or_sound(path)
 
 
+@pytest.mark.full
 def test_damaged_files_give_points_or_one_sentence(tmp_path: Path) -> None:
     content = make(tmp_path / "a.copc.laz", 500, split=2).read_bytes()
     path = tmp_path / "bad.copc.laz"

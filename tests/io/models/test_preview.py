@@ -9,6 +9,7 @@ import laspy
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models import preview as previews
 from vomstudio.io.models.opening import read_model
@@ -32,8 +33,8 @@ def make(path: Path, point_format: int, n: int = N) -> Path:
     return path
 
 
-@pytest.mark.parametrize("point_format", [0, 1, 2, 3, 6, 7, 8])
-@pytest.mark.parametrize("ending", [".las", ".laz"])
+@pytest.mark.parametrize("point_format", first_in_default_tier([0, 1, 2, 3, 6, 7, 8]))
+@pytest.mark.parametrize("ending", first_in_default_tier([".las", ".laz"]))
 def test_a_preview_holds_points_of_the_file_from_end_to_end(
     tmp_path: Path, ending: str, point_format: int
 ) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.cli import main
 from vomstudio.document import edits
 from vomstudio.document.records import Feature
@@ -34,7 +35,7 @@ def content(folder: Path) -> dict[str, bytes]:
     return {p.name: p.read_bytes() for p in folder.iterdir()}
 
 
-@pytest.mark.parametrize("name", [*FOLDERS, *FILES])
+@pytest.mark.parametrize("name", first_in_default_tier([*FOLDERS, *FILES]))
 def test_what_a_link_leads_to_stays_as_it_is(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -16,6 +16,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.tiers import first_in_default_tier
+
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="no file can be cut there while it is open"
 )
@@ -100,9 +102,11 @@ def ran(program: str, *words: object) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("over", ["over", "at once"])
-@pytest.mark.parametrize("size", [0, 1000, 4096, 20_000])
-@pytest.mark.parametrize("name", ["journal.sqlite", "journal.sqlite-wal", "journal.sqlite-shm"])
+@pytest.mark.parametrize("over", first_in_default_tier(["over", "at once"]))
+@pytest.mark.parametrize("size", first_in_default_tier([0, 1000, 4096, 20_000]))
+@pytest.mark.parametrize(
+    "name", first_in_default_tier(["journal.sqlite", "journal.sqlite-wal", "journal.sqlite-shm"])
+)
 def test_a_journal_that_shrinks(tmp_path: Path, name: str, size: int, over: str) -> None:
     answer: dict[str, Any] = json.loads(ran(_JOURNAL, tmp_path / "a.vom", name, size, over))
     if name.endswith("-shm"):

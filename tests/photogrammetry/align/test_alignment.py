@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around, face, make
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
@@ -73,6 +74,7 @@ def test_observations_belong_to_their_photos(arc: tuple[Made, Alignment, Path]) 
     assert alignment.tie_points == (scene.track_lengths >= 3).sum() > 500
 
 
+@pytest.mark.full
 def test_convergent_photos_correct_a_wrong_focal_length(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(12), face(), focal_px=1450.0)
     alignment = aligned(made, tmp_path / "work")
@@ -85,6 +87,7 @@ def test_convergent_photos_correct_a_wrong_focal_length(tmp_path: Path) -> None:
     assert camera.strongest is not None
 
 
+@pytest.mark.full
 def test_convergent_photos_tell_the_whole_lens(tmp_path: Path) -> None:
     lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.1, 0.1, 0, 0))
     made = make(tmp_path / "photos", around(12, lens), face(), noise_px=0.1, focal_px=1450.0)
@@ -284,7 +287,10 @@ class Stop(Silent):
 
 
 @pytest.mark.parametrize(
-    ("stage", "at"), [("Detecting features", 4), ("Matching photos", 8), ("Computing poses", 3)]
+    ("stage", "at"),
+    first_in_default_tier(
+        [("Detecting features", 4), ("Matching photos", 8), ("Computing poses", 3)], 1
+    ),
 )
 def test_a_stopped_run_goes_on_where_it_was(
     arc: tuple[Made, Alignment, Path], tmp_path: Path, stage: str, at: int

@@ -16,6 +16,7 @@ from tests.photogrammetry.dense.dense_truth import (
     true_points,
 )
 from tests.photogrammetry.rock_face import photograph
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import (
@@ -80,6 +81,7 @@ def front():
     return taken(face, views), tie_points(face, views, 600)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("method", ["sgbm", "patchmatch"])
 def test_a_plane_at_right_angles_has_its_depth(front, method):
     photos, scene = front
@@ -97,6 +99,7 @@ def test_a_plane_at_right_angles_has_its_depth(front, method):
     assert np.degrees(np.arccos(-mean[2] / np.linalg.norm(mean))) < limit
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("method", ["sgbm", "patchmatch"])
 def test_an_oblique_plane_has_its_normal_and_its_depths(method):
     slope = (0.4, -0.25)
@@ -116,7 +119,7 @@ def test_an_oblique_plane_has_its_normal_and_its_depths(method):
     assert abs(np.median(made.depth[both] - truth[both])) < 0.1 * GSD
 
 
-@pytest.mark.parametrize("method", ["sgbm", "patchmatch"])
+@pytest.mark.parametrize("method", first_in_default_tier(["sgbm", "patchmatch"], 1))
 def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
     photos, scene = front
     larger = [
@@ -153,6 +156,7 @@ def test_a_face_seen_in_parallel_is_met(rock, lens):
     assert completeness(cloud.points, true_points(rock, views, 20_000), GSD) > 0.97
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("chosen", "found"), [(None, "sgbm"), ("patchmatch", "patchmatch")])
 def test_a_face_seen_from_all_sides_is_met(rock, chosen, found):
     views = around([-48, -24, 0, 24, 48])
@@ -190,6 +194,7 @@ def test_what_is_masked_has_no_depth_and_gives_none(rock):
         assert np.percentile(views[1].project(points)[:, 0], 2) > 256
 
 
+@pytest.mark.full
 def test_the_threads_change_nothing_and_the_seed_fixes_all(front):
     photos, scene = front
     task = make_task(choose_pairs(scene, method="patchmatch", count=2).plans[0], photos.__getitem__)

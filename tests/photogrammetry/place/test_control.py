@@ -144,6 +144,7 @@ def surveyed(
     return control, marks
 
 
+@pytest.mark.full
 def test_the_stated_turn_and_tilt_are_those_that_errors_of_the_survey_make(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:

@@ -103,6 +103,7 @@ def covered(mesh: Mesh, x: float, z: float) -> bool:
     return bool((np.abs(signs.sum(axis=0)) == 3).any())
 
 
+@pytest.mark.full
 def test_small_holes_are_closed_and_large_ones_are_left():
     options = SurfaceOptions(faces=4000, largest_hole_m=0.5)
     closed = build_surface(with_hole(0.2), options)
@@ -184,6 +185,7 @@ def test_a_fin_and_touching_sheets_become_manifold():
     assert (neighbours(kept) >= 0).sum() == 2
 
 
+@pytest.mark.full
 def test_the_face_of_rock_is_met_within_millimetres():
     import open3d as o3d
 
