@@ -1,14 +1,13 @@
 # Sourced by packaging/run and packaging/test: makes the machine ready, once.
 #
-# After `prepare run` or `prepare test`, $root is the project's folder and $python the interpreter
-# of .venv/, which holds exactly the packages of requirements.lock and the project itself. All
-# messages go to standard error; a second call does nothing that takes time.
+# After `prepare run`, $root is the project's folder and $python the interpreter of .venv/, which
+# contains the packages of requirements.lock and the project itself; after `prepare test` also those
+# of requirements_test.lock. All messages go to standard error; a second call takes no time.
 
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)"
 root="$(dirname "$here")"
 venv="$root/.venv"
 python="$venv/bin/python"
-lock="$here/requirements.lock"
 stamp="$venv/installed-from"
 unfinished="$venv/installation-unfinished"
 
@@ -18,14 +17,22 @@ die() {
     exit 1
 }
 
-# What the stamp of a finished installation says: a moved or changed project is not that one.
-wanted_stamp() {
-    printf 'folder %s\n' "$root"
-    cat "$lock" "$root/pyproject.toml"
+locks() { # run | test
+    printf '%s\n' "$here/requirements.lock"
+    [[ "$1" == run ]] || printf '%s\n' "$here/requirements_test.lock"
 }
 
-is_installed() {
-    [[ -x "$python" && -f "$stamp" && ! -e "$unfinished" ]] && wanted_stamp | cmp -s - "$stamp"
+# Contents of the stamp of a finished installation: a moved or changed project has another one.
+wanted_stamp() { # run | test
+    printf 'folder %s\n' "$root"
+    local lock
+    while read -r lock; do cat "$lock"; done < <(locks "$1")
+    cat "$root/pyproject.toml"
+}
+
+is_installed() { # run | test
+    [[ -x "$python" && ! -e "$unfinished" ]] || return 1
+    wanted_stamp "$1" | cmp -s - "$stamp-$1"
 }
 
 # --- system packages ---------------------------------------------------------------------------
@@ -117,11 +124,11 @@ need_python() {
 environment_is_usable() {
     [[ -x "$python" && ! -e "$unfinished" ]] || return 1
     # A moved folder leaves scripts behind that point to the old place.
-    [[ ! -f "$stamp" || "$(head -n 1 "$stamp")" == "folder $root" ]] || return 1
+    [[ ! -f "$stamp-run" || "$(head -n 1 "$stamp-run")" == "folder $root" ]] || return 1
     "$python" -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 }
 
-install_environment() {
+install_environment() { # run | test
     if ! environment_is_usable; then
         local base
         base="$(need_python)"
@@ -136,16 +143,21 @@ install_environment() {
     local pip=("$python" -m pip --disable-pip-version-check --quiet)
     # setuptools first: what has no wheel is then built with the locked one, not with whatever is
     # newest, and so is the project itself.
-    sed -n '/^setuptools==/,/[^\\]$/p' "$lock" >"$venv/setuptools.txt"
+    sed -n '/^setuptools==/,/[^\\]$/p' "$here/requirements.lock" >"$venv/setuptools.txt"
     "${pip[@]}" install --require-hashes --requirement "$venv/setuptools.txt" >&2
-    "${pip[@]}" install --require-hashes --requirement "$lock" --no-build-isolation --use-pep517 >&2
+    local lock requirements=()
+    while read -r lock; do requirements+=(--requirement "$lock"); done < <(locks "$1")
+    "${pip[@]}" install --require-hashes "${requirements[@]}" --no-build-isolation --use-pep517 >&2
     "${pip[@]}" install --no-deps --no-build-isolation --editable "$root" >&2
     # pip does this for the packages; where the user's Python may not write bytecode, every start
     # would translate our own again.
     "$python" -m compileall -q "$root/vomstudio" >&2 || true
     compile_kernels
-    wanted_stamp >"$stamp.new"
-    mv "$stamp.new" "$stamp"
+    local use
+    for use in run $([[ "$1" == run ]] || printf test); do
+        wanted_stamp "$use" >"$stamp-$use.new"
+        mv "$stamp-$use.new" "$stamp-$use"
+    done
     rm "$unfinished"
 }
 
@@ -165,13 +177,13 @@ PYTHON
 
 prepare() { # run | test
     install_system_packages "$1"
-    is_installed && return 0
+    is_installed "$1" && return 0
     # Two first starts at the same time: the second waits, then finds the work done.
     if command -v flock >/dev/null; then
         exec 9<"$here"
         flock 9
     fi
-    is_installed || install_environment
+    is_installed "$1" || install_environment "$1"
     if command -v flock >/dev/null; then
         exec 9<&-
     fi

@@ -25,7 +25,8 @@ def project(tmp_path: Path) -> Path:
     python = folder / ".venv" / "bin" / "python"
     python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
     python.chmod(0o755)
-    assert bash(folder, 'wanted_stamp >"$stamp"').returncode == 0
+    for use in ("run", "test"):
+        assert bash(folder, f'wanted_stamp {use} >"$stamp-{use}"').returncode == 0
     return folder
 
 
@@ -40,8 +41,8 @@ def bash(project: Path, commands: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def is_installed(project: Path) -> bool:
-    return bash(project, "is_installed").returncode == 0
+def is_installed(project: Path, use: str = "run") -> bool:
+    return bash(project, f"is_installed {use}").returncode == 0
 
 
 def test_a_finished_installation_is_recognised(project: Path) -> None:
