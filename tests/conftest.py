@@ -14,6 +14,9 @@ from tests.guards import (  # noqa: F401 - hooks: what a test leaves behind fail
     pytest_runtest_setup,
     pytest_runtest_teardown,
 )
+from tests.kernel_cache import share_kernel_cache
+
+share_kernel_cache()
 
 # No test fails because the machine is busy with something else.
 settings.register_profile("patient", deadline=None)
