@@ -90,7 +90,7 @@ def entries(lock: str) -> Iterator[Pin]:
     """Yield the entries of a lock file that are meant for this interpreter and system."""
     from pip._vendor.packaging.markers import Marker
 
-    for text in lock.replace("\\\n", "\\\r").splitlines(keepends=False):
+    for text in lock.replace("\\\n", "\\\r").split("\n"):
         match = re.match(r"([\w.-]+)==([^\s;\\]+)\s*(?:;([^\\\r]*))?", text)
         if match is None:
             continue
