@@ -230,10 +230,12 @@ def _free_space() -> str:
 def install_packages(log: Path, locks: Sequence[Path]) -> None:
     """Install what is missing of the lock files. Raises InstallationError."""
     pins = pins_of(locks)
-    # The tests' packages stay when the program is installed again.
-    all_pins = pins_of([*locks, *Path(__file__).parent.glob("requirements*.lock")])
     installed = installed_versions()
-    former = abandoned(all_pins, Path(sys.prefix).glob("installed-from*")) & set(installed)
+    stamps = list(Path(sys.prefix).glob("installed-from-*"))
+    if len(stamps) > 1:
+        # The tests' packages stay when the program is installed again.
+        locks = [*locks, *Path(__file__).parent.glob("requirements*.lock")]
+    former = abandoned(pins_of(locks), stamps) & set(installed)
     if former:
         _run(["uninstall", "--yes", *sorted(former)], log, lambda: "packages", lambda _: None)
     missing = [pin for pin in pins if installed.get(pin.name) != pin.version]
