@@ -14,6 +14,7 @@ from tests.guards import (  # noqa: F401 - hooks: what a test leaves behind fail
     pytest_runtest_setup,
     pytest_runtest_teardown,
 )
+from tests.kernel_cache import share_kernel_cache
 from tests.tiers import (  # noqa: F401 - hooks: the processor time of each test
     pytest_configure,
     pytest_runtest_makereport,
@@ -22,6 +23,8 @@ from tests.tiers import (  # noqa: F401 - hooks: the processor time of each test
     pytest_sessionstart,
     pytest_terminal_summary,
 )
+
+share_kernel_cache()
 
 # No test fails because the machine is busy with something else.
 settings.register_profile("patient", deadline=None)

@@ -1,4 +1,4 @@
-"""Where the program's own files are."""
+"""Where the program's own files are, and those that it can make again."""
 
 from __future__ import annotations
 
@@ -35,6 +35,13 @@ def documentation() -> Path:
     if (in_the_checkout / "index.md").is_file() and not (_PACKAGE / "resources").is_dir():
         return in_the_checkout
     return resource("docs")
+
+
+def user_cache(*parts: str) -> Path:
+    """Return the user's cache folder of the program, or a path in it; it need not exist."""
+    from platformdirs import user_cache_path
+
+    return user_cache_path("vomstudio", appauthor=False).joinpath(*parts)
 
 
 def import_folders() -> list[str]:

@@ -15,7 +15,8 @@ from packaging.version import Version
 import vomstudio
 
 ROOT = Path(__file__).resolve().parents[2]
-LOCK = ROOT / "packaging" / "requirements.lock"
+RUN_LOCK = ROOT / "packaging" / "requirements.lock"
+TEST_LOCK = ROOT / "packaging" / "requirements_test.lock"
 SCRIPTS = ("packaging/run", "packaging/test", "packaging/lock", ".ci/run")
 
 # Put together from pieces, so that this file does not name what it forbids.
@@ -61,8 +62,8 @@ def texts() -> dict[str, str]:
     return found
 
 
-def locked() -> list[Requirement]:
-    lines = LOCK.read_text("utf-8").replace("\\\n", " ").splitlines()
+def locked(lock: Path) -> list[Requirement]:
+    lines = lock.read_text("utf-8").replace("\\\n", " ").splitlines()
     return [Requirement(line.split(" --hash")[0].strip()) for line in lines if line.strip()]
 
 
@@ -81,26 +82,41 @@ def test_no_file_names_a_path_of_somebodys_machine(texts: dict[str, str]) -> Non
     assert not guilty
 
 
-def test_the_lock_file_satisfies_every_declared_dependency() -> None:
+@pytest.mark.parametrize("locks", [(RUN_LOCK,), (RUN_LOCK, TEST_LOCK)], ids=["run", "test"])
+def test_the_lock_files_satisfy_every_declared_dependency(locks: tuple[Path, ...]) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    declared = project["dependencies"] + project["optional-dependencies"]["dev"]
+    declared = project["dependencies"]
+    if TEST_LOCK in locks:
+        declared = declared + project["optional-dependencies"]["dev"]
     pinned: dict[str, list[Version]] = {}
-    for requirement in locked():
+    for requirement in (requirement for lock in locks for requirement in locked(lock)):
         (pin,) = requirement.specifier
         assert pin.operator == "==", f"{requirement} is not pinned"
         pinned.setdefault(canonicalize_name(requirement.name), []).append(Version(pin.version))
     for text in declared:
         wanted = Requirement(text)
         versions = pinned.get(canonicalize_name(wanted.name))
-        assert versions, f"{text} is not in the lock file: run packaging/lock"
+        assert versions, f"{text} is not in the lock files: run packaging/lock"
         for version in versions:
             assert wanted.specifier.contains(version, prereleases=True), (
                 f"{text} is locked at {version}: run packaging/lock"
             )
 
 
-def test_the_lock_file_holds_hashes_and_no_address() -> None:
-    text = LOCK.read_text("utf-8")
+def test_tests_run_with_the_versions_that_users_get() -> None:
+    versions = {r.name: r.specifier for r in locked(RUN_LOCK)}
+    others = [r for r in locked(TEST_LOCK) if versions.get(r.name, r.specifier) != r.specifier]
+    assert others == []
+
+
+def test_the_program_is_installed_without_the_packages_of_the_tests() -> None:
+    names = {requirement.name for requirement in locked(RUN_LOCK)}
+    assert names.isdisjoint({"pytest", "mypy", "ruff", "hypothesis", "ipykernel"})
+
+
+@pytest.mark.parametrize("lock", [RUN_LOCK, TEST_LOCK], ids=["run", "test"])
+def test_the_lock_file_holds_hashes_and_no_address(lock: Path) -> None:
+    text = lock.read_text("utf-8")
     entries = text.replace("\\\n", " ").splitlines()
     assert entries
     assert [entry for entry in entries if "--hash=sha256:" not in entry] == []

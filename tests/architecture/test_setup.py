@@ -1,13 +1,21 @@
-"""When the start scripts take an installation for finished: a wrong yes is a broken program."""
+"""The start scripts: what counts as installed, what continues, how failures are reported."""
 
 from __future__ import annotations
 
+import hashlib
+import importlib.util
+import os
 import shutil
+import signal
 import subprocess
 import sys
+import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from tests.small_disk import small_disk
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -25,7 +33,8 @@ def project(tmp_path: Path) -> Path:
     python = folder / ".venv" / "bin" / "python"
     python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
     python.chmod(0o755)
-    assert bash(folder, 'wanted_stamp >"$stamp"').returncode == 0
+    for use in ("run", "test"):
+        assert bash(folder, f'wanted_stamp {use} >"$stamp-{use}"').returncode == 0
     return folder
 
 
@@ -40,8 +49,8 @@ def bash(project: Path, commands: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def is_installed(project: Path) -> bool:
-    return bash(project, "is_installed").returncode == 0
+def is_installed(project: Path, use: str = "run") -> bool:
+    return bash(project, f"is_installed {use}").returncode == 0
 
 
 def test_a_finished_installation_is_recognised(project: Path) -> None:
@@ -51,7 +60,17 @@ def test_a_finished_installation_is_recognised(project: Path) -> None:
 def test_an_interrupted_installation_is_not_taken_for_finished(project: Path) -> None:
     (project / ".venv" / "installation-unfinished").touch()
     assert not is_installed(project)
+    assert bash(project, "environment_is_usable").returncode == 0
+    (project / ".venv" / "creation-unfinished").touch()
     assert bash(project, "environment_is_usable").returncode != 0
+
+
+@pytest.mark.parametrize("lock", ["requirements.lock", "requirements_test.lock"])
+def test_packages_of_the_tests_are_installed_for_the_tests_alone(project: Path, lock: str) -> None:
+    with (project / "packaging" / lock).open("a") as lines:
+        lines.write("something==1.0\n")
+    assert is_installed(project, "run") == (lock == "requirements_test.lock")
+    assert not is_installed(project, "test")
 
 
 def test_a_changed_lock_file_asks_for_an_installation_into_the_same_environment(
@@ -75,8 +94,297 @@ def test_an_environment_whose_python_is_gone_is_made_anew(project: Path) -> None
     assert bash(project, "environment_is_usable").returncode != 0
 
 
-def test_without_python_one_sentence_says_what_to_install(project: Path) -> None:
-    done = bash(project, "find_python() { return 1; }; can_use_apt() { return 1; }; need_python")
+# --- interrupted, offline, full: one sentence, and running again continues ------------------------
+
+
+def wheel(folder: Path, name: str, size: int = 100) -> str:
+    """Write a wheel of one module and return its entry of a lock file."""
+    path = folder / f"{name}-1.0-py3-none-any.whl"
+    info = f"{name}-1.0.dist-info"
+    files = {
+        f"{name}.py": b"#" * size,
+        f"{info}/METADATA": f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n".encode(),
+        f"{info}/WHEEL": b"Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
+    }
+    record = "".join(f"{file},,{len(content)}\n" for file, content in files.items())
+    files[f"{info}/RECORD"] = f"{record}{info}/RECORD,,\n".encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for file, content in files.items():
+            archive.writestr(file, content)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return f"{name}==1.0 \\\n    --hash=sha256:{digest}\n"
+
+
+@dataclass
+class Environment:
+    """A virtual environment with nothing but pip, a folder of wheels, and a lock file."""
+
+    folder: Path
+    wheels: Path
+
+    @property
+    def site_packages(self) -> Path:
+        return next((self.folder / ".venv" / "lib").glob("python*")) / "site-packages"
+
+    def lock(self, *entries: str) -> Path:
+        path = self.wheels / "requirements.lock"
+        path.write_text("".join(entries))
+        return path
+
+    def install(
+        self, lock: Path, stderr: int = subprocess.PIPE, **variables: str
+    ) -> subprocess.CompletedProcess[str]:
+        """Run packaging/_install.py with these wheels as the only source of packages."""
+        environment = {k: v for k, v in os.environ.items() if not k.startswith(("PIP_", "PYTHON"))}
+        environment |= {"PIP_CONFIG_FILE": os.devnull, "PIP_NO_CACHE_DIR": "1"}
+        environment |= {"PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(self.wheels)} | variables
+        venv, script = self.folder / ".venv", ROOT / "packaging" / "_install.py"
+        return subprocess.run(
+            [venv / "bin" / "python", script, "packages", venv / "installation.log", lock],
+            env={k: v for k, v in environment.items() if v},
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            text=True,
+        )
+
+
+def make_environment(folder: Path, wheels: Path) -> Environment:
+    pip = importlib.util.find_spec("pip")
+    if pip is None or pip.origin is None:
+        pytest.skip("this environment has no pip")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder / ".venv"], check=True)
+    environment = Environment(folder, wheels)
+    # pip of this environment, and nothing else of it: creating one with pip takes seconds.
+    alone = wheels / "pip alone"
+    alone.mkdir(parents=True)
+    (alone / "pip").symlink_to(Path(pip.origin).parent, target_is_directory=True)
+    (environment.site_packages / "pip_alone.pth").write_text(f"{alone}\n")
+    return environment
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> Environment:
+    return make_environment(tmp_path / "project", tmp_path / "wheels")
+
+
+def test_an_interrupted_installation_continues(environment: Environment) -> None:
+    entries = [wheel(environment.wheels, name) for name in ("complete", "cut", "unfinished")]
+    first = environment.install(environment.lock(*entries))
+    assert first.returncode == 0, first.stderr
+    # Where no terminal is, not a line for each package.
+    assert first.stderr.splitlines()[0] == "Installing package 1 of 3: complete"
+    assert len(first.stderr.splitlines()) < 3
+    modules = {name: environment.site_packages / f"{name}.py" for name in ("complete", "cut")}
+    inode = modules["complete"].stat().st_ino
+    modules["cut"].write_bytes(b"#" * 50)
+    (environment.site_packages / "unfinished-1.0.dist-info" / "RECORD").unlink()
+    (environment.site_packages / "~emains-1.0.dist-info").mkdir()
+    lock = environment.lock(*entries, wheel(environment.wheels, "absent"))
+
+    second = environment.install(lock)
+    assert second.returncode == 0, second.stderr
+    assert modules["complete"].stat().st_ino == inode
+    assert modules["cut"].stat().st_size == 100
+    assert (environment.site_packages / "unfinished-1.0.dist-info" / "RECORD").is_file()
+    assert (environment.site_packages / "absent.py").is_file()
+    assert not list(environment.site_packages.glob("~*"))
+    assert "package 2 of 4: cut" in second.stderr
+    # Everything is there: not even pip is started.
+    assert environment.install(lock, PIP_NO_INDEX="no boolean").returncode == 0
+
+
+def test_a_package_that_is_no_longer_locked_is_removed(environment: Environment) -> None:
+    """As open3d, whose module open3d-cpu replaces."""
+    old, new = wheel(environment.wheels, "old"), wheel(environment.wheels, "new")
+    other = wheel(environment.wheels, "of_the_user")
+    for entries in ((other,), (old,)):
+        assert environment.install(environment.lock(*entries)).returncode == 0
+    (environment.folder / ".venv" / "installed-from-run").write_text(f"folder x\n{old}")
+    assert environment.install(environment.lock(new)).returncode == 0
+    modules = {path.name for path in environment.site_packages.glob("*.py")}
+    assert modules == {"new.py", "of_the_user.py"}
+
+
+def test_entries_for_other_systems_are_left_out(environment: Environment) -> None:
+    entry = wheel(environment.wheels, "elsewhere").replace(" \\", " ; sys_platform == 'os2' \\", 1)
+    assert environment.install(environment.lock(entry)).returncode == 0
+    assert not (environment.site_packages / "elsewhere.py").exists()
+
+
+def sentence_of(done: subprocess.CompletedProcess[str]) -> str:
+    """Return the reported failure, which is one line of at most 40 words and no traceback."""
     assert done.returncode == 1
-    assert "Python 3.11" in done.stderr
-    assert "python3-venv" in done.stderr
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("Installing package")]
+    sentence, *log = lines
+    assert len(sentence.split()) <= 40
+    assert all("installation.log" in line for line in log)
+    return sentence
+
+
+def test_without_network_the_connection_is_named(environment: Environment) -> None:
+    lock = environment.lock(wheel(environment.wheels, "needed"))
+    done = environment.install(
+        lock,
+        PIP_NO_INDEX="",
+        PIP_FIND_LINKS="",
+        PIP_INDEX_URL="http://127.0.0.1:9/simple",
+        PIP_RETRIES="1",
+    )
+    sentence = sentence_of(done)
+    assert "needed" in sentence
+    assert "network" in sentence
+    assert "Traceback" not in done.stderr
+    assert environment.install(lock).returncode == 0
+
+
+def test_a_wrong_checksum_is_named(environment: Environment) -> None:
+    lock = environment.lock(wheel(environment.wheels, "changed"))
+    wheel(environment.wheels, "changed", 101)
+    assert "checksum" in sentence_of(environment.install(lock))
+
+
+def test_a_package_without_a_fitting_file_names_the_python(environment: Environment) -> None:
+    lock = environment.lock(f"missing==1.0 \\\n    --hash=sha256:{'0' * 64}\n")
+    sentence = sentence_of(environment.install(lock))
+    assert "missing" in sentence
+    assert f"Python {sys.version_info[0]}.{sys.version_info[1]}" in sentence
+
+
+def test_a_full_disk_is_named_and_some_space_lets_it_continue(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk") as disk:
+        environment = make_environment(disk, tmp_path / "wheels")
+        small = wheel(environment.wheels, "alone")
+        lock = environment.lock(small, wheel(environment.wheels, "large", 4 << 20))
+        filler = disk / "filler"
+        filler.write_bytes(b"\0" * (6 << 20))
+        sentence = sentence_of(environment.install(lock))
+        assert "disk is full" in sentence
+        assert "MB left" in sentence
+        filler.unlink()
+        assert environment.install(lock).returncode == 0
+
+
+def test_too_small_a_disk_is_named_before_anything_is_downloaded(project: Path) -> None:
+    done = bash(project, "need_python() { echo python3; }; needed_mb=999999999; create_environment")
+    assert done.returncode == 1
+    assert "999999999 MB are needed" in done.stderr
+
+
+def test_ctrl_c_says_that_it_continues(project: Path) -> None:
+    """The terminal sends the signal to the script and to what it has started."""
+    installer = project / "packaging" / "_install.py"
+    installer.write_text("import time; print('started', flush=True); time.sleep(60)")
+    script = project / "packaging" / "_setup.sh"
+    process = subprocess.Popen(
+        ["bash", "-c", 'set -euo pipefail; source "$1"; install_environment run', "x", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout is not None
+    process.stdout.readline()
+    os.killpg(process.pid, signal.SIGINT)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "continues" in stderr.splitlines()[-1]
+    assert not is_installed(project)
+    assert bash(project, "environment_is_usable").returncode == 0
+
+
+# --- Python and apt -------------------------------------------------------------------------------
+
+
+def fake_python(project: Path, version: str, modules: str = "") -> Path:
+    """Write an interpreter that says it is of another version and lacks some modules."""
+    path = project / "fake python"
+    path.write_text(
+        f"""#!{sys.executable}
+import collections, sys
+Version = collections.namedtuple("Version", "major minor micro")
+sys.version_info = Version({version.replace(".", ", ")}, 0)
+for name in {modules.split()!r}:
+    sys.modules[name] = None
+exec(sys.argv[2])
+"""
+    )
+    path.chmod(0o755)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("version", "modules", "named"),
+    [
+        ("3.10", "", "Python 3.10"),
+        ("3.15", "", "Python 3.15"),
+        ("3.12", "venv", "python3.12-venv"),
+        ("3.12", "ensurepip", "python3.12-venv"),
+    ],
+)
+def test_an_unsuitable_python_is_named(
+    project: Path, version: str, modules: str, named: str
+) -> None:
+    fake = fake_python(project, version, modules)
+    done = bash(project, f'VOMSTUDIO_PYTHON="{fake}"; base="$(need_python)"; echo unreached')
+    assert done.returncode == 1
+    assert done.stdout == ""
+    (sentence,) = done.stderr.splitlines()
+    assert named in sentence
+    assert "3.11 to 3.14" in sentence
+    assert "VOMSTUDIO_PYTHON=" in sentence
+
+
+def test_a_suitable_python_is_taken(project: Path) -> None:
+    fake = fake_python(project, "3.13")
+    done = bash(project, f'VOMSTUDIO_PYTHON="{fake}"; need_python')
+    assert done.stdout == f"{fake}\n"
+
+
+def test_without_any_python_one_sentence_says_so(project: Path) -> None:
+    done = bash(project, "VOMSTUDIO_PYTHON=/nowhere/python; need_python")
+    assert done.returncode == 1
+    (sentence,) = done.stderr.splitlines()
+    assert "/nowhere/python was not found" in sentence
+
+
+def test_without_rights_one_sentence_names_the_system_packages(project: Path) -> None:
+    with (project / "packaging" / "system_packages.txt").open("a") as lines:
+        lines.write("nosuchlib0 libnosuchlib.so.0 run no reason\n")
+        lines.write("nosuchtool nosuchtool test no reason\n")
+    for use, names in (("run", ["nosuchlib0"]), ("test", ["nosuchlib0", "nosuchtool"])):
+        done = bash(project, f"can_use_apt() {{ return 1; }}; install_system_packages {use}")
+        assert done.returncode == 0
+        if sys.platform == "linux":
+            (sentence,) = done.stderr.splitlines()
+            assert sentence.split("apt-get install ")[1].split()[-len(names) :] == names
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="apt-get is of Debian")
+def test_a_failing_apt_is_quiet_and_the_rest_goes_on(project: Path) -> None:
+    with (project / "packaging" / "system_packages.txt").open("a") as lines:
+        lines.write("nosuchlib0 libnosuchlib.so.0 run no reason\n")
+    fake = 'can_use_apt() { true; }; apt() { echo noise >>"$log"; return 100; }'
+    done = bash(project, f"{fake}; install_system_packages run")
+    assert done.returncode == 0
+    assert "noise" not in done.stderr
+    assert "installation.log" in done.stderr
+    assert (project / ".venv" / "installation.log").read_text() == "noise\n"
+
+
+# --- progress -------------------------------------------------------------------------------------
+
+
+def test_a_terminal_gets_one_updating_line(environment: Environment) -> None:
+    lock = environment.lock(*(wheel(environment.wheels, f"part{k}") for k in range(8)))
+    terminal, its_end = os.openpty()
+    try:
+        assert environment.install(lock, its_end).returncode == 0
+        shown = os.read(terminal, 1 << 16).decode()
+    finally:
+        os.close(terminal)
+        os.close(its_end)
+    assert "\n" not in shown
+    start = "\r\033[K"
+    assert shown.startswith(start)
+    lines = shown.split(start)[1:]
+    assert lines == [*(f"Installing package {k + 1} of 8: part{k}" for k in range(8)), ""]

@@ -24,6 +24,8 @@ import numpy as np
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
+from tests.kernel_cache import share_kernel_cache
+
 ORIGIN = np.array([576_700.0, 5_188_100.0, 180.0])
 NODE_POINTS = 50_000
 SIDE = 128.0
@@ -216,6 +218,7 @@ def main() -> None:
     parser.add_argument("--millions", type=float, default=50.0)
     parser.add_argument("--laz", type=Path)
     args = parser.parse_args()
+    share_kernel_cache()
     with tempfile.TemporaryDirectory() as folder:
         os.environ["VOMSTUDIO_SETTINGS"] = f"{folder}/settings.toml"
         for name in ("STATE", "CONFIG", "CACHE", "DATA"):

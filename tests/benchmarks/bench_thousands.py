@@ -35,6 +35,8 @@ from typing import Any
 
 import numpy as np
 
+from tests.kernel_cache import share_kernel_cache
+
 SIZE = (1400, 900)
 WANTED = {
     "open": "gap 100 ms, 1.5 s", "select": "50 ms", "change": "50 ms", "delete": "50 ms",
@@ -341,6 +343,7 @@ def main() -> None:
 
 def run(folder: Path, words: list[str]) -> None:
     """This script once more in a fresh process, with the settings of a new user."""
+    share_kernel_cache()
     home = {
         name: str(folder / "user" / name.lower())
         for name in ("XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")

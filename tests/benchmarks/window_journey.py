@@ -35,6 +35,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from tests.kernel_cache import share_kernel_cache
+
 ROOT = Path(__file__).resolve().parents[2]
 SPECIMENS = ROOT / "tests" / "specimens"
 STAGE = Path(tempfile.gettempdir()) / "vomstudio-window-journey"
@@ -101,6 +103,7 @@ def run_act(act: str, out: Path, program: Path) -> int:
 def on_a_screen(script: list[str], stage: Path, program: Path) -> int:
     """The exit code of a Python script with its words, run in the folder `stage` on a screen of its
     own, with the settings of a new user, who sees the same everywhere."""
+    share_kernel_cache()
     user = stage / "user"
     home = {
         name: str(user / name.lower())

@@ -14,11 +14,13 @@ import tempfile
 from pathlib import Path
 
 from tests.cli.golden_cases import CASES, GOLDEN, Runner, differences, golden, write_golden
+from tests.kernel_cache import share_kernel_cache
 
 
 def main() -> None:
     chosen = sys.argv[1:] or [case.name for case in CASES]
     GOLDEN.mkdir(exist_ok=True)
+    share_kernel_cache()
     with tempfile.TemporaryDirectory() as folder:
         for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "LOCALAPPDATA"):
             os.environ[name] = str(Path(folder) / "user")

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.fuzz.kills import judge, shown
+from tests.kernel_cache import share_kernel_cache
 
 ROOT = Path(__file__).resolve().parents[2]
 _LONGEST_S = 6.0
@@ -256,6 +257,7 @@ def edit(folder: Path, models: Path, photos: Path, seed: str) -> None:
 # --- kills ------------------------------------------------------------------------------------
 def one_kill(words: list[str], delay_s: float, user: Path) -> tuple[list[list[str]], str]:
     """What was said, whole lines, and what stood on stderr if the window ended by itself."""
+    share_kernel_cache()
     folders = ("XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME")
     environment = {**os.environ, **{name: str(user / name.lower()) for name in folders}}
     environment["VOMSTUDIO_SETTINGS"] = str(user / "settings.toml")

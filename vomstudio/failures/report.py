@@ -18,7 +18,7 @@ from vomstudio.version import __version__
 _LIBRARIES = (
     "PySide6-Essentials", "vtk", "pyvista", "pyvistaqt", "numpy", "scipy", "numba", "pandas",
     "matplotlib", "mplstereonet", "laspy", "pyproj", "shapely", "pyogrio", "rasterio", "Pillow",
-    "pycolmap", "pycolmap-cuda12", "open3d", "opencv-python-headless", "psutil",
+    "pycolmap", "pycolmap-cuda12", "open3d", "open3d-cpu", "opencv-python-headless", "psutil",
 )  # fmt: skip
 _LOG_LINES = 400
 

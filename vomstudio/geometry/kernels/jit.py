@@ -7,7 +7,9 @@ process by llvmlite alone (`machine_code`), or where that cannot be by numba's o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -41,23 +43,44 @@ class Kernel:
             return self._run
 
     def by_numba(self) -> Callable[..., Any]:
-        """Compiled by numba, or from its cache.
+        """Compile by numba, or load from numba's cache.
 
-        numba refuses to decorate when neither the package nor the user's cache folder can be
-        written; then the kernel is compiled anew in each process.
+        If no cache folder can be written, the kernel is compiled anew in each process.
         """
-        import numba
+        from vomstudio.geometry.kernels import machine_code
 
         options: dict[str, Any] = {"nogil": True, "fastmath": self.source.fastmath}
         with COMPILING:
             function = linked(self.source.function)
-            try:
-                done: Callable[..., Any] = numba.njit(self.source.signature, cache=True, **options)(
-                    function
-                )
-            except RuntimeError:
-                done = numba.njit(self.source.signature, **options)(function)
-        return done
+            folder = machine_code.numba_cache_folder(self.source)
+            if folder is not None:
+                try:
+                    with _numba_cache(folder):
+                        return _decorated(function, self.source, cache=True, **options)
+                except (RuntimeError, OSError):
+                    pass
+            return _decorated(function, self.source, **options)
+
+
+def _decorated(function: Callable[..., Any], source: Source, **options: Any) -> Callable[..., Any]:
+    import numba
+
+    compiled: Callable[..., Any] = numba.njit(source.signature, **options)(function)
+    return compiled
+
+
+@contextlib.contextmanager
+def _numba_cache(folder: Path) -> Iterator[None]:
+    """Make numba use this cache folder for the functions that are compiled inside the block."""
+    from numba.core import config
+
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        # Functions of other packages keep the cache that they have.
+        config.CACHE_DIR = previous
 
 
 def kernel(signature: str, *, fastmath: bool = False) -> Callable[[Callable[..., Any]], Kernel]:

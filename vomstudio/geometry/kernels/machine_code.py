@@ -19,6 +19,7 @@ import contextlib
 import hashlib
 import os
 import re
+import shutil
 import struct
 import sys
 from collections.abc import Callable, Iterator
@@ -32,8 +33,10 @@ import numpy as np
 
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_small_text, read_whole
+from vomstudio.files.user_folders import state_folder
 from vomstudio.geometry.kernels.signatures import Signature
 from vomstudio.geometry.kernels.sources import Part, Source, all_code, linked
+from vomstudio.paths import user_cache
 
 _FORMAT = b"vomstudio kernel 1\n"
 _DIGEST_BYTES = 16
@@ -152,20 +155,46 @@ def _compiled(source: Source, signature: Signature) -> bytes:
 # --- on the disk --------------------------------------------------------------------------------
 
 
-def _folders() -> Iterator[Path]:
-    """Where kernels may be kept, in the order of numba's own cache."""
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        yield Path(chosen)
-        return
-    yield Path(__file__).parent / "__pycache__"
-    from platformdirs import user_cache_path
+def cache_folders() -> Iterator[Path]:
+    """Yield the folders that may contain compiled kernels, in order of preference.
 
-    yield user_cache_path("vomstudio", appauthor=False) / "kernels"
+    The package's own folder is none of them: it may be read-only, belong to another user, or be
+    removed by a package manager that knows only the files it has installed.
+    """
+    if folder := os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(folder)
+        return
+    yield user_cache("kernels")
+    # For users whose home cannot be written.
+    yield state_folder() / "kernels"
+
+
+def numba_cache_folder(source: Source) -> Path | None:
+    """Return a folder for numba's own cache of one kernel, None if no folder can be written.
+
+    numba recognises a changed kernel by the time and size of its file and misses changes of the
+    parts that it calls from other files. So the folder's name contains the hash of all of them.
+    """
+    try:
+        name = _file_name(source).removesuffix(".code")
+    except _CannotBeKept:
+        return None
+    kernel, _, digest = name.rpartition("-")
+    # Short names: numba adds long ones, and Windows limits the path to 260 characters.
+    kernel = hashlib.blake2b(kernel.encode(), digest_size=4).hexdigest()
+    for parent in cache_folders():
+        folder = parent / f"{kernel}-{digest}.numba"
+        with contextlib.suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            _drop_old(parent, kernel, "numba")
+            if os.access(folder, os.W_OK):
+                return folder
+    return None
 
 
 def kept(name: str) -> bytes | None:
     """What was kept under a name, None where nothing is or it was damaged."""
-    for folder in _folders():
+    for folder in cache_folders():
         with contextlib.suppress(OSError, InputError):
             whole = read_whole(folder / name)
             code = whole[len(_FORMAT) + _DIGEST_BYTES :]
@@ -180,24 +209,27 @@ def _sealed(code: bytes) -> bytes:
 
 def keep(name: str, code: bytes) -> None:
     """In the first folder that can be written; in none if it must be."""
-    for folder in _folders():
+    for folder in cache_folders():
         draft = folder / f"{name}.{os.getpid()}.part"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             draft.write_bytes(_sealed(code))
             draft.replace(folder / name)
-            _drop_old(folder, name.rpartition("-")[0])
+            _drop_old(folder, name.rpartition("-")[0], "code")
             return
         except OSError:
             with contextlib.suppress(OSError):
                 draft.unlink(missing_ok=True)
 
 
-def _drop_old(folder: Path, kernel: str) -> None:
-    """Code of earlier versions and other machines is of no use for ever."""
-    files = sorted(folder.glob(f"{kernel}-*.code"), key=lambda file: file.stat().st_mtime)
-    for file in files[:-_KEPT_OF_ONE_KERNEL]:
-        file.unlink(missing_ok=True)
+def _drop_old(folder: Path, kernel: str, suffix: str) -> None:
+    """Remove the code of earlier versions and other machines, apart from the newest few."""
+    entries = sorted(folder.glob(f"{kernel}-*.{suffix}"), key=lambda entry: entry.stat().st_mtime)
+    for entry in entries[:-_KEPT_OF_ONE_KERNEL]:
+        if entry.is_dir():
+            shutil.rmtree(entry, ignore_errors=True)
+        else:
+            entry.unlink(missing_ok=True)
 
 
 def _file_name(source: Source) -> str:

@@ -15,6 +15,8 @@ import re
 import secrets
 from pathlib import Path
 
+from vomstudio.paths import user_cache
+
 LONGEST_NAME = 60
 _MAGIC = (
     (b"\xff\xd8\xff", ".jpg"),
@@ -28,9 +30,7 @@ _MAGIC = (
 
 def folder() -> Path:
     """Where the images are; it need not exist yet."""
-    from platformdirs import user_cache_path
-
-    return user_cache_path("vomstudio", appauthor=False) / "images"
+    return user_cache("images")
 
 
 def ending_of(content: bytes) -> str:
