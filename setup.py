@@ -1,5 +1,8 @@
-"""What pyproject.toml cannot state: resources/ and docs/ travel in the wheel as vomstudio/resources,
-and a package index gets README.md without links and pictures that lead nowhere there."""
+"""What pyproject.toml cannot state.
+
+resources/ and docs/ travel in the wheel as vomstudio/resources. A package index gets README.md
+without the links and pictures that lead nowhere there.
+"""
 
 import re
 import shutil

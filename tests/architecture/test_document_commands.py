@@ -1,4 +1,4 @@
-"""Every command and every block of Python in the documents runs from a fresh copy of the repository.
+"""Every command and every block of Python of the documents runs in a fresh copy of the repository.
 
 The copy contains the tracked files and nothing else. The blocks of a page run in their order and in
 the root of the copy, so that a later one may use what an earlier one wrote.
@@ -20,13 +20,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = ("README.md", "docs/first_steps.md", "docs/cli.md", "docs/api.md")
 # `packaging/test` is the run that this test belongs to.
 NOT_RUN = {"packaging/test"}
+CONTINUED = re.compile(r"\\\n *")
 PRINTED = re.compile(r"^print\(.*\)  # (.+)$", re.MULTILINE)
 TIMEOUT_S = 1200
-
-pytestmark = [
-    pytest.mark.full,
-    pytest.mark.skipif(sys.platform == "win32", reason="the documents show commands of a shell"),
-]
 
 
 @dataclass(frozen=True)
@@ -151,6 +147,8 @@ def install(folder: Path, home: Path) -> dict[str, str]:
     return environment
 
 
+@pytest.mark.full
+@pytest.mark.skipif(sys.platform == "win32", reason="the documents show commands of a shell")
 @pytest.mark.parametrize("page", PAGES)
 def test_every_block_of_a_page_runs_from_a_fresh_checkout(page: str, checkout: Checkout) -> None:
     text = (checkout.folder / page).read_text("utf-8")
@@ -161,10 +159,9 @@ def test_every_block_of_a_page_runs_from_a_fresh_checkout(page: str, checkout: C
     while position < len(blocks):
         block = blocks[position]
         if block.language == "sh":
-            for offset, command in enumerate(block.code.splitlines()):
+            for command in CONTINUED.sub(" ", block.code).splitlines():
                 if command not in NOT_RUN:
-                    place = f"{page}:{block.line + offset}: {command}"
-                    checkout.run("bash", "-c", command, place=place)
+                    checkout.run("bash", "-c", command, place=f"{page}: {command}")
             position += 1
             continue
         # What follows without a command between shares its names, as in a notebook.

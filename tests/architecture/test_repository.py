@@ -186,8 +186,8 @@ def metadata(tmp_path_factory: pytest.TempPathFactory) -> PathDistribution:
     for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE", "THIRD_PARTY.md", *modules):
         shutil.copy(ROOT / name, source / name)
     code = (
-        "import sys; from setuptools.build_meta import prepare_metadata_for_build_wheel as prepare; "
-        "print(prepare(sys.argv[1]))"
+        "import sys; from setuptools import build_meta; "
+        "print(build_meta.prepare_metadata_for_build_wheel(sys.argv[1]))"
     )
     words = [sys.executable, "-c", code, str(folder)]
     done = subprocess.run(words, cwd=source, capture_output=True, text=True, timeout=120)
