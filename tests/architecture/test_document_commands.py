@@ -22,7 +22,7 @@ PAGES = ("README.md", "docs/first_steps.md", "docs/cli.md", "docs/api.md")
 NOT_RUN = {"packaging/test"}
 CONTINUED = re.compile(r"\\\n *")
 PRINTED = re.compile(r"^print\(.*\)  # (.+)$", re.MULTILINE)
-TIMEOUT_S = 1200
+TIMEOUT_S = 3600
 
 
 @dataclass(frozen=True)
