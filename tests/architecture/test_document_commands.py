@@ -142,7 +142,7 @@ def install(folder: Path, home: Path) -> dict[str, str]:
         "XDG_STATE_HOME": str(home / "state"),
         "XDG_CONFIG_HOME": str(home / "config"),
     }
-    stamp = 'source packaging/_setup.sh; wanted_stamp >"$stamp"'
+    stamp = 'source packaging/_setup.sh; wanted_stamp run | tee "$stamp" >"$stamp-run"'
     subprocess.run(["bash", "-c", stamp], cwd=folder, env=environment, check=True)
     return environment
 
