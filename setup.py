@@ -1,11 +1,17 @@
-"""What pyproject.toml cannot say: resources/ travels in the wheel as vomstudio/resources, and docs/
-with it, so that Help can show the pages."""
+"""What pyproject.toml cannot state.
 
+resources/ and docs/ travel in the wheel as vomstudio/resources. A package index gets README.md
+without the links and pictures that lead nowhere there.
+"""
+
+import re
 import shutil
 from pathlib import Path
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
+
+RELATIVE_LINK = re.compile(r"(!?)\[([^\]]*)\]\((?!https?://)[^)\s]+\)")
 
 
 class BuildWithResources(build_py):
@@ -20,4 +26,14 @@ class BuildWithResources(build_py):
             shutil.copytree("docs", target / "docs")
 
 
-setup(cmdclass={"build_py": BuildWithResources})
+def without_relative_links(text: str) -> str:
+    """Return Markdown with the text of its relative links alone, and without relative pictures."""
+    text = RELATIVE_LINK.sub(lambda link: "" if link[1] else link[2], text)
+    return re.sub(r"\n{3,}", "\n\n", text)
+
+
+setup(
+    cmdclass={"build_py": BuildWithResources},
+    long_description=without_relative_links(Path("README.md").read_text("utf-8")),
+    long_description_content_type="text/markdown",
+)

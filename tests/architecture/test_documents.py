@@ -179,8 +179,22 @@ def test_the_page_of_the_command_line_names_every_command_and_no_other() -> None
 def test_the_page_names_every_option_of_a_command_and_no_other(command: str) -> None:
     parser = dict(_commands())[command]
     options = {word for action in parser._actions for word in action.option_strings}
-    code = " ".join(re.findall(r"`([^`]+)`", _sections()[command]))
+    code = " ".join(re.findall(r"`([^`]+)`", CODE.sub("", _sections()[command])))
     assert set(OPTION.findall(code)) == options - SHARED
+
+
+# They need a project with something wrong.
+WITHOUT_EXAMPLE = {"project update", "project repair"}
+
+
+def test_every_command_has_an_example_on_the_page() -> None:
+    """tests/architecture/test_document_commands.py runs them."""
+    missing = set()
+    for command, text in _sections().items():
+        start = "vomstudio " + command.replace("project ", r"project \S+ ")
+        if not re.search(rf"^    {start}\b", text, re.MULTILINE):
+            missing.add(command)
+    assert missing - {"project"} == WITHOUT_EXAMPLE
 
 
 def test_the_page_names_the_options_that_all_commands_share() -> None:
