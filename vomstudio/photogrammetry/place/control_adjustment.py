@@ -68,6 +68,7 @@ class GroundPoints:
     surveyed : usual error of a coordinate, as stated; 0 where none is
     pixel : metres of a pixel on the ground
     floor : misses below it contradict nothing
+    mark_px : error of a mark in one direction
     """
 
     control: Sequence[ControlPoint]
@@ -79,6 +80,7 @@ class GroundPoints:
     surveyed: float
     pixel: float
     floor: float
+    mark_px: float
 
     def fitted(self, scene: SparseScene) -> ControlFit:
         """The similarity from the scene to the control points, robustly."""
@@ -122,10 +124,13 @@ class GroundPoints:
                 self.control[i].sigma_m or usual,
                 self.seen[i].views,
                 self.seen[i].pixels,
+                self.mark_px,
             )
             for i in used
         ]
-        return known + [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in self.ties]
+        return known + [
+            KnownPoint(None, 0.0, tie.views, tie.pixels, self.mark_px) for tie in self.ties
+        ]
 
 
 @dataclass(frozen=True, eq=False)
