@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.photogrammetry.made_photos import ORIGIN, MadePhoto, around, face
-from tests.photogrammetry.place.test_control import PLACES, marked
+from tests.photogrammetry.place.test_control import exchanged, marked
 from tests.photogrammetry.place.test_georeference import scene_of
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.alignment import Alignment
@@ -68,7 +68,6 @@ def only_two(control: list[ControlPoint], marks: list[Mark]) -> Tables:
 
 
 def on_a_line(control: list[ControlPoint], marks: list[Mark]) -> Tables:
-    """As surveyed; one that is beside the line is marked in photos that are not aligned."""
     line = [
         replace(point, position=(ORIGIN[0] + 3.0 * i, ORIGIN[1], ORIGIN[2]))
         for i, point in enumerate(control)
@@ -82,19 +81,15 @@ def at_one_place(control: list[ControlPoint], marks: list[Mark]) -> Tables:
     return control, [replace(there[m.photo], label=m.label) for m in marks if m.photo in there]
 
 
-def of_other_points(control: list[ControlPoint], marks: list[Mark]) -> Tables:
-    places = np.random.default_rng(0).uniform(-50, 50, PLACES.shape).tolist()
-    return [
-        replace(point, position=(x, y, z), sigma_m=None)
-        for point, (x, y, z) in zip(control, places, strict=True)
-    ], marks
+def with_exchanged_labels(control: list[ControlPoint], marks: list[Mark]) -> Tables:
+    return exchanged(control, "ABCDE"), marks
 
 
 @pytest.mark.parametrize(
     "spoil",
     [
         wild, in_other_photos, in_one_photo_each, only_two, on_a_line, at_one_place,
-        of_other_points,
+        with_exchanged_labels,
     ],
 )  # fmt: skip
 def test_control_that_cannot_register_leaves_a_local_frame_and_a_finding(

@@ -319,7 +319,7 @@ def test_the_scatter_of_marks_is_that_of_which_they_were_made(
     # One point in three with a wrong mark does not change it much.
     for marks in seen[::3]:
         marks.pixels[0] += 400.0
-    assert mark_scatter_px(scene, seen) < 2.0 * noise_px or photos == 2
+    assert mark_scatter_px(scene, seen) < 2.0 * noise_px
 
 
 def test_marks_that_show_other_points_are_refused(
@@ -336,19 +336,24 @@ def test_marks_that_show_other_points_are_refused(
         place_by_control(scene, control, wild)
 
 
+@pytest.mark.parametrize("labels", ["ABCDE", "ABDE", "ABD"])
 def test_control_that_leaves_the_rotation_open_is_refused(
-    wall: tuple[list[View], np.ndarray, SparseScene],
+    wall: tuple[list[View], np.ndarray, SparseScene], labels: str
 ) -> None:
-    """Surveyed places that have nothing to do with those that are marked."""
+    """Two labels are exchanged, and too few others tell which is wrong."""
     views, _, scene = wall
     control, marks = marked(views)
-    rng = np.random.default_rng(0)
-    elsewhere = [
-        replace(point, position=(x, y, z), sigma_m=None)
-        for point, (x, y, z) in zip(control, rng.uniform(-50, 50, (6, 3)).tolist(), strict=True)
-    ]
     with pytest.raises(GeometryError):
-        place_by_control(scene, elsewhere, marks)
+        place_by_control(scene, exchanged(control, labels), marks)
+
+
+def exchanged(control: list[ControlPoint], labels: str) -> list[ControlPoint]:
+    """The points with these labels, the first two with the coordinates of each other."""
+    places = {p.label: p.position for p in control}
+    places["A"], places["B"] = places["B"], places["A"]
+    return [
+        replace(p, position=places[p.label], sigma_m=None) for p in control if p.label in labels
+    ]
 
 
 # --- blunders ---------------------------------------------------------------------------------
