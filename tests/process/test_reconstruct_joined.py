@@ -75,8 +75,8 @@ def test_marks_join_the_parts_and_another_run_gives_the_same_bits(
         assert all(np.array_equal(arrays[name], before[name]) for name in arrays.files)
 
 
-def test_control_that_cannot_place_the_model_costs_no_alignment(tmp_path: Path) -> None:
-    """Marks whose rays do not meet are found after the alignment, which is kept and written."""
+def test_control_that_cannot_place_the_model_costs_no_model(tmp_path: Path) -> None:
+    """Marks whose rays do not meet are found after the alignment: the frame is local then."""
     photos = photo_set.write_photos(tmp_path / "photos", 5)
     rng = np.random.default_rng(2)
     wide, tall = photo_set.SIZE
@@ -94,10 +94,11 @@ def test_control_that_cannot_place_the_model_costs_no_alignment(tmp_path: Path) 
     end = reconstruct(
         photos, out, "--gcp", tmp_path / "control.csv", "--marks", tmp_path / "marks.csv"
     )
-    assert end.code == 2, end.err
-    assert "Only 0 of the 3 control points can be located in the model" in end.err
-    assert "do not meet in a place before the cameras" in end.err
-    assert "A, B, C. Check their marks." in end.err
+    assert end.code == 0, end.err
+    assert end.json["frame"] == "local"
+    assert end.json["scaled"] is False
+    assert [f["code"] for f in end.json["survey"]["findings"]].count("control-unused") == 1
+    assert any("A, B, C" in warning for warning in end.json["warnings"])
     assert "Traceback" not in end.err
     log = (out / "log.txt").read_text("utf-8")
     told = log.index("the points D and E are marked at the same place")

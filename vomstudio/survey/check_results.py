@@ -153,6 +153,10 @@ ADVICE = {
     "rotation": to_translate(
         "Lay out at least four control points, spread over the whole outcrop and not in one line."
     ),
+    "control-unused": to_translate(
+        "Mark at least four control points that are not in one line, each in four or more photos."
+    ),
+    "mark-scatter": to_translate("Mark the centre of every control point at full zoom."),
     "gps-noise": to_translate(
         "Lay out at least four control points: these positions cannot orient the model."
     ),
@@ -235,6 +239,9 @@ _SHORT = {
     "gps-noise": to_translate("GPS too inaccurate for the scene"),
     "unregistered": to_translate("photos without a pose"),
     "rotation": to_translate("an uncertain orientation"),
+    "control-unused": to_translate("unusable control points"),
+    "gps-unused": to_translate("unusable GPS positions"),
+    "mark-scatter": to_translate("scattered marks of control points"),
     "weak-photos": to_translate("weakly connected photos"),
     "high-error": to_translate("large residuals"),
 }

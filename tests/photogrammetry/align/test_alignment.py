@@ -14,9 +14,13 @@ from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cameras import Intrinsics
+from vomstudio.photogrammetry.align import mapping
+from vomstudio.photogrammetry.align.adjustment import adjust, cross_validation_error
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
-from vomstudio.photogrammetry.align.mapping import _largest_first, residuals, scene_of
+from vomstudio.photogrammetry.align.features import Features
+from vomstudio.photogrammetry.align.mapping import residuals, scene_of
 from vomstudio.photogrammetry.align.match_database import matches_of_pair
+from vomstudio.photogrammetry.align.priors import Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
@@ -169,9 +173,50 @@ def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) 
     assert any("2 disconnected components (8, 5 photos)" in note for note in alignment.notes)
 
 
-def test_a_photo_that_two_components_share_belongs_to_the_larger_alone(
-    arc: tuple[Made, Alignment, Path],
+def test_components_that_share_a_photo_are_aligned_and_the_largest_contains_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Two walls, each seen by photos of its own, and one photo that shows both: too little to hold
+    them together, so that the mapper places this photo twice."""
+    one = make(tmp_path / "photos", around(8), face(500))
+    views = [replace(view, name=f"z{view.name}") for view in around(6)]
+    two = make(tmp_path / "photos", views, face(500, seed=7))
+    both = one.features[3]
+    joint = Features(
+        *(
+            np.concatenate([getattr(f, name) for f in (both, two.features[2])])
+            for name in ("keypoints", "descriptors", "colors")
+        ),
+        both.width,
+        both.height,
+    )
+    features = [*one.features[:3], joint, *one.features[4:], *two.features[:2], *two.features[3:]]
+    photos = [*one.photos, *two.photos[:2], *two.photos[3:]]
+    made = Made(photos, features, [*one.views, *views[:2], *views[3:]], one.points)
+    mapped: list[list[int]] = []
+
+    def map_photos(*args: object) -> mapping.Mapped:
+        result = mapping_photos(*args)
+        mapped.extend(list(part.reg_image_ids()) for part in result.reconstructions)
+        return result
+
+    mapping_photos = mapping.map_photos
+    monkeypatch.setattr(mapping, "map_photos", map_photos)
+    alignment = aligned(made, tmp_path / "work")
+    assert [sorted(images) for images in mapped] == [[*range(1, 9)], [4, *range(9, 14)]]
+    assert [len(part.views) for part in alignment.parts] == [8, 5]
+    assert not alignment.unregistered
+    assert np.median(camera_errors(alignment, made, 0)) < 0.01
+    assert np.median(camera_errors(alignment, made, 1)) < 0.01
+    assert all(len(part.points) > 100 for part in alignment.parts)
+    # Every photo has one calibration, also the one that two components share.
+    calibrated = [name for camera in alignment.cameras for name in camera.photos]
+    assert sorted(calibrated) == sorted(photo.name for photo in photos)
+    again = Alignment.load(tmp_path / "work")
+    assert [len(part.views) for part in again.parts] == [8, 5]
+
+
+def test_shared_photos_are_those_of_larger_components(arc: tuple[Made, Alignment, Path]) -> None:
     made, _, work = arc
 
     def component(*rows: int) -> object:
@@ -181,13 +226,48 @@ def test_a_photo_that_two_components_share_belongs_to_the_larger_alone(
             found.deregister_frame(found.image(image).frame_id)
         return found
 
-    overlapping = {0: component(0, 1, 2), 1: component(2, 3, 4, 5, 6, 7), 2: component(2, 3, 0)}
-    parts = [scene_of(part, made.photos, made.features) for part in _largest_first(overlapping)]
-    names = [[view.name for view in part.views] for part in parts]
+    parts = mapping._largest_first(
+        {0: component(0, 1, 2), 1: component(2, 3, 4, 5, 6, 7), 2: component(2, 3, 0)}
+    )
+    shared = mapping.shared_images(parts)
+    assert shared == [set(), {3}]
+    scenes = []
+    for part, images in zip(parts, shared, strict=True):
+        mapping.remove_images(part, images)
+        assert all(frame.has_pose() for frame in part.frames.values())
+        scenes.append(scene_of(part, made.photos, made.features))
+    names = [[view.name for view in scene.views] for scene in scenes]
     assert [len(part) for part in names] == [6, 2]
     assert sorted(itertools.chain(*names)) == sorted(photo.name for photo in made.photos)
-    # What is left are observations of the photos that are left, at points that two of them see.
-    assert all(part.track_lengths.min() >= 2 for part in parts)
+    # The remaining observations are of remaining photos, at points that two of them see.
+    assert all(scene.track_lengths.min() >= 2 for scene in scenes)
+
+
+@pytest.mark.parametrize("cameras", [1, 2])
+def test_images_without_a_pose_do_not_disturb_an_adjustment(cameras: int) -> None:
+    """A deregistered frame is removed, with its camera if that has no other image; the result is
+    that of a reconstruction that never contained it."""
+    pycolmap = colmap()
+    options = pycolmap.SyntheticDatasetOptions()
+    options.num_rigs = cameras
+    options.num_frames_per_rig = 6 // cameras
+    results = []
+    for removed in (False, True):
+        pycolmap.set_random_seed(0)
+        found = pycolmap.synthesize_dataset(options)
+        last = sorted(found.reg_image_ids())[6 - 6 // cameras if cameras > 1 else 5 :]
+        for image in last:
+            found.deregister_frame(found.image(image).frame_id)
+        numbers = sorted({found.image(i).camera_id for i in found.reg_image_ids()})
+        if removed:
+            found.tear_down()
+        freedoms = {number: Freedom(True, True) for number in found.cameras}
+        covariances = adjust(found, freedoms, threads=1)
+        assert sorted(covariances) == numbers
+        assert np.isfinite(cross_validation_error(found, freedoms, threads=1))
+        assert set(found.images) == set(found.reg_image_ids())
+        results.append([covariances[number] for number in numbers])
+    np.testing.assert_allclose(results[0], results[1], rtol=1e-6)
 
 
 def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> None:

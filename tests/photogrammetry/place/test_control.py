@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +12,15 @@ from scipy.spatial.transform import Rotation
 from tests.photogrammetry.made_photos import LENS, ORIGIN, abreast, around, face
 from tests.photogrammetry.place.test_georeference import scene_of
 from tests.photogrammetry.place.test_gps_priors import block
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.control import place_by_control, place_by_control_files
+from vomstudio.photogrammetry.place.control import place_by_control
+from vomstudio.photogrammetry.place.mark_observations import PointMarks
+from vomstudio.photogrammetry.place.wrong_marks import mark_scatter_px
 from vomstudio.registration.similarity import fit_similarity
 
 PLACES = np.array(
@@ -277,20 +278,83 @@ def test_a_point_is_triangulated_where_it_is() -> None:
     assert LENS.distorts
 
 
-def test_tables_are_read_and_marks_are_asked_for(
-    tmp_path: Path, wall: tuple[list[View], np.ndarray, SparseScene]
+# --- marks that scatter -----------------------------------------------------------------------
+def test_marks_that_scatter_register_the_model_with_their_own_error(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    """No three points have marks that agree within 20 pixels. The errors are those of the marks,
+    and the tie points are not bent to them."""
+    views, points, scene = wall
+    control, marks = marked(views, 25.0)
+    placed, report = place_by_control(scene, control, marks)
+    assert report.mark_scatter_px == pytest.approx(25.0, rel=0.3)
+    assert {p.role for p in report.points} == {"control", "check"}
+    # 25 pixels in eight photos at 12 m are 7 cm.
+    assert np.median(np.linalg.norm(placed.points + placed.origin - points - ORIGIN, axis=1)) < 0.2
+    assert 0.02 < report.sigma_m < 0.4
+    before, after = (np.nanmean(np.linalg.norm(residuals(s), axis=1)) for s in (scene, placed))
+    assert after < 1.1 * before
+
+
+def test_marks_that_agree_report_no_scatter(
+    wall: tuple[list[View], np.ndarray, SparseScene],
+) -> None:
+    views, _, scene = wall
+    _, report = place_by_control(scene, *marked(views), adjust=False)
+    assert report.mark_scatter_px is None
+
+
+@pytest.mark.parametrize("noise_px", [1.0, 25.0])
+@pytest.mark.parametrize("photos", [2, 3, 8])
+def test_the_scatter_of_marks_is_that_of_which_they_were_made(
+    wall: tuple[list[View], np.ndarray, SparseScene], noise_px: float, photos: int
+) -> None:
+    views, _, scene = wall
+    rng = np.random.default_rng(1)
+    rows = np.arange(8) if photos == 8 else np.arange(photos) * 3
+    seen = []
+    for place in rng.uniform([-4, -0.5, 0], [4, 0.5, 4], (60, 3)):
+        pixels = np.array([views[row].project(place)[0] for row in rows])
+        seen.append(PointMarks(rows, pixels + rng.normal(0, noise_px, pixels.shape)))
+    assert mark_scatter_px(scene, seen) == pytest.approx(noise_px, rel=0.3)
+    # One point in three with a wrong mark does not change it much.
+    for marks in seen[::3]:
+        marks.pixels[0] += 400.0
+    assert mark_scatter_px(scene, seen) < 2.0 * noise_px
+
+
+def test_marks_that_show_other_points_are_refused(
+    wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
     control, marks = marked(views)
-    points_file, marks_file = tmp_path / "control.csv", tmp_path / "marks.csv"
-    rows = [f"{p.label},{p.position[0]},{p.position[1]},{p.position[2]}" for p in control]
-    points_file.write_text("\n".join(["label,x,y,z", *rows]))
-    rows = [f"{m.label},{m.photo},{m.x},{m.y}" for m in marks]
-    marks_file.write_text("\n".join(["label,photo,x,y", *rows]))
-    placed, report = place_by_control_files(scene, points_file, marks_file, "25832")
-    assert placed.crs == report.crs == "EPSG:25832"
-    with pytest.raises(UsageError, match="marks"):
-        place_by_control_files(scene, points_file, None)
+    rng = np.random.default_rng(2)
+    wild = [
+        replace(mark, x=float(x), y=float(y))
+        for mark, (x, y) in zip(marks, rng.uniform(100, 1100, (len(marks), 2)), strict=True)
+    ]
+    with pytest.raises(GeometryError):
+        place_by_control(scene, control, wild)
+
+
+@pytest.mark.parametrize("labels", ["ABCDE", "ABDE", "ABD"])
+def test_control_that_leaves_the_rotation_open_is_refused(
+    wall: tuple[list[View], np.ndarray, SparseScene], labels: str
+) -> None:
+    """Two labels are exchanged, and too few others tell which is wrong."""
+    views, _, scene = wall
+    control, marks = marked(views)
+    with pytest.raises(GeometryError):
+        place_by_control(scene, exchanged(control, labels), marks)
+
+
+def exchanged(control: list[ControlPoint], labels: str) -> list[ControlPoint]:
+    """The points with these labels, the first two with the coordinates of each other."""
+    places = {p.label: p.position for p in control}
+    places["A"], places["B"] = places["B"], places["A"]
+    return [
+        replace(p, position=places[p.label], sigma_m=None) for p in control if p.label in labels
+    ]
 
 
 # --- blunders ---------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ def cross_validation_error(
         (fitted if i in unseen else judged).delete_point3D(i)
     adjuster = adjuster_of(fitted, freedoms, threads)
     cancellable(lambda _token: adjuster.solve(), progress or Silent())
-    for number in judged.cameras:
+    for number in fitted.cameras:
         judged.camera(number).params = fitted.camera(number).params
     for image in judged.reg_image_ids():
         pose = fitted.image(image).frame.rig_from_world
@@ -124,12 +124,16 @@ def adjuster_of(
     """A bundle adjuster in which each camera has its own free parameters (COLMAP frees a kind of
     parameter of all cameras or of none).
 
+    Frames without a pose are removed from `reconstruction`, with their images and with cameras that
+    have no other: COLMAP estimates covariances only if every frame has a pose.
+
     gauge : two cameras hold the frame; False where something else does
     """
     pycolmap = colmap()
     # The module of the problem is registered by this import.
     import pyceres  # noqa: F401
 
+    reconstruction.tear_down()
     options = pycolmap.BundleAdjustmentOptions()
     options.print_summary = False
     options.refine_focal_length = options.refine_extra_params = True
@@ -165,6 +169,8 @@ def covariances_of(
     found = {}
     if estimate is not None:
         for number, freedom in freedoms.items():
+            if not reconstruction.exists_camera(number):
+                continue
             camera = reconstruction.camera(number)
             if free_parameters(camera, freedom):
                 matrix = estimate.get_other_params_cov(camera.params)

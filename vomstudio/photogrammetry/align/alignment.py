@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Executor, Progress
+from vomstudio.survey.check_results import named
 from vomstudio.words import tr, tr_n
 
 _HEAD = "alignment.json"
@@ -182,20 +183,28 @@ def align(
     progress.stage(tr("Bundle adjustment"), len(found))
     parts: list[SparseScene] = []
     cameras: list[Calibration] = []
+    shared = mapping.shared_images(found)
     for number, reconstruction in enumerate(found):
         progress.step(number)
         reconstruction, own = calibrate(
             reconstruction, photos, threads, mapped.exif_trusted, progress
         )
+        # Only after the adjustment: a shared photo helps to hold this part together.
+        mapping.remove_images(reconstruction, shared[number])
         found[number] = reconstruction
-        cameras += own
         parts.append(mapping.scene_of(reconstruction, photos, features))
+        cameras += _of_photos(own, {view.name for view in parts[-1].views})
     for number, reconstruction in enumerate(found):
         model = work / f"part{number}" / "colmap"
         shutil.rmtree(model, ignore_errors=True)
         model.mkdir(parents=True)
         reconstruction.write_binary(model)
-    notes = [choice.rule, *mapped.notes, *_result_notes(parts, cameras)]
+    notes = [
+        choice.rule,
+        *mapped.notes,
+        *_result_notes(parts, cameras),
+        *_sharing_notes(photos, set().union(*shared)),
+    ]
     lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
     alignment = Alignment(
         tuple(parts),
@@ -284,6 +293,26 @@ def _result_notes(parts: Sequence[SparseScene], cameras: Sequence[Calibration]) 
             count=len(parts),
             sizes=", ".join(str(len(p.views)) for p in parts),
         )
+
+
+def _sharing_notes(photos: Sequence[PhotoLike], shared: Collection[int]) -> Iterator[str]:
+    """Report the photos that several components contain."""
+    if shared:
+        yield tr_n(
+            "{count} photo is in several components and was assigned to the largest of them: "
+            "{photos}.",
+            "{count} photos are in several components and were assigned to the largest of them: "
+            "{photos}.",
+            len(shared),
+            photos=named([photos[image - 1].name for image in sorted(shared)]),
+        )
+
+
+def _of_photos(cameras: Sequence[Calibration], names: Collection[str]) -> Iterator[Calibration]:
+    """Limit calibrations to photos of these names, without those that have none."""
+    for camera in cameras:
+        if used := tuple(name for name in camera.photos if name in names):
+            yield replace(camera, photos=used)
 
 
 def _camera_note(camera: Calibration) -> str:

@@ -7,7 +7,7 @@ mapping.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -187,22 +187,39 @@ def _known_cameras(database: Path) -> set[int]:
 
 
 def _largest_first(found: dict[int, Any]) -> list[Any]:
-    """The parts with most photos first. COLMAP may place a photo in several parts, which overlap
-    there: it is kept in the largest, and parts of which fewer than two photos are left fall away.
+    """Sort the parts by their number of photos, and drop those that add fewer than two photos.
+
+    COLMAP may place a photo in several parts: `shared_images` lists those of each part.
     """
     order = sorted(found, key=lambda k: (-found[k].num_reg_images(), -found[k].num_points3D(), k))
     parts: list[Any] = []
-    taken: set[int] = set()
+    placed: set[int] = set()
     for key in order:
-        part = found[key]
-        images = set(part.reg_image_ids())
-        if len(images) < 2 or len(images - taken) < 2:
+        images = set(found[key].reg_image_ids())
+        if len(images - placed) < 2:
             continue
-        for image in sorted(images & taken):
-            part.deregister_frame(part.image(image).frame_id)
-        parts.append(part)
-        taken |= images
+        parts.append(found[key])
+        placed |= images
     return parts
+
+
+def shared_images(parts: Sequence[Any]) -> list[set[int]]:
+    """List, for each part, the images that an earlier part contains, too."""
+    shared: list[set[int]] = []
+    placed: set[int] = set()
+    for part in parts:
+        images = set(part.reg_image_ids())
+        shared.append(images & placed)
+        placed |= images
+    return shared
+
+
+def remove_images(reconstruction: Any, images: Collection[int]) -> None:
+    """Remove images, their observations, and points that fewer than two other images see."""
+    for image in sorted(images):
+        reconstruction.deregister_frame(reconstruction.image(image).frame_id)
+    # COLMAP keeps a deregistered frame, without a pose, until this call.
+    reconstruction.tear_down()
 
 
 # ------------------------------------------------------------------------------------------------

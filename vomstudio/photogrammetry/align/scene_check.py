@@ -44,6 +44,7 @@ def check_scene(
     blur: dict[str, float] | None = None,
     cameras: Sequence[Calibration] = (),
     planes: PlaneSizes | None = None,
+    further: Sequence[Finding] = (),
     limits: Limits | None = None,
 ) -> SurveyReport:
     """Findings, figures and verdict for an aligned scene.
@@ -54,6 +55,7 @@ def check_scene(
     cameras : their calibration by the alignment
     planes : what the finished model tells of planes, where there is one; None: what photos of this
         pixel size let expect, without a registration
+    further : findings of other stages
     """
     limits = limits or Limits()
     if not scene.views:
@@ -81,6 +83,7 @@ def check_scene(
         *_of_line(scene, limits),
         *of_lenses(cameras),
         *_of_orientation(planes, limits),
+        *further,
     ]
     findings = list(by_severity(findings))
     known = gsd[np.isfinite(gsd)]

@@ -17,13 +17,43 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
+    from vomstudio.io.control.points import ControlPoint, Mark
     from vomstudio.io.photos.photo import Photo
     from vomstudio.io.photos.reading import PhotoFolder
+
+
+@dataclass(frozen=True)
+class ControlTables:
+    """Contents of the tables of control points and marks, read before the work begins.
+
+    points, marks : empty without such a table
+    crs : of the points, "EPSG:n" (or WKT); None for a local frame in metres
+    hashes : of the files of points and of marks; None without such a file
+    """
+
+    points: tuple[ControlPoint, ...]
+    marks: tuple[Mark, ...]
+    crs: str | None
+    hashes: tuple[str | None, str | None]
+
+
+def read_tables(settings: Settings) -> ControlTables:
+    """Read the tables of control points and marks. Raises InputError, UsageError."""
+    from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
+
+    control, marks = settings.control, settings.marks
+    return ControlTables(
+        () if control is None else tuple(read_control(control)),
+        () if marks is None else tuple(read_marks(marks)),
+        None if control is None else agreed_crs(control, settings.crs),
+        (control and hash_file(control), marks and hash_file(marks)),
+    )
 
 
 def usable_photos(
     folder: Path,
     settings: Settings,
+    tables: ControlTables,
     progress: Progress,
     masks: Mapping[str, Path] | None = None,
 ) -> PhotoFolder:
@@ -32,15 +62,11 @@ def usable_photos(
 
     Raises InputError.
     """
-    from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.place.control_check import check_control
+    from vomstudio.photogrammetry.place.georeference import crs_of, has_position, world_positions
     from vomstudio.photogrammetry.place.wrong_marks import labels_on_one_spot
 
-    points = [] if settings.control is None else read_control(settings.control)
-    marks = [] if settings.marks is None else read_marks(settings.marks)
-    if settings.control is not None:
-        agreed_crs(settings.control, settings.crs)
     found = read_photos(folder, progress).with_masks(masks)
     if len(found.photos) < 2:
         text = tr(
@@ -52,24 +78,25 @@ def usable_photos(
             text += " " + tr("{photo} was left out: {reason}", photo=name, reason=reason)
         raise InputError(text, file=folder)
     if settings.control is not None:
-        checked = check_control(points, marks, found.photos, settings.crs)
+        checked = check_control(tables.points, tables.marks, found.photos, settings.crs)
         if checked.problem is not None:
             raise InputError(checked.problem, file=settings.marks)
-    found.warnings.extend(labels_on_one_spot(marks))
+    found.warnings.extend(labels_on_one_spot(tables.marks))
     if settings.crs is not None and settings.control is None:
-        placed = sum(p.latitude_deg is not None and p.altitude_m is not None for p in found.photos)
-        if placed < 3:
+        placed = [photo for photo in found.photos if has_position(photo)]
+        if len(placed) < 3:
             raise InputError(
                 tr(
                     "Only {count} of the {total} photos have a GPS position (latitude, longitude "
                     "and altitude), and {crs} needs at least 3. Name control points with --gcp, "
                     "or leave out --crs.",
-                    count=placed,
+                    count=len(placed),
                     total=len(found.photos),
                     crs=settings.crs,
                 ),
                 file=folder,
             )
+        world_positions(placed, crs_of(placed, settings.crs))
     return found
 
 

@@ -1,8 +1,8 @@
-"""The largest part of an alignment in World where control or GPS allow it, else upright."""
+"""Registration of the largest part of an alignment, and findings on it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.errors import GeometryError
@@ -10,32 +10,51 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.pipeline import report_data
 from vomstudio.photogrammetry.place import control, georeference
+from vomstudio.photogrammetry.place.control import scatter_in_words
 from vomstudio.photogrammetry.place.lens_errors import bend_of_lenses
 from vomstudio.photogrammetry.place.local_frame import upright
 from vomstudio.progress import Progress
+from vomstudio.survey.check_results import Finding
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
     from vomstudio.photogrammetry.align.alignment import Alignment
+    from vomstudio.photogrammetry.pipeline.photo_input import ControlTables
 
 
 def place_scene(
-    alignment: Alignment, photos: Sequence[Photo], settings: Settings, progress: Progress
+    alignment: Alignment,
+    photos: Sequence[Photo],
+    settings: Settings,
+    tables: ControlTables,
+    progress: Progress,
 ) -> tuple[SparseScene, dict[str, Any]]:
-    """The scene and what its registration says, as plain values. Raises GeometryError where control
-    or a CRS that were asked for cannot place it; InputError, UsageError, Cancelled."""
+    """Register the largest part by control points, else by camera GPS.
+
+    A part that these cannot register gets a local frame, and the reason is in `refused`: the
+    alignment is too much work to be lost by what is found out only after it.
+
+    Returns
+    -------
+    tuple
+        The scene, and its registration as plain values.
+
+    Raises
+    ------
+    Cancelled
+    """
     part, threads = alignment.parts[0], settings.threads or -1
     cameras = alignment.cameras
     try:
         if settings.control is not None:
-            scene, fitted = control.place_by_control_files(
+            scene, fitted = control.place_by_control(
                 part,
-                settings.control,
-                settings.marks,
-                settings.crs,
-                progress,
+                tables.points,
+                tables.marks,
+                tables.crs,
                 cameras=cameras,
                 threads=threads,
+                progress=progress,
             )
             return scene, report_data.control_registration(fitted)
         scene, report = georeference.place_by_gps(
@@ -43,8 +62,19 @@ def place_scene(
         )
         return scene, report_data.gps_registration(report)
     except GeometryError as error:
-        if settings.control is not None or settings.crs is not None:
-            raise
         scene = upright(part, photos)
         bend = report_data.lens_bowing(bend_of_lenses(scene, cameras))
         return scene, {"refused": error.message, "lens_bowing": bend}
+
+
+def registration_findings(settings: Settings, registration: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield findings on control or a CRS that were requested and could not be used, and on marks
+    that scatter."""
+    if refused := registration.get("refused"):
+        if settings.control is not None:
+            yield Finding("control-unused", "warning", (), str(refused))
+        elif settings.crs is not None:
+            yield Finding("gps-unused", "warning", (), str(refused))
+    scatter = registration.get("mark_scatter_px")
+    if scatter is not None:
+        yield Finding("mark-scatter", "warning", (), scatter_in_words(scatter), scatter)

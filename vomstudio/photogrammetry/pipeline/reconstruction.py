@@ -26,11 +26,12 @@ from vomstudio.photogrammetry.pipeline.outputs import (
     folder_locked,
 )
 from vomstudio.photogrammetry.pipeline.photo_input import (
+    ControlTables,
     TakenPhoto,
     alignment_facts,
     bytes_of,
-    hash_file,
     photo_hash,
+    read_tables,
     usable_photos,
 )
 from vomstudio.photogrammetry.pipeline.photo_results import (
@@ -84,10 +85,11 @@ def reconstruct(
     written to `reconstruction.json`. Raises InputError for photos of which nothing can be made,
     TargetError for a disk that cannot hold it, and Cancelled.
     """
-    photos = usable_photos(folder, settings, progress, masks)
+    tables = read_tables(settings)
+    photos = usable_photos(folder, settings, tables, progress, masks)
     outputs = claim_folder(out)
     with folder_locked(outputs), disk_trouble_reported(outputs.folder):
-        run = _Run(photos, outputs, settings, executor, StageLog(outputs.log, progress))
+        run = _Run(photos, tables, outputs, settings, executor, StageLog(outputs.log, progress))
         try:
             return run.all()
         finally:
@@ -105,12 +107,14 @@ class _Run:
     def __init__(
         self,
         photos: PhotoFolder,
+        tables: ControlTables,
         outputs: Outputs,
         settings: Settings,
         executor: Executor,
         log: StageLog,
     ) -> None:
         self.photos, self.folder, self.outputs = photos, photos.folder, outputs
+        self.tables = tables
         self.settings, self.executor, self.log = settings, executor, log
         self.device = device_of(settings)
         self.region = Region.of(settings.region)
@@ -123,9 +127,10 @@ class _Run:
         self.log.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
         self._remember()
         photos = self._checked()
-        alignment, aligned = self._join(*self._align(photos))
-        # Hours of work: they are there too where the control points cannot place the model.
+        alignment, aligned = self._align(photos)
+        # Hours of work: written before anything that can fail, and again once it is registered.
         write_cameras_of(self.outputs, self.folder, alignment, alignment.parts[0])
+        alignment, aligned = self._join(alignment, aligned)
         placed = self._place(alignment, photos, aligned)
         write_cameras_of(self.outputs, self.folder, alignment, placed.scene)
         straight, flat = self._undistort(placed, photos)
@@ -181,13 +186,12 @@ class _Run:
         """Join components by markers; other marks are used in the registration."""
         from vomstudio.photogrammetry.place.joined_alignment import join_alignment
 
-        control, marks = self.settings.control, self.settings.marks
-        files = [path and hash_file(path) for path in (control, marks)]
+        tables = self.tables
         alignment, stage, said = join_alignment(
             alignment,
-            lambda: self.checkpoints.stage("joined", aligned.key, *files),
-            control,
-            marks,
+            lambda: self.checkpoints.stage("joined", aligned.key, *tables.hashes),
+            tables.points,
+            tables.marks,
             self.settings.threads,
             self.log,
         )
@@ -199,14 +203,11 @@ class _Run:
         """The largest part in World where control or GPS allow it, else upright and local."""
         from vomstudio.photogrammetry.pipeline.placing import place_scene
 
-        settings = self.settings
-        marks = (settings.control, settings.marks)
-        stage = self.checkpoints.stage(
-            "frame", aligned.key, settings.crs, *(p and hash_file(p) for p in marks)
-        )
+        settings, tables = self.settings, self.tables
+        stage = self.checkpoints.stage("frame", aligned.key, settings.crs, *tables.hashes)
         if not stage.done:
             self.log.stage(tr("Registering the model"))
-            scene, facts = place_scene(alignment, photos.photos, settings, self.log)
+            scene, facts = place_scene(alignment, photos.photos, settings, tables, self.log)
             scene.save(stage.folder)
             stage.finish(registration=facts)
         for warning in stage.facts["registration"].get("warnings", []):
@@ -404,6 +405,8 @@ class _Run:
         textured: Mesh,
         dressed: Stage,
     ) -> dict[str, Any]:
+        from vomstudio.photogrammetry.pipeline.placing import registration_findings
+
         self.log.end_stage()
         outputs, scene = self.outputs, placed.scene
         for name, reason in alignment.unregistered:
@@ -430,6 +433,7 @@ class _Run:
             other_parts=alignment.parts[1:],
             cameras=cameras,
             planes=report_data.planes_of_model(cloud, textured, registration),
+            further=tuple(registration_findings(self.settings, registration)),
         )
         rows = report_data.photo_rows(photos.photos, scene, registration)
         for row in rows:

@@ -219,6 +219,7 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
             "about_north": about_north,
         },
         "lenses": [asdict(lens) for lens in report.lenses],
+        "mark_scatter_px": report.mark_scatter_px,
         "points": [asdict(point) for point in report.points],
         "covariance": report.covariance.tolist(),
         "centre": list(report.centre),

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, LensBend, bowing_of
-from vomstudio.io.control.control_files import agreed_crs, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -23,15 +21,18 @@ from vomstudio.photogrammetry.place.control_adjustment import (
     bent_to,
     require_width,
 )
+from vomstudio.photogrammetry.place.ground_adjustment import MARK_PX
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
 from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.photogrammetry.place.wrong_marks import (
-    LEAST_PX,
     WrongMark,
     agree,
+    agreement_px,
+    is_plausible,
     labels_on_one_spot,
+    mark_scatter_px,
     misplaced,
     without_wrong_marks,
 )
@@ -91,6 +92,8 @@ class ControlReport:
         model
     bowing : by the residuals; where the model was bent to its control, by check points alone if
         they are enough; lens_bend : by the errors of the lenses, None where these are not known
+    mark_scatter_px : error of a mark in one direction, if fewer than three points have marks that
+        agree, so that all points were used; else None
     """
 
     points: tuple[PointFit, ...]
@@ -111,42 +114,7 @@ class ControlReport:
     centre: tuple[float, float, float]
     bowing: Bowing | None
     lens_bend: LensBend | None
-
-
-def place_by_control_files(
-    scene: SparseScene,
-    control: Path,
-    marks: Path | None,
-    crs: str | None = None,
-    progress: Progress | None = None,
-    *,
-    cameras: Sequence[Calibration] = (),
-    threads: int = -1,
-) -> tuple[SparseScene, ControlReport]:
-    """Place the scene by the tables of control points and of their marks (see `io.control`).
-
-    crs : of the points; None for what their file states, else a local frame in metres
-    cameras : as they were calibrated
-    Raises InputError for tables that cannot be read, GeometryError where they cannot place it.
-    """
-    points = read_control(control)
-    if marks is None:
-        raise UsageError(
-            tr(
-                "Control points need a table of their marks in the photos. Name one with the "
-                "columns label, photo, x and y."
-            ),
-            field="--marks",
-        )
-    return place_by_control(
-        scene,
-        points,
-        read_marks(marks),
-        agreed_crs(control, crs),
-        cameras=cameras,
-        threads=threads,
-        progress=progress,
-    )
+    mark_scatter_px: float | None
 
 
 def place_by_control(
@@ -206,6 +174,7 @@ def place_by_control(
         _centre(ground, used),
         _bowing(points, made.scene is not None, placed.points + np.array(ground.origin)),
         None if effect is None else effect.bend,
+        ground.mark_px if ground.mark_px > MARK_PX else None,
     )
     warnings = [*said, *_warnings(report), *([made.refusal] if made.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
@@ -258,12 +227,14 @@ def _marked_points(
     # that place is known by the other points.
     fitted = ground.fitted(scene)
     placed = moved(scene, fitted.fit, ground.origin, None)
-    limit = max(6.0 * fitted.sigma / ground.pixel, LEAST_PX)
+    limit = 6.0 * fitted.sigma / ground.pixel
     wrong: list[WrongMark] = []
     for i, point in enumerate(control):
         others = [k for k in fitted.used if k != i]
         if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
-            seen[i], found = misplaced(placed, point.label, seen[i], ground.local[i], limit)
+            seen[i], found = misplaced(
+                placed, point.label, seen[i], ground.local[i], limit, ground.mark_px
+            )
             wrong += found
     if wrong:
         said = [*said, *(mark.in_words() for mark in wrong)]
@@ -280,8 +251,16 @@ def _ground(
 ) -> GroundPoints:
     """Raises GeometryError where these cannot place the scene."""
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
+    mark_px = MARK_PX
     usable = [i for i, marks in enumerate(seen) if agree(scene, marks)]
     fitting = [i for i in usable if not control[i].check]
+    if len(fitting) < 3:
+        scatter = mark_scatter_px(scene, seen)
+        if is_plausible(scene, scatter):
+            mark_px = max(MARK_PX, scatter)
+            limit = agreement_px(mark_px)
+            usable = [i for i, marks in enumerate(seen) if agree(scene, marks, limit)]
+            fitting = [i for i in usable if not control[i].check]
     if len(fitting) < 3:
         text = tr(
             "Only {count} of the {total} control points can be located in the model. At least 3 "
@@ -304,7 +283,9 @@ def _ground(
     first = fit_similarity(places, local[fitting])
     pixel = scene.pixel_at(places) * first.scale
     floor = 3 * math.hypot(surveyed, 2 * pixel)
-    return GroundPoints(control, seen, local, origin, fitting, ties, surveyed, pixel, floor)
+    return GroundPoints(
+        control, seen, local, origin, fitting, ties, surveyed, pixel, floor, mark_px
+    )
 
 
 def _observations(
@@ -377,10 +358,21 @@ def _apart(labels: Sequence[str]) -> str:
     )
 
 
+def scatter_in_words(scatter_px: float) -> str:
+    """Report the scatter of marks of which fewer than three points have marks that agree."""
+    return tr(
+        "The marks of the control points scatter by {scatter:.0f} pixels, more than marks set by "
+        "hand should. All points were used. Check their marks.",
+        scatter=scatter_px,
+    )
+
+
 def _warnings(report: ControlReport) -> Iterator[str]:
     used = [p for p in report.points if p.role == "control"]
     yield from said_of_bowing(report.bowing)
     yield from said_of_lenses(report.lens_bend, report.bowing)
+    if report.mark_scatter_px is not None:
+        yield scatter_in_words(report.mark_scatter_px)
     out = [p.label for p in report.points if p.role == "left out"]
     unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
     apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]

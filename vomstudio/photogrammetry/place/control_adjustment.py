@@ -38,6 +38,8 @@ _PART_OF_PIXEL = 0.1
 _FOLDS = 3
 # A handful of points knows its own scatter to a quarter, and nothing is known to a part of a pixel.
 _CLEARLY_WORSE, _PART_OF_A_MISS = 1.25, 0.5
+MAX_ROTATION_ERROR_DEG = 40.0
+"""One sigma of a rotation above which control points determine no direction."""
 _FEWEST_TO_JUDGE = 5
 """Control points from which on the model is judged with and without bending. Check points take no
 part in it: they would tell the truth no longer."""
@@ -68,6 +70,7 @@ class GroundPoints:
     surveyed : usual error of a coordinate, as stated; 0 where none is
     pixel : metres of a pixel on the ground
     floor : misses below it contradict nothing
+    mark_px : error of a mark in one direction
     """
 
     control: Sequence[ControlPoint]
@@ -79,17 +82,34 @@ class GroundPoints:
     surveyed: float
     pixel: float
     floor: float
+    mark_px: float
 
     def fitted(self, scene: SparseScene) -> ControlFit:
-        """The similarity from the scene to the control points, robustly."""
+        """Fit the similarity from the scene to the control points, robustly.
+
+        Raises GeometryError if the scene does not locate them, or they do not determine it.
+        """
         places = np.array([self.seen[i].place(scene) for i in self.fitting])
+        if not np.isfinite(places).all():
+            raise GeometryError(tr("The marks do not locate all control points in the model."))
         wanted = self.local[list(self.fitting)]
+        require_width(places)
         fit, good = fit_robustly(places, wanted, floor=self.floor)
         misses = (fit(places) - wanted)[good]
         scatter = scatter_of(wanted[good], misses, self.surveyed or None)
         # What is exact in every digit is not known better than a part of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(wanted[good], misses, _PART_OF_PIXEL * self.pixel)
+        worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(scatter.rotation)[-1])))
+        if not worst <= MAX_ROTATION_ERROR_DEG:
+            raise GeometryError(
+                tr(
+                    "The control points contradict each other or the photos by {sigma:.3g} m, so "
+                    "the model can rotate by {angle:.0f}°. Check coordinates, labels and marks.",
+                    sigma=float(np.sqrt((scatter.sigma**2).mean())),
+                    angle=worst,
+                )
+            )
         return ControlFit(
             fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], scatter
         )
@@ -122,10 +142,13 @@ class GroundPoints:
                 self.control[i].sigma_m or usual,
                 self.seen[i].views,
                 self.seen[i].pixels,
+                self.mark_px,
             )
             for i in used
         ]
-        return known + [KnownPoint(None, 0.0, tie.views, tie.pixels) for tie in self.ties]
+        return known + [
+            KnownPoint(None, 0.0, tie.views, tie.pixels, self.mark_px) for tie in self.ties
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,13 +173,13 @@ def bent_to(
 ) -> Bent:
     """The scene adjusted with the control points where that makes it better."""
     better, lenses = ground.adjusted(placed, first.used, first.sigma, threads, progress)
-    again = ground.fitted(better) if _is_sound(better) else None
+    again = _fitted_or_none(ground, better)
     # A wrong lens makes good points contradict each other, and scatter: judged again without it.
     if again is not None and (
         again.used != first.used or (not ground.surveyed and again.sigma < 0.7 * first.sigma)
     ):
         better, lenses = ground.adjusted(placed, again.used, again.sigma, threads, progress)
-        again = ground.fitted(better) if _is_sound(better) else None
+        again = _fitted_or_none(ground, better)
     # Control points that no bundle of rays can meet bend the model: the tie points tell.
     if again is None or not mean_error(better) <= 1.2 * mean_error(placed) + 0.1:
         refusal = tr(
@@ -198,6 +221,16 @@ def bent_to(
             )
         )
     return Bent(better, again, lenses, tuple(decisions), "")
+
+
+def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | None:
+    """Fit an adjusted scene; None if the adjustment failed, or lost the control points."""
+    if not _is_sound(scene):
+        return None
+    try:
+        return ground.fitted(scene)
+    except GeometryError:
+        return None
 
 
 def _is_sound(scene: SparseScene) -> bool:

@@ -15,6 +15,7 @@ from vomstudio.geology.bowing import Bowing, LensBend, bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.place.control_adjustment import MAX_ROTATION_ERROR_DEG
 from vomstudio.photogrammetry.place.gps_priors import (
     HEIGHTS_WORSE,
     GpsAdjustment,
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-# A direction worse than this is none.
-_WORST_DEG = 40.0
 _WARN_DEG = 2.0
 _SAME_SPOT_M = 0.5
 # Receivers state a horizontal radius of 68 %, which is so many errors of one coordinate.
@@ -262,7 +261,7 @@ def _quality(
             )
         )
     worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(scatter.rotation)[-1])))
-    if worst > _WORST_DEG:
+    if worst > MAX_ROTATION_ERROR_DEG:
         raise GeometryError(
             tr(
                 "With positions accurate to {sigma:.1f} m the model can still rotate by "

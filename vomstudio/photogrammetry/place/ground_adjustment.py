@@ -39,12 +39,14 @@ class KnownPoint:
     position : (3,) or None for a point that only ties photos together
     sigma : of each of its coordinates
     views : (k,) rows of the views in which it is marked; pixels : (k, 2)
+    mark_px : error of a mark in one direction
     """
 
     position: Array | None
     sigma: float
     views: npt.NDArray[np.int64]
     pixels: Array
+    mark_px: float = MARK_PX
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +149,8 @@ class _Problem:
         grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
         self.adjuster = adjuster_of(self.reconstruction, self.freedoms, threads, gauge=not grounded)
         add = self.adjuster.problem.add_residual_block
-        mark = np.eye(2) * (MARK_PX / noise) ** 2
         for point in points:
+            mark = np.eye(2) * (point.mark_px / noise) ** 2
             start = point.position
             if start is None:
                 start = triangulate([scene.views[r] for r in point.views], point.pixels)

@@ -21,7 +21,6 @@ import numpy as np
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import (
-    MARK_PX,
     KnownCentre,
     KnownPoint,
     bundle_adjust,
@@ -101,7 +100,7 @@ def ground_misfit(
             size = float(view.depths(point.position[None])[0]) / float(
                 np.mean(view.intrinsics.focal)
             )
-            variance = MARK_PX**2 + (point.sigma / size) ** 2
+            variance = point.mark_px**2 + (point.sigma / size) ** 2
             miss = view.project(point.position)[0] - pixel
             squares += (miss**2 / variance).tolist()
     for centre in centres:

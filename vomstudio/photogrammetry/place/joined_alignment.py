@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import numpy as np
 
-from vomstudio.io.control.control_files import read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align import mapping
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import Stage
@@ -21,24 +20,23 @@ from vomstudio.words import tr
 def join_alignment(
     alignment: Alignment,
     stage: Callable[[], Stage],
-    control: Path | None,
-    marks: Path | None,
+    control: Sequence[ControlPoint],
+    marks: Sequence[Mark],
     threads: int | None,
     progress: Progress,
 ) -> tuple[Alignment, Stage | None, tuple[str, ...]]:
     """(the alignment with joined parts, the stage in which it was done, what was done in words).
 
     stage : makes the stage; it is asked only where there is something to join
-    Raises InputError for tables that cannot be read; Cancelled.
+    Raises Cancelled.
     """
-    if marks is None or len(alignment.parts) < 2:
+    if not marks or len(alignment.parts) < 2:
         return alignment, None, ()
     work = stage()
     if not work.done:
         progress.stage(tr("Joining components"))
-        points = () if control is None else read_control(control)
         parts, report = join_components(
-            alignment.parts, read_marks(marks), points, threads=threads or -1, progress=progress
+            alignment.parts, marks, control, threads=threads or -1, progress=progress
         )
         for number, part in enumerate(parts):
             (work.folder / f"part{number}").mkdir(exist_ok=True)

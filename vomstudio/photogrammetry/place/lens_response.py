@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.ground_adjustment import MARK_PX, KnownCentre, KnownPoint
+from vomstudio.photogrammetry.place.ground_adjustment import KnownCentre, KnownPoint
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -154,7 +154,7 @@ def _observations(
             continue
         views.append(np.asarray(point.views, np.int64))
         which.append(np.full(len(point.views), count, np.int64))
-        weight.append(np.full(len(point.views), 1.0 / MARK_PX))
+        weight.append(np.full(len(point.views), 1.0 / point.mark_px))
         places.append(np.asarray(point.position, np.float64)[None])
         prior.append(np.array([point.sigma**-2.0]))
         count += 1

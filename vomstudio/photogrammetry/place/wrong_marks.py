@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -19,6 +20,10 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 
 SAME_SPOT_PX = 3.0
+# Of all marks in Gaussian scatter one in three thousand is farther off.
+_SCATTER_LIMIT = 4.0
+# Of the diagonal of a photo. Marks that scatter by more do not show the same points.
+_MAX_SCATTER = 0.05
 
 
 def without_wrong_marks(
@@ -30,21 +35,63 @@ def without_wrong_marks(
     return PointMarks(seen.views[rows], seen.pixels[rows]), wrong
 
 
-def agree(scene: SparseScene, seen: PointMarks) -> bool:
-    """Whether the rays of the marks meet in a place."""
-    return meet(_views(scene, seen), seen.pixels)
+def agree(scene: SparseScene, seen: PointMarks, limit_px: float = LEAST_PX) -> bool:
+    """Whether the rays of the marks meet in a place that no mark misses by more than a limit."""
+    return meet(_views(scene, seen), seen.pixels, limit_px)
+
+
+def mark_scatter_px(scene: SparseScene, points: Sequence[PointMarks]) -> float:
+    """Estimate the error of a mark in one direction from the marks alone.
+
+    The median distance of marks from the place where all marks of their point meet, which a few
+    wrong marks do not move, corrected for the coordinates that are fitted to each point.
+
+    Returns
+    -------
+    float
+        One sigma, pixels; NaN if no point is located, infinite if most marks are behind a camera.
+    """
+    distances: list[float] = []
+    for seen in points:
+        place = seen.place(scene)
+        if np.isfinite(place).all():
+            count = 2 * len(seen.views)
+            factor = math.sqrt(count / (count - 3))
+            distances += (factor * misses(_views(scene, seen), seen.pixels, place)).tolist()
+    # The median length of a Gaussian vector in the plane is 1.177 sigma.
+    return float(np.median(distances)) / 1.1774 if distances else float("nan")
+
+
+def agreement_px(mark_px: float) -> float:
+    """Limit of the distance of right marks from their point, for marks with an error of `mark_px`
+    in one direction."""
+    return max(LEAST_PX, _SCATTER_LIMIT * mark_px)
+
+
+def is_plausible(scene: SparseScene, scatter_px: float) -> bool:
+    """Whether marks with this scatter can show the same points."""
+    diagonals = [math.hypot(v.intrinsics.width, v.intrinsics.height) for v in scene.views]
+    return scatter_px <= _MAX_SCATTER * float(np.median(diagonals))
 
 
 def misplaced(
-    scene: SparseScene, label: str, seen: PointMarks, place: Array, limit_px: float
+    scene: SparseScene,
+    label: str,
+    seen: PointMarks,
+    place: Array,
+    limit_px: float,
+    mark_px: float,
 ) -> tuple[PointMarks, list[WrongMark]]:
     """As `without_wrong_marks`, by the surveyed place (3,) of the point in a scene that others have
     registered: of marks that contradict each other those are wrong that are farther off from it
-    than `limit_px`, unless all are. Marks that agree are right, and the place may be wrong."""
-    if agree(scene, seen):
+    than `limit_px`, unless all are. Marks that agree are right, and the place may be wrong.
+
+    mark_px : error of a mark in one direction"""
+    least = agreement_px(mark_px)
+    if agree(scene, seen, least):
         return seen, []
     off = misses(_views(scene, seen), seen.pixels, place)
-    far = ~(off <= max(limit_px, LEAST_PX))
+    far = ~(off <= max(limit_px, least))
     if not far.any() or far.all():
         return seen, []
     wrong = []

@@ -87,10 +87,10 @@ def agreeing(
     return rows, wrong
 
 
-def meet(views: Sequence[View], pixels: Array) -> bool:
-    """Whether the rays of the marks meet in a place."""
+def meet(views: Sequence[View], pixels: Array, limit_px: float = LEAST_PX) -> bool:
+    """Whether the rays of the marks meet in a place that no mark misses by more than a limit."""
     place = triangulate(views, pixels)
-    return bool(np.isfinite(place).all() and misses(views, pixels, place).max() <= LEAST_PX)
+    return bool(np.isfinite(place).all() and misses(views, pixels, place).max() <= limit_px)
 
 
 def misses(views: Sequence[View], pixels: Array, place: Array) -> Array:
