@@ -43,7 +43,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         try:
             found = _described(Path(name), progress)
         except InputError as error:
-            out.note(f"vomstudio: {error}")
+            out.error(f"vomstudio: {error}")
             first_error = first_error or error.as_dict()
             found = {**NOTHING, "error": error.as_dict()}
         else:
@@ -53,7 +53,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
         result["error"] = first_error
-        out.failed = True
     out.result(result)
 
 

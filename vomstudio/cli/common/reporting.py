@@ -1,0 +1,287 @@
+"""Progress of a command on stderr: a line updated in place, plain lines, or JSON lines."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, TextIO
+
+from vomstudio.cli.common.output import for_terminal, stderr_silenced, to_json
+from vomstudio.errors import Cancelled
+from vomstudio.progress import CancelToken, Progress, Silent
+from vomstudio.words import tr
+
+DELAY_VARIABLE = "VOMSTUDIO_PROGRESS_DELAY_S"
+"""Environment variable that replaces `DEFAULT_DELAY_S`; tests use it."""
+DEFAULT_DELAY_S = 2.0
+MIN_LINE_GAP_S = 3.0
+"""Minimum time between two plain lines."""
+PLAIN_PERIOD_S = 0.25
+MAX_COUNT = 9999
+"""Largest number of steps that is shown as a count; more (bytes, points) are shown as a share."""
+MIN_STEPS_FOR_ESTIMATE = 3
+MIN_TIME_FOR_ESTIMATE_S = 2.0
+
+
+class Reporter(Progress, Protocol):
+    """Progress of a command, which may consist of numbered parts with stages of their own."""
+
+    def part(self, number: int, count: int) -> None:
+        """Begin part `number` (from 1) of `count`; the stages that follow belong to it."""
+
+
+class NoReport(Silent):
+    """Reporter that shows nothing."""
+
+    def part(self, number: int, count: int) -> None:
+        """See `Reporter`."""
+
+
+class JsonProgress:
+    """Progress as JSON lines on stderr, for programs that start the command."""
+
+    def __init__(self, token: CancelToken | None = None) -> None:
+        self._token = token
+        self._stage = ""
+        self._part: dict[str, int] = {}
+
+    def part(self, number: int, count: int) -> None:
+        """See `Reporter`. Stage events carry the numbers as `part` and `parts`."""
+        self._part = {"part": number, "parts": count}
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        """See `Progress`."""
+        self._stage = name
+        self._emit({"event": "stage", "stage": name, "total": total, **self._part})
+
+    def step(self, done: int) -> None:
+        """See `Progress`."""
+        self._emit({"event": "step", "stage": self._stage, "done": done})
+
+    def _emit(self, event: Mapping[str, Any]) -> None:
+        if self._token is not None and self._token.cancelled:
+            raise Cancelled()
+        print(to_json(event), file=sys.stderr, flush=True)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """State of a command's progress at one moment.
+
+    Parameters
+    ----------
+    stage : str
+        Name of the stage, empty before the first one.
+    done, total : int
+        Completed steps and all steps of the stage; `total` is None if unknown.
+    part : tuple of int, optional
+        Number of the part and count of the parts.
+    elapsed_s : float
+        Time since the command started.
+    remaining_s : float, optional
+        Estimated time to the end of the stage; None before it can be measured.
+    """
+
+    stage: str
+    done: int
+    total: int | None
+    part: tuple[int, int] | None
+    elapsed_s: float
+    remaining_s: float | None
+
+    @property
+    def label(self) -> str:
+        """Name of the stage with the number of its part, safe to write to a terminal."""
+        name = for_terminal(" ".join(self.stage.split())) or tr("Working")
+        if self.part is None:
+            return name
+        number, count = self.part
+        return tr("Step {number}/{count}: {stage}", number=number, count=count, stage=name)
+
+
+class StepClock:
+    """Estimate of the time that a stage still needs, from the steps completed so far."""
+
+    def __init__(self, total: int | None) -> None:
+        self.total = total
+        self.done = 0
+        self._first: tuple[int, float] | None = None
+        self._last_s = 0.0
+        self._increases = 0
+
+    def step(self, done: int, now_s: float) -> None:
+        """Record that `done` steps are complete."""
+        if self._first is None:
+            # A resumed stage begins at a number above 0.
+            self._first, self._last_s = (done, now_s), now_s
+        elif done > self.done:
+            self._increases += 1
+            self._last_s = now_s
+        self.done = done
+
+    def remaining_s(self, now_s: float) -> float | None:
+        """Estimate the remaining time; None without a total or before enough steps are done."""
+        if self.total is None or self._first is None or self._increases < MIN_STEPS_FOR_ESTIMATE:
+            return None
+        first_done, first_s = self._first
+        steps = self.done - first_done
+        if steps <= 0 or self._last_s - first_s < MIN_TIME_FOR_ESTIMATE_S:
+            return None
+        # A step that takes longer than the mean of those before makes the rest slower too.
+        overdue = (now_s - first_s) / (steps + steps / self._increases)
+        per_step = max((self._last_s - first_s) / steps, overdue)
+        return max(0.0, per_step * (self.total - self.done) - (now_s - self._last_s))
+
+
+class Painter(Protocol):
+    """A way to show snapshots on a stream."""
+
+    period_s: float
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Show the present state."""
+
+    def close(self) -> None:
+        """Leave the stream ready for other text."""
+
+
+class PlainLines:
+    """Painter for files and pipes: one line for each stage, none for short stages."""
+
+    period_s = PLAIN_PERIOD_S
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._shown: tuple[object, str] | None = None
+        self._shown_s = -MIN_LINE_GAP_S
+
+    def show(self, snapshot: Snapshot) -> None:
+        """See `Painter`."""
+        stage = (snapshot.part, snapshot.stage)
+        if not snapshot.stage or stage == self._shown:
+            return
+        if snapshot.elapsed_s - self._shown_s < MIN_LINE_GAP_S:
+            return
+        self._shown, self._shown_s = stage, snapshot.elapsed_s
+        total = snapshot.total
+        count = f" ({total})" if total is not None and 1 < total <= MAX_COUNT else ""
+        self._stream.write(f"[{clock(snapshot.elapsed_s)}] {snapshot.label}{count}\n")
+        self._stream.flush()
+
+    def close(self) -> None:
+        """See `Painter`."""
+
+
+class ProgressDisplay:
+    """Reporter that shows progress on a stream once a command has run for `delay_s`.
+
+    A thread draws, so that the elapsed time advances during steps that report nothing. Nothing is
+    imported for drawing before the delay has passed.
+    """
+
+    def __init__(self, stream: TextIO, *, begun_s: float, delay_s: float) -> None:
+        self._stream, self._begun_s, self._delay_s = stream, begun_s, delay_s
+        self._lock = threading.Lock()
+        self._stage, self._clock = "", StepClock(None)
+        self._part: tuple[int, int] | None = None
+        self._finished = threading.Event()
+        self._thread = threading.Thread(target=self._draw, name="progress", daemon=True)
+
+    def __enter__(self) -> ProgressDisplay:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._finished.set()
+        self._thread.join()
+
+    def part(self, number: int, count: int) -> None:
+        """See `Reporter`."""
+        with self._lock:
+            self._part = (number, count)
+            self._stage, self._clock = "", StepClock(None)
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        """See `Progress`."""
+        with self._lock:
+            self._stage, self._clock = name, StepClock(total)
+
+    def step(self, done: int) -> None:
+        """See `Progress`."""
+        with self._lock:
+            self._clock.step(done, time.monotonic())
+
+    def _snapshot(self) -> Snapshot:
+        with self._lock:
+            now_s = time.monotonic()
+            steps = self._clock
+            return Snapshot(
+                self._stage,
+                steps.done,
+                steps.total,
+                self._part,
+                now_s - self._begun_s,
+                steps.remaining_s(now_s),
+            )
+
+    def _draw(self) -> None:
+        if self._finished.wait(max(0.0, self._begun_s + self._delay_s - time.monotonic())):
+            return
+        # Nobody reads stderr any more: the command goes on, its exit code is the message.
+        with contextlib.suppress(OSError, ValueError):
+            painter = choose_painter(self._stream)
+            while not self._finished.is_set():
+                painter.show(self._snapshot())
+                self._finished.wait(painter.period_s)
+            painter.close()
+
+
+def choose_painter(stream: TextIO) -> Painter:
+    """Choose a line that is updated in place if the stream is a terminal that can do so."""
+    dumb = os.environ.get("TERM", "dumb" if os.name == "posix" else "") in ("", "dumb", "unknown")
+    if not stream.isatty() or (dumb and os.name == "posix"):
+        return PlainLines(stream)
+    try:
+        from vomstudio.cli.common.terminal_line import TerminalLine
+
+        return TerminalLine(stream)
+    except ImportError:  # an incomplete installation, which is no reason to end the command
+        return PlainLines(stream)
+
+
+def clock(seconds: float) -> str:
+    """Format a duration as m:ss or h:mm:ss."""
+    minutes, second = divmod(int(seconds), 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{hours}:{minute:02d}:{second:02d}" if hours else f"{minute}:{second:02d}"
+
+
+@contextlib.contextmanager
+def reporting(*, quiet: bool, as_events: bool, begun_s: float) -> Iterator[Reporter]:
+    """Yield the reporter of a command and end its display afterwards.
+
+    Parameters
+    ----------
+    quiet : bool
+        Show nothing, and suppress what libraries print.
+    as_events : bool
+        Write JSON lines.
+    begun_s : float
+        Start of the command, `time.monotonic`.
+    """
+    if quiet:
+        with stderr_silenced():
+            yield NoReport()
+    elif as_events:
+        yield JsonProgress()
+    elif sys.stderr is None:
+        yield NoReport()
+    else:
+        delay_s = float(os.environ.get(DELAY_VARIABLE, DEFAULT_DELAY_S))
+        with ProgressDisplay(sys.stderr, begun_s=begun_s, delay_s=delay_s) as display:
+            yield display
