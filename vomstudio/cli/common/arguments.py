@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from vomstudio.cli.common.first_word import nearest_of
@@ -173,3 +174,10 @@ def progress_of(args: argparse.Namespace) -> Reporter:
     """Return what the command's long work reports to."""
     reporter: Reporter = args.reporter
     return reporter
+
+
+def report_reading(args: argparse.Namespace, path: str | Path) -> Reporter:
+    """Report that a file is being read, and return what the work after that reports to."""
+    progress = progress_of(args)
+    progress.stage(tr("Reading {file}", file=Path(path).name))
+    return progress

@@ -128,6 +128,8 @@ class StepClock:
         """Estimate the remaining time; None without a total or before enough steps are done."""
         if self.total is None or self._first is None or self._increases < MIN_STEPS_FOR_ESTIMATE:
             return None
+        if self.done >= self.total:
+            return None
         first_done, first_s = self._first
         steps = self.done - first_done
         if steps <= 0 or self._last_s - first_s < MIN_TIME_FOR_ESTIMATE_S:
@@ -243,8 +245,9 @@ class ProgressDisplay:
 
 def choose_painter(stream: TextIO) -> Painter:
     """Choose a line that is updated in place if the stream is a terminal that can do so."""
-    dumb = os.environ.get("TERM", "dumb" if os.name == "posix" else "") in ("", "dumb", "unknown")
-    if not stream.isatty() or (dumb and os.name == "posix"):
+    if not stream.isatty() or (
+        os.name == "posix" and os.environ.get("TERM", "") in ("", "dumb", "unknown")
+    ):
         return PlainLines(stream)
     try:
         from vomstudio.cli.common.terminal_line import TerminalLine
@@ -282,6 +285,12 @@ def reporting(*, quiet: bool, as_events: bool, begun_s: float) -> Iterator[Repor
     elif sys.stderr is None:
         yield NoReport()
     else:
-        delay_s = float(os.environ.get(DELAY_VARIABLE, DEFAULT_DELAY_S))
-        with ProgressDisplay(sys.stderr, begun_s=begun_s, delay_s=delay_s) as display:
+        with ProgressDisplay(sys.stderr, begun_s=begun_s, delay_s=_delay_s()) as display:
             yield display
+
+
+def _delay_s() -> float:
+    try:
+        return float(os.environ[DELAY_VARIABLE])
+    except (KeyError, ValueError):
+        return DEFAULT_DELAY_S
