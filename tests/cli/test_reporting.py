@@ -18,14 +18,13 @@ import pytest
 from rich.cells import cell_len
 
 from vomstudio.cli.common import reporting
-from vomstudio.cli.common.reporting import (
-    MIN_LINE_GAP_S,
-    PlainLines,
+from vomstudio.cli.common.progress_snapshot import (
+    MIN_STEPS_FOR_ESTIMATE,
     Snapshot,
     StepClock,
-    choose_painter,
     clock,
 )
+from vomstudio.cli.common.reporting import MIN_LINE_GAP_S, PlainLines, choose_painter
 from vomstudio.cli.common.terminal_line import TerminalLine, rounded_time
 
 ESCAPE = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
@@ -52,7 +51,7 @@ def test_steps_of_equal_length_give_the_remaining_time(begin: int) -> None:
 def test_nothing_is_estimated_before_enough_was_measured() -> None:
     steps = StepClock(10)
     assert steps.remaining_s(60.0) is None
-    for k in range(reporting.MIN_STEPS_FOR_ESTIMATE):
+    for k in range(MIN_STEPS_FOR_ESTIMATE):
         steps.step(k, 10.0 * k)
         assert steps.remaining_s(10.0 * k) is None
     quick = StepClock(1000)

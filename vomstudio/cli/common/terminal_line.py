@@ -17,7 +17,7 @@ from rich.progress_bar import ProgressBar
 from rich.segment import ControlType, Segment, Segments
 from rich.style import Style
 
-from vomstudio.cli.common.reporting import MAX_COUNT, Snapshot, clock
+from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, clock
 from vomstudio.words import tr
 
 DEFAULT_COLUMNS = 80
