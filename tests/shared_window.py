@@ -49,7 +49,11 @@ class SharedWindow:
 
     def _make(self) -> None:
         guards.begin_sharing()
-        self._window = driver.make_window()
+        try:
+            self._window = driver.make_window()
+        except BaseException:
+            guards.end_sharing(check=False)
+            raise
         assert self._window.viewport is not None
         self._camera = self._window.viewport.moves.camera_state()
 

@@ -73,6 +73,9 @@ def photos(data_dir, tmp_path) -> Path:
 @pytest.fixture(scope="module")
 def shared_window(tmp_path_factory: pytest.TempPathFactory, qapp) -> Iterator[SharedWindow]:
     """The window of this module, made for the first test that asks for `window`."""
+    # In the folders of a new user it would first look for all fonts of the machine.
+    import matplotlib.font_manager  # noqa: F401
+
     with pytest.MonkeyPatch.context() as patch:
         shared = SharedWindow(use_home(tmp_path_factory.mktemp("shared") / "user", patch))
         try:
@@ -80,7 +83,7 @@ def shared_window(tmp_path_factory: pytest.TempPathFactory, qapp) -> Iterator[Sh
         finally:
             left = shared.close()
     if left:
-        pytest.fail("the tests of this module leave behind:\n  " + "\n  ".join(left), pytrace=False)
+        pytest.fail("earlier tests leave behind:\n  " + "\n  ".join(left), pytrace=False)
 
 
 @pytest.fixture
