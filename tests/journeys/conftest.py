@@ -87,12 +87,17 @@ def shared_window(tmp_path_factory: pytest.TempPathFactory, qapp) -> Iterator[Sh
 
 
 @pytest.fixture
-def window(shared_window: SharedWindow, request: pytest.FixtureRequest) -> Iterator[MainWindow]:
-    """The window of this module, with an empty project and as a new user finds it."""
-    yield shared_window.lend(request.node.nodeid)
+def window(request: pytest.FixtureRequest) -> Iterator[MainWindow]:
+    """The window of this module, with an empty project and as a new user finds it; a window of its
+    own for a test that uses `new_window` or `own_folders`."""
+    if {"new_window", "own_folders"} & set(request.fixturenames):
+        yield request.getfixturevalue("new_window")
+        return
+    shared = request.getfixturevalue("shared_window")
+    yield shared.lend(request.node.nodeid)
     if has_failed(request.node):
         # The next test gets another one: who knows what state this one is in.
-        shared_window.close(check=False)
+        shared.close(check=False)
 
 
 @pytest.fixture
