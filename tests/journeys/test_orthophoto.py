@@ -59,6 +59,7 @@ def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> 
     assert (world < high + 0.05).all()
 
 
+@pytest.mark.full
 def test_an_unwritable_target_is_said(window, outcrop, tmp_path) -> None:
     driver.open_outcrop(window, outcrop)
     window.actions_table.all["orthophoto"].trigger()
