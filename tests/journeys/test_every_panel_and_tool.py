@@ -5,10 +5,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QModelIndex, QPoint, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage, QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QAbstractItemView, QLabel, QMenu, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QHeaderView,
+    QLabel,
+    QMenu,
+    QWidget,
+)
 
 from tests import driver
 from tests.driver import click, key, look_at, wait
@@ -39,13 +46,15 @@ def panels_menu(window) -> QMenu:
 def visible_texts(panel: QWidget) -> list[str]:
     kinds = (QLabel, QAbstractButton)
     texts = [each.text() for kind in kinds for each in panel.findChildren(kind) if each.isVisible()]
+    for header in panel.findChildren(QHeaderView):
+        if header.isVisible() and (model := header.model()) is not None:
+            texts += [
+                str(model.headerData(i, header.orientation()) or "") for i in range(header.count())
+            ]
     views = panel.findChildren(QAbstractItemView)
     for view in [*views, *([panel] if isinstance(panel, QAbstractItemView) else [])]:
-        model = view.model()
-        if view.isVisible() and model is not None:
-            columns = range(model.columnCount(QModelIndex()))
-            texts += [str(model.headerData(i, Qt.Orientation.Horizontal) or "") for i in columns]
-            texts += [str(model.index(0, i).data() or "") for i in columns]
+        if view.isVisible() and (model := view.model()) is not None:
+            texts.append(str(model.index(0, 0).data() or ""))
     return [text for text in texts if text.strip()]
 
 
