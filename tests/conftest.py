@@ -60,15 +60,19 @@ def no_progress() -> Iterator[None]:
         yield
 
 
-@pytest.fixture
-def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """State, configuration and settings of a user who has just come; their home folder."""
-    home = tmp_path / "user"
+def use_home(home: Path, patch: pytest.MonkeyPatch) -> Path:
+    """Give the process state, configuration and settings of a user who has just come."""
     for name in ("XDG_STATE_HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME"):
-        monkeypatch.setenv(name, str(home / name.lower()))
-    monkeypatch.setenv("VOMSTUDIO_SETTINGS", str(home / "settings.toml"))
+        patch.setenv(name, str(home / name.lower()))
+    patch.setenv("VOMSTUDIO_SETTINGS", str(home / "settings.toml"))
     home.mkdir()
     return home
+
+
+@pytest.fixture
+def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The home folder of a user who has just come."""
+    return use_home(tmp_path / "user", monkeypatch)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

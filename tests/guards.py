@@ -38,6 +38,8 @@ _THREADS = (
     "IO loop",
 )
 """How the names of threads begin which a library starts and never ends."""
+_THREADS_OF_A_WINDOW = ("worker output", "worker errors", "net", "in photos", "viewport_")
+"""Threads that a window starts when it first needs them and ends when it is closed."""
 
 
 class _Records(logging.Handler):
@@ -59,12 +61,27 @@ class _Before:
     threads: set[threading.Thread]
     records: _Records
     in_windows: bool
-    windows: set[int] = field(default_factory=set)
     failed: bool = False
 
 
+@dataclass
+class _Memory:
+    """State of the memory checks. windows : addresses of the windows that existed before.
+    shared : a window is in use by several tests; memory is checked when it is closed"""
+
+    module: str = ""
+    windows: set[int] = field(default_factory=set)
+    shared: bool = False
+
+    def hide_existing(self) -> None:
+        """Hide all existing objects from the garbage collector: it then goes through what comes
+        later within milliseconds, and finds only that."""
+        gc.freeze()
+        self.windows = set(_windows())
+
+
 _BEFORE = pytest.StashKey[_Before]()
-_module: list[str] = []
+_memory = _Memory()
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -72,10 +89,14 @@ def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
     before = _Before(set(threading.enumerate()), _Records(), str(item.path).startswith(_WINDOWS))
     item.stash[_BEFORE] = before
     logging.getLogger("vomstudio").addHandler(before.records)
-    if before.in_windows:
-        _look_only_at_what_comes(str(item.path))
-        before.windows = set(_windows())
-    return (yield)
+    if before.in_windows and not _memory.shared:
+        _collect_once_per_module(str(item.path))
+        _memory.hide_existing()
+    try:
+        return (yield)
+    except BaseException:
+        before.failed = True
+        raise
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -98,8 +119,8 @@ def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
         _watch_for_crashes(item.config)
         if not before.failed and sys.exc_info()[0] is None:
             left = [*_said(item, before), *_threads(before)]
-            if before.in_windows:
-                left += _in_memory(item, before)
+            if before.in_windows and not _memory.shared:
+                left += _in_memory(item)
             if left:
                 pytest.fail("the test leaves behind:\n  " + "\n  ".join(left), pytrace=False)
 
@@ -133,40 +154,65 @@ def _new_threads(before: _Before) -> list[threading.Thread]:
         for thread in threading.enumerate()
         if thread not in before.threads
         and not thread.name.startswith(_THREADS)
+        and not (_memory.shared and thread.name.startswith(_THREADS_OF_A_WINDOW))
         # Stands for a thread of Qt or of a native library in which Python was called once.
         and not isinstance(thread, threading._DummyThread)
     ]
 
 
 # --- memory ----------------------------------------------------------------------------------
-def _look_only_at_what_comes(path: str) -> None:
-    """All that is there is put out of the garbage collector's sight: it then needs milliseconds to
-    go through what a test has made, and finds only that."""
-    if _module != [path]:
-        # What has become garbage since the last file is taken away.
-        _module[:] = [path]
+def has_failed(item: pytest.Item) -> bool:
+    """Whether the setup or the call of a test has raised."""
+    return item.stash[_BEFORE].failed
+
+
+def begin_sharing() -> None:
+    """Start to share a window between tests: memory is no longer checked after each of them."""
+    assert not _memory.shared, "a window is shared already"
+    _memory.shared = True
+
+
+def end_sharing(*, check: bool = True) -> list[str]:
+    """Return what the tests that shared a window leave in memory after it was closed.
+
+    Parameters
+    ----------
+    check : False after a failure, whose traceback holds objects that did not leak.
+    """
+    _memory.shared = False
+    left = _wait_for_memory() if check else []
+    _memory.hide_existing()
+    return left
+
+
+def _collect_once_per_module(path: str) -> None:
+    if _memory.module != path:
+        _memory.module = path
         gc.unfreeze()
         gc.collect()
-    gc.freeze()
 
 
-def _in_memory(item: pytest.Item, before: _Before) -> list[str]:
+def _in_memory(item: pytest.Item) -> list[str]:
     if hasattr(item, "funcargs"):
         # Kept by pytest until after this, and with them all that the fixtures have made.
         item.funcargs.clear()
+    return _wait_for_memory()
+
+
+def _wait_for_memory() -> list[str]:
     # What a thread has just handed over is let go when Qt comes to it.
     end = time.monotonic() + _MEMORY_PATIENCE_S
-    while (left := _what_is_left(before)) and time.monotonic() < end:
+    while (left := _what_is_left()) and time.monotonic() < end:
         time.sleep(0.05)
     return left
 
 
-def _what_is_left(before: _Before) -> list[str]:
+def _what_is_left() -> list[str]:
     _let_qt_work()
     gc.collect()
     _let_qt_work()
     found = gc.get_objects()
-    left = [f"a window: {words}" for ptr, words in _windows().items() if ptr not in before.windows]
+    left = [f"a window: {words}" for ptr, words in _windows().items() if ptr not in _memory.windows]
     left += _running_timers(found)
     left += _vtk_objects(found)
     return left

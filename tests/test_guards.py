@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,56 @@ QUIET = """
         pytest.xfail("known")
     """
 
+SHARED_LEAKS = """
+    import threading
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QDialog
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    gate = threading.Event()
+    kept = []
+
+    def test_a_window(window):
+        kept.append(QDialog(windowTitle="forgotten"))
+
+    def test_a_timer(window):
+        kept.append(QTimer())
+        kept[-1].start(500)
+
+    def test_an_object_of_vtk(window):
+        kept.append(vtkPolyData())
+
+    def test_threads(window):
+        threading.Thread(target=gate.wait, name="left", daemon=True).start()
+
+    def test_nothing(window):
+        assert window.isVisible()
+    """
+SHARED_WORDS = (
+    "earlier tests leave behind:",
+    "a running thread: left",
+    "a window: QDialog forgotten",
+    "a running timer of 500 ms of NoneType",
+    "1 *PolyData",
+)
+PLAIN_SHARED_WINDOW = """
+    import pytest
+    from PySide6.QtWidgets import QWidget
+    from tests import guards
+
+    @pytest.fixture(scope="module")
+    def window(qapp):
+        guards.begin_sharing()
+        made = QWidget()
+        made.show()
+        yield made
+        made.close()
+        made.deleteLater()
+        left = guards.end_sharing()
+        if left:
+            pytest.fail("earlier tests leave behind:\\n  " + "\\n  ".join(left))
+    """
+
 
 @pytest.fixture
 def inner(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
@@ -95,6 +146,51 @@ def test_what_a_test_leaves_behind_fails_it(inner):
     result = inner.runpytest_subprocess("-q")
     result.assert_outcomes(passed=5, errors=5, failed=1)
     result.stdout.fnmatch_lines_random([f"*{words}*" for words in WORDS])
+
+
+def test_what_tests_of_a_shared_window_leave_behind_fails_the_last_of_them(inner):
+    """Threads are found after each test, windows, timers and VTK objects at the end."""
+    inner.makepyfile(test_leaks=PLAIN_SHARED_WINDOW + SHARED_LEAKS)
+    result = inner.runpytest_subprocess("-q")
+    result.assert_outcomes(passed=5, errors=2)
+    result.stdout.fnmatch_lines_random([f"*{words}*" for words in SHARED_WORDS])
+
+
+def test_the_first_test_without_the_shared_window_is_not_blamed_for_it(inner):
+    inner.makepyfile(
+        test_a=PLAIN_SHARED_WINDOW + SHARED_LEAKS, test_b="def test_of_another_module(qapp): pass"
+    )
+    result = inner.runpytest_subprocess("-q")
+    result.assert_outcomes(passed=6, errors=2)
+
+
+@pytest.mark.full
+def test_what_is_left_behind_in_the_window_of_the_journeys_is_found(inner, monkeypatch):
+    """The same with the real window, as the journeys share it; a VTK object in its scene and a
+    dialog that belongs to it go with it."""
+    monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
+    folder = inner.mkdir("journeys")
+    conftest = inner.path / "conftest.py"
+    conftest.write_text(
+        conftest.read_text("utf-8").replace("_PATIENCE_S = 0.1", "_PATIENCE_S = 5.0")
+        + "from tests.conftest import own_folders, state_folder\n",
+        "utf-8",
+    )
+    (folder / "conftest.py").write_text("from tests.journeys.conftest import *\n", "utf-8")
+    leaks = textwrap.dedent(SHARED_LEAKS) + textwrap.dedent(
+        """
+        def test_what_goes_with_the_window(window):
+            window.scene_of_a_test = vtkPolyData()
+            QDialog(window).show()
+
+        def test_the_dialog_was_closed(window):
+            assert not [dialog for dialog in window.findChildren(QDialog) if dialog.isVisible()]
+        """
+    )
+    (folder / "test_leaks.py").write_text(leaks, "utf-8")
+    result = inner.runpytest_subprocess("-q")
+    result.assert_outcomes(passed=7, errors=2)
+    result.stdout.fnmatch_lines_random([f"*{words}*" for words in SHARED_WORDS])
 
 
 def test_what_a_test_clears_away_does_not_fail_it(inner):

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import csv
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests import driver
+from tests.conftest import use_home
+from tests.guards import has_failed
+from tests.shared_window import SharedWindow
 from vomstudio.paths import resource
+from vomstudio.ui.shell.main_window import MainWindow
 
 
 def bare_outcrop(folder: Path) -> Path:
@@ -64,9 +69,48 @@ def photos(data_dir, tmp_path) -> Path:
     return folder
 
 
+# --- windows ---------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def shared_window(tmp_path_factory: pytest.TempPathFactory, qapp) -> Iterator[SharedWindow]:
+    """The window of this module, made for the first test that asks for `window`."""
+    # In the folders of a new user it would first look for all fonts of the machine.
+    import matplotlib.font_manager  # noqa: F401
+
+    with pytest.MonkeyPatch.context() as patch:
+        shared = SharedWindow(use_home(tmp_path_factory.mktemp("shared") / "user", patch))
+        try:
+            yield shared
+        finally:
+            left = shared.close()
+    if left:
+        pytest.fail("earlier tests leave behind:\n  " + "\n  ".join(left), pytrace=False)
+
+
 @pytest.fixture
-def window(own_folders, qtbot):
-    """The real window of a new user."""
+def window(request: pytest.FixtureRequest) -> Iterator[MainWindow]:
+    """The window of this module, with an empty project and as a new user finds it; a window of its
+    own for a test that uses `new_window` or `own_folders`."""
+    if {"new_window", "own_folders"} & set(request.fixturenames):
+        yield request.getfixturevalue("new_window")
+        return
+    shared = request.getfixturevalue("shared_window")
+    yield shared.lend(request.node.nodeid)
+    if has_failed(request.node):
+        # The next test gets another one: who knows what state this one is in.
+        shared.close(check=False)
+
+
+@pytest.fixture
+def own_folders(own_folders: Path, shared_window: SharedWindow) -> Path:
+    """The home folder of a user who has just come, without any window."""
+    if left := shared_window.close():
+        pytest.fail("earlier tests leave behind:\n  " + "\n  ".join(left), pytrace=False)
+    return own_folders
+
+
+@pytest.fixture
+def new_window(own_folders: Path, qtbot) -> Iterator[MainWindow]:
+    """A window of its own, for tests whose subject is start, end, settings or recovery."""
     made = driver.make_window()
     yield made
     driver.dismiss(made)

@@ -13,6 +13,8 @@ from tests.driver import key
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
+pytestmark = pytest.mark.full
+
 
 def type_into_cell(table, row: int, column: int, text: str) -> None:
     """As somebody does: double click, type, Enter."""

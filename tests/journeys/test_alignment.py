@@ -21,6 +21,8 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
 from vomstudio.ui.common.command_targets import current_model
 
+pytestmark = pytest.mark.full
+
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> made_reconstruction.Made:
@@ -109,6 +111,7 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
     assert not viewport.photos.frusta
 
 
+@pytest.mark.usefixtures("new_window")
 def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
     window.actions_table.run("display_cameras")
     folder = tmp_path / "kept.vom"

@@ -20,6 +20,8 @@ from vomstudio.paths import resource
 from vomstudio.tools.patch import PatchTool
 from vomstudio.tools.trace import TraceTool
 
+pytestmark = pytest.mark.full
+
 TOOLS = {"T": "trace", "L": "line", "M": "measure"}
 """Those that pick one point after another."""
 MOMENTS = (0, 15, 60, 250, 900)
@@ -296,6 +298,7 @@ def test_the_window_can_be_closed_at_any_moment_of_a_job(
     wait(lambda: all(p.poll() is not None for p in processes), "the end of the workers", 10.0)
 
 
+@pytest.mark.usefixtures("new_window")
 def test_closing_with_an_open_trace_asks_and_staying_loses_nothing(faced, picks):
     window, tool = faced, faced.studio.tool_of(TraceTool)
     key(window, Qt.Key.Key_T)

@@ -18,6 +18,8 @@ from vomstudio.ui.surface.facets_panel import FacetsPanel
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 from vomstudio.ui.surface.traces_panel import TracesPanel
 
+pytestmark = pytest.mark.full
+
 BUTTONS: dict[str, tuple[type[QWidget], str]] = {
     "surface_fields": (FieldsPanel, "start"),
     "propose_facets": (FacetsPanel, "start"),

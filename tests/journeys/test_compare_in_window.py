@@ -82,6 +82,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     )
 
 
+@pytest.mark.full
 def test_distances_are_there_when_the_project_is_opened_again(
     window, outcrop, higher, tmp_path
 ) -> None:
@@ -110,6 +111,7 @@ def test_distances_are_there_when_the_project_is_opened_again(
     assert FIELD in studio.models[id_].data.fields
 
 
+@pytest.mark.full
 def test_planes_measured_on_both_are_held_beside_their_errors(
     window, outcrop, higher, picks
 ) -> None:

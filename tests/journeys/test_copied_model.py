@@ -13,6 +13,8 @@ from tests.journeys.test_in_photos import TRUE, sample  # noqa: F401
 from vomstudio.document.records import Model
 from vomstudio.io.photos.cameras_file import write_cameras
 
+pytestmark = pytest.mark.full
+
 Button = QMessageBox.StandardButton
 
 

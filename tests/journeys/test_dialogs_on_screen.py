@@ -16,6 +16,8 @@ from PySide6.QtWidgets import QDialog
 import vomstudio.ui
 from tests.photogrammetry import made_reconstruction
 
+pytestmark = pytest.mark.full
+
 
 def dialogs_of_the_program() -> set[str]:
     """Names of all classes of dialogs."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QMenu
 
 from tests import driver
 from tests.driver import wait
 from vomstudio.ui.scene import display_commands
+
+pytestmark = pytest.mark.full
 
 
 def menu_of_fields(window, name: str):
@@ -24,6 +27,7 @@ def picture(window) -> np.ndarray:
     return raw[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
+@pytest.mark.usefixtures("new_window")
 def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path):
     model_id = driver.open_outcrop(window, outcrop)
     before = picture(window)

@@ -22,6 +22,8 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.sections.section_panel import SectionPanel
 
+pytestmark = pytest.mark.full
+
 
 @pytest.fixture
 def parted(window, outcrop, picks):

@@ -17,6 +17,8 @@ from tests import driver
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 
+pytestmark = pytest.mark.full
+
 GSD = 0.01
 
 

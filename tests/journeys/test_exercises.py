@@ -21,6 +21,8 @@ from vomstudio.cli import main
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, angle_between_planes
 from vomstudio.geometry.cameras import Intrinsics, View
 
+pytestmark = pytest.mark.full
+
 Run = Callable[..., dict[str, Any]]
 SAMPLE = Path(__file__).resolve().parents[2] / "resources" / "sample"
 

@@ -49,6 +49,7 @@ def patches(window) -> list[Patch]:
     return window.studio.session.of(Patch)
 
 
+@pytest.mark.full
 def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> None:
     studio = window.studio
     before = dict(studio.records)
@@ -124,6 +125,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     driver.wait(lambda: scale(window) is None, "the photo texture")
 
 
+@pytest.mark.full
 def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
     find(window, panel)
     # What accepting makes of facets is said above the buttons that do it.
@@ -167,6 +169,7 @@ def test_other_facets_keep_their_colours_when_one_is_decided_upon(window, panel)
     assert after.items() <= before.items()
 
 
+@pytest.mark.full
 def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     # On its box: a click beside the words means nothing.
     driver.click(panel.live, QPoint(8, panel.live.rect().center().y()))
@@ -191,6 +194,7 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     assert not panel.accept_all.isEnabled()
 
 
+@pytest.mark.full
 def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
     before = dict(window.studio.records)
     driver.click(panel.start, panel.start.rect().center())
@@ -202,6 +206,7 @@ def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
     find(window, panel)
 
 
+@pytest.mark.full
 def test_the_planes_of_the_sample_are_among_its_facets(window, panel) -> None:
     """Whose attitudes are known, since it was made of them."""
     with resource("sample", "truth.csv").open(newline="") as stream:
@@ -220,6 +225,7 @@ def test_the_planes_of_the_sample_are_among_its_facets(window, panel) -> None:
         assert area[angle < 2.0].sum() > 1.0, row
 
 
+@pytest.mark.full
 def test_in_a_low_dock_nothing_lies_over_anything_else(window, panel) -> None:
     """All words of the page have the height that they need, and its rows stand below each other."""
     window.resize(1280, 700)
@@ -240,6 +246,7 @@ def test_in_a_low_dock_nothing_lies_over_anything_else(window, panel) -> None:
     assert icon == theme.verdict_icon(first.data()).pixmap(16, 16).toImage()
 
 
+@pytest.mark.full
 def test_a_facet_at_two_levels_says_so_in_the_list_and_as_a_patch(window, tmp_path) -> None:
     path = tmp_path / "steps.xyz"
     np.savetxt(path, at_two_levels(720, 3.0).points, fmt="%.6f")

@@ -18,7 +18,7 @@ from vomstudio.failures.error_collector import ERRORS
 from vomstudio.io.project.folder import is_free, untitled_projects
 from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
-pytestmark = pytest.mark.expects_log
+pytestmark = [pytest.mark.expects_log, pytest.mark.full]
 WORDS = "the disk does not answer"
 
 
@@ -141,6 +141,7 @@ def test_a_window_that_cannot_ask_does_not_close_without_a_word(
     assert folder in untitled_projects(finished=False)
 
 
+@pytest.mark.usefixtures("new_window")
 def test_a_dialog_that_fails_on_closing_closes(window, qtbot, monkeypatch):
     dialog = PlannerDialog(window, window.studio, window.survey)
     dialog.show()
@@ -158,6 +159,7 @@ def test_a_dialog_that_fails_on_closing_closes(window, qtbot, monkeypatch):
     wait(lambda: not shiboken6.isValid(dialog), "the end of the dialog")
 
 
+@pytest.mark.usefixtures("new_window")
 def test_a_photo_whose_end_fails_gives_its_tab_back(window, qtbot, photos, monkeypatch):
     window.resize(1400, 900)
     window.open_path(photos)

@@ -24,7 +24,7 @@ from vomstudio.ui.common.worker_thread import WorkerThread
 from vomstudio.ui.shell.failure_notices import FailureNotices, compose_report
 from vomstudio.ui.shell.main_window import MainWindow
 
-pytestmark = pytest.mark.expects_log
+pytestmark = [pytest.mark.expects_log, pytest.mark.full]
 SECRET = 432100.25
 
 ROOT = Path(__file__).resolve().parents[2]

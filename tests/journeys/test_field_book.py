@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtTest import QTest
@@ -15,6 +16,8 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
+
+pytestmark = pytest.mark.full
 
 
 def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(

@@ -21,6 +21,8 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 
+pytestmark = pytest.mark.full
+
 UP = 0.02
 
 

@@ -19,6 +19,8 @@ from tests.driver import click, drag, focus, key, look_at, pick, pixel, traces, 
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.trace import TraceTool
 
+pytestmark = pytest.mark.full
+
 BEDS = ("B01", "B04", "B07")
 
 

@@ -25,6 +25,8 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.ui.registration.fit_dialog import FitDialog
 from vomstudio.ui.registration.picking_view import PickingView
 
+pytestmark = pytest.mark.full
+
 TURN = Rotation.from_rotvec(np.radians([2.0, -1.0, 25.0])).as_matrix()
 SHIFT = np.array([3.0, -2.0, 0.7])
 MIDDLE = np.array([372410.0, 4709820.0, 610.0])

@@ -48,6 +48,7 @@ def test_three_clicks_make_a_trace_of_many_points(following, picks):
     assert tool.open or not driver.traces(window)
 
 
+@pytest.mark.full
 def test_the_way_runs_ahead_of_the_click_and_a_way_point_can_be_dragged(following, picks):
     window = following
     tool = window.studio.tool_of(TraceTool)
@@ -64,6 +65,7 @@ def test_the_way_runs_ahead_of_the_click_and_a_way_point_can_be_dragged(followin
     assert not np.array_equal(window.viewport.preview.path, before)
 
 
+@pytest.mark.full
 def test_a_key_switches_following_on_and_off(following):
     window = following
     tool = window.studio.tool_of(TraceTool)
@@ -76,6 +78,7 @@ def test_a_key_switches_following_on_and_off(following):
     window.studio.cancel_tool()
 
 
+@pytest.mark.full
 def test_while_nothing_is_picked_the_key_takes_up_the_trace_tool(following):
     window, studio = following, following.studio
     tool = studio.tool_of(TraceTool)
@@ -90,6 +93,7 @@ def test_while_nothing_is_picked_the_key_takes_up_the_trace_tool(following):
     assert (studio.tool_name, tool.cost) == ("trace", "dark")
 
 
+@pytest.mark.full
 def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, picks, tmp_path):
     from vomstudio.extraction.best_cost import costs_of, rank_of
     from vomstudio.extraction.following import Follower
@@ -125,6 +129,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     assert len(trace.vertices) > 20
 
 
+@pytest.mark.full
 def test_a_trace_that_is_ended_while_its_way_is_searched_for_leaves_the_next_clicks_alone(
     following, picks
 ):

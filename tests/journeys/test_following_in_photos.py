@@ -14,6 +14,8 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
+pytestmark = pytest.mark.full
+
 OLD = ("B05", "B14", "F01", "J2-02")
 
 

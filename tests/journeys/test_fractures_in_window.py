@@ -89,6 +89,7 @@ def corner(panel) -> np.ndarray:
     return np.concatenate(panel.answered.lines).min(axis=0) - [0, 1]
 
 
+@pytest.mark.full
 def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_command(
     window, wall, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -119,6 +120,7 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
     assert said == mine
 
 
+@pytest.mark.full
 def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     window, wall, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -205,6 +207,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     assert said == json.loads(json.dumps(found.as_dict()))
 
 
+@pytest.mark.full
 def test_what_cannot_be_counted_is_said(window, wall) -> None:
     panel = wall
     for typed, words in (("1, 2, 3", "two corners"), ("a, b", "numbers"),
@@ -294,6 +297,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     assert said == json.loads(json.dumps(panel.answered.found.as_dict()))
 
 
+@pytest.mark.full
 def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
     panel, studio = faulted, window.studio
     studio.selection.set(["F"])

@@ -70,6 +70,7 @@ def shown(window) -> None:
     wait(lambda: panel.canvas._picture is not None, "the photo", 30.0)
 
 
+@pytest.mark.full
 def test_a_bed_is_seen_in_its_photos_and_another_is_picked_there(traced):
     window, studio, panel = traced, traced.studio, traced.in_photos
     canvas = panel.canvas
@@ -194,6 +195,7 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     assert panel.photo == name, "what is selected in a photo is looked at in this photo"
 
 
+@pytest.mark.full
 def test_a_patch_is_painted_in_a_photo(traced):
     window, studio, panel = traced, traced.studio, traced.in_photos
     canvas = panel.canvas
@@ -222,6 +224,7 @@ def test_a_patch_is_painted_in_a_photo(traced):
     driver.keep_picture(window, "in-photos-8-patch")
 
 
+@pytest.mark.full
 def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, tmp_path):
     away = tmp_path / "elsewhere"
     from dataclasses import replace
@@ -240,6 +243,7 @@ def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, 
     wait(lambda: panel.canvas._picture is not None, "the photo")
 
 
+@pytest.mark.full
 def test_a_model_without_cameras_says_what_to_do(window, outcrop):
     driver.open_outcrop(window, outcrop)
     window.actions_table.run("show_in_photos")
@@ -261,6 +265,7 @@ def wheel(widget, at: QPoint, delta: int) -> None:
     QApplication.sendEvent(widget, event)
 
 
+@pytest.mark.full
 def test_the_cross_of_the_cursor_leaves_the_photo_with_the_cursor(traced):
     window, panel = traced, traced.in_photos
     window.studio.selection.set(["B05"])

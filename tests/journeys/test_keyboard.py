@@ -120,6 +120,7 @@ def test_after_opening_a_model_keys_act_on_the_outcrop(opened):
     assert opened.table._filter.text() == ""
 
 
+@pytest.mark.full
 def test_after_opening_photos_and_a_project_too(window, photos, tmp_path):
     window.table._filter.setFocus()
     window.open_path(photos)
@@ -132,6 +133,7 @@ def test_after_opening_photos_and_a_project_too(window, photos, tmp_path):
     assert on_outcrop(window)
 
 
+@pytest.mark.full
 def test_what_was_typed_before_a_model_came_is_not_cut_off(window, outcrop):
     press(window.table._filter)
     QTest.keyClicks(window.table._filter, "dip")
@@ -140,6 +142,7 @@ def test_what_was_typed_before_a_model_came_is_not_cut_off(window, outcrop):
     assert window.table._filter.text() == "dip>3"
 
 
+@pytest.mark.full
 def test_the_focus_of_a_page_that_disappears_goes_to_the_outcrop(window, outcrop):
     button = next(b for b in window.start_page.findChildren(QWidget) if b.focusPolicy())
     button.setFocus(Qt.FocusReason.TabFocusReason)
@@ -160,6 +163,7 @@ def test_a_choice_hands_the_keyboard_back_and_enter_finishes_the_line(opened):
     assert line.type_id == chosen
 
 
+@pytest.mark.full
 def test_enter_in_a_combo_box_finishes_and_is_not_swallowed(opened):
     panel = line_panel(opened)
     panel.type_box.setFocus()
@@ -167,6 +171,7 @@ def test_enter_in_a_combo_box_finishes_and_is_not_swallowed(opened):
     assert len(opened.studio.session.features()) == 1
 
 
+@pytest.mark.full
 def test_letters_in_a_combo_box_act_on_the_outcrop_and_change_no_type(opened):
     panel = driver.tool_panel(opened, TracePanel)
     opened.studio.activate("trace")
@@ -183,6 +188,7 @@ def test_letters_in_a_combo_box_act_on_the_outcrop_and_change_no_type(opened):
     assert panel.type_box.currentText() == before
 
 
+@pytest.mark.full
 def test_arrows_open_a_combo_box_instead_of_changing_it_unseen(opened):
     panel = driver.tool_panel(opened, TracePanel)
     opened.studio.activate("trace")
@@ -198,6 +204,7 @@ def test_arrows_open_a_combo_box_instead_of_changing_it_unseen(opened):
     assert opened.studio.next_type_id == panel.type_box.currentData()
 
 
+@pytest.mark.full
 def test_no_combo_box_of_any_panel_is_changed_by_a_letter(opened):
     """Whatever panel it stands in, also those that come later."""
     boxes = [
@@ -227,6 +234,7 @@ def test_no_combo_box_of_any_panel_is_changed_by_a_letter(opened):
 
 
 # --- fields ----------------------------------------------------------------------------------
+@pytest.mark.full
 def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
     key(opened, Qt.Key.Key_P)
     panel = driver.tool_panel(opened, PatchPanel)
@@ -241,6 +249,7 @@ def test_enter_keeps_a_sets_name_and_the_next_keys_are_the_outcrops(opened):
     assert panel.radius.value() > radius
 
 
+@pytest.mark.full
 def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
     panel = line_panel(opened)
     press(panel.set_edit)
@@ -253,6 +262,7 @@ def test_enter_in_a_field_confirms_it_and_finishes_no_line(opened):
     assert not tool.open
 
 
+@pytest.mark.full
 def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
     panel = line_panel(opened)
     press(panel.set_edit)
@@ -269,6 +279,7 @@ def test_esc_in_a_field_puts_its_text_back_and_leaves_the_line(opened):
     assert len(tool.vertices) == 2
 
 
+@pytest.mark.full
 def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
     key(opened, Qt.Key.Key_P)
     radius = driver.tool_panel(opened, PatchPanel).radius
@@ -284,6 +295,7 @@ def test_a_number_takes_digits_and_leaves_letters_to_the_outcrop(opened):
     assert radius.value() > 0.25
 
 
+@pytest.mark.full
 def test_every_field_of_every_panel_hands_the_keyboard_back(opened):
     tried = 0
     for name, dock in opened.docks.items():
@@ -319,6 +331,7 @@ def type_keys(text: str) -> None:
         QApplication.processEvents()
 
 
+@pytest.mark.full
 def test_what_is_typed_on_a_cell_goes_into_it_and_enter_hands_the_keyboard_back(opened):
     key(opened, Qt.Key.Key_C)
     panel = driver.tool_panel(opened, ControlPanel)
@@ -341,6 +354,7 @@ def test_what_is_typed_on_a_cell_goes_into_it_and_enter_hands_the_keyboard_back(
     assert opened.studio.tool_name == "navigate"
 
 
+@pytest.mark.full
 def test_a_vertex_is_typed_and_deleted_in_its_row(opened):
     key(opened, Qt.Key.Key_T)
     middle = opened.viewport.rect().center()
@@ -362,6 +376,7 @@ def test_a_vertex_is_typed_and_deleted_in_its_row(opened):
     assert tool.open
 
 
+@pytest.mark.full
 def test_letters_on_the_table_of_orientations_open_no_cell(opened):
     one_plane(opened)
     press_cell(opened.table.view, 0, 0)
@@ -371,6 +386,7 @@ def test_letters_on_the_table_of_orientations_open_no_cell(opened):
 
 
 # --- mouse and wheel -------------------------------------------------------------------------
+@pytest.mark.full
 @pytest.mark.parametrize("come", [enter, turn_wheel])
 def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened, come):
     one_plane(opened)
@@ -392,6 +408,7 @@ def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened
     assert field.text() == "dip"
 
 
+@pytest.mark.full
 def test_a_field_to_be_filled_in_keeps_the_keyboard_while_the_cursor_rests(opened):
     """A hint or a list over the outcrop that closes is no movement of the mouse."""
     middle = opened.viewport.rect().center()
@@ -408,6 +425,7 @@ def test_a_field_to_be_filled_in_keeps_the_keyboard_while_the_cursor_rests(opene
     assert on_outcrop(opened)
 
 
+@pytest.mark.full
 def test_a_click_into_the_outcrop_takes_it_from_edited_text(opened):
     press(opened.table._filter)
     QTest.keyClicks(opened.table._filter, "dip")
@@ -415,6 +433,7 @@ def test_a_click_into_the_outcrop_takes_it_from_edited_text(opened):
     assert on_outcrop(opened)
 
 
+@pytest.mark.full
 def test_letters_on_a_button_or_list_are_the_outcrops(opened):
     one_plane(opened)
     buttons = [b for b in opened.docks["view"].widget().findChildren(QPushButton) if b.isEnabled()]
@@ -429,6 +448,8 @@ def test_letters_on_a_button_or_list_are_the_outcrops(opened):
             opened.docks.bring_forward("view")
 
 
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 def test_two_windows_one_after_the_other_leave_nothing_behind(window):
     """The watcher is told of every change of the focus in the program: it goes with its window."""
     other = driver.make_window()

@@ -101,16 +101,19 @@ def moments(*numbers: int, often: tuple[int, ...]) -> list[Any]:
     return [pytest.param(n, marks=[] if n in often else [pytest.mark.slow]) for n in numbers]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("number", moments(4, 13, 30, 46, 67, often=(13, 46)))
 def test_untitled_work_is_offered_back(own_folders, qapp, number):
     kill_after(number, None)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("number", moments(7, 26, 57, 73, 79, often=(26, 79)))
 def test_named_work_is_there_again(own_folders, qapp, tmp_path, number):
     kill_after(number, tmp_path / "cliff.vom")
 
 
+@pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("named", [False, True], ids=["untitled", "named"])
 def test_a_kill_after_any_event_loses_nothing(tmp_path, monkeypatch, qapp, named):
@@ -123,6 +126,7 @@ def test_a_kill_after_any_event_loses_nothing(tmp_path, monkeypatch, qapp, named
         kill_after(number, tmp_path / f"p{number}.vom" if named else None)
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_kill_at_any_moment_leaves_what_was_shown_or_the_next_step(
     tmp_path, monkeypatch, qapp, own_folders
@@ -146,6 +150,7 @@ def test_a_kill_at_any_moment_leaves_what_was_shown_or_the_next_step(
         assert offered_back(None) in screens[count : count + 2]
 
 
+@pytest.mark.full
 def test_an_empty_window_that_was_killed_offers_nothing(own_folders, qapp):
     with child("studio", "--step") as process:
         said(process)
@@ -194,6 +199,7 @@ def test_the_whole_window_is_killed_with_an_open_trace(own_folders, qapp, tmp_pa
     window_killed_after(10, tmp_path)
 
 
+@pytest.mark.full
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [0, 3, 6, 7, 8, 11])
 def test_the_whole_window_is_killed(own_folders, qapp, tmp_path, number):

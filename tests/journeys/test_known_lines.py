@@ -97,6 +97,7 @@ def level_pair(world: np.ndarray, usable: np.ndarray, toward: np.ndarray) -> tup
     return int(rows[i]), int(rows[k])
 
 
+@pytest.mark.full
 def test_lines_place_a_model_as_far_as_they_tell(window, tilted) -> None:
     world = np.load(tilted.with_name("world.npy"))
     middle = world.mean(axis=0)

@@ -27,6 +27,8 @@ from vomstudio.geometry.transform import apply
 from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 
+pytestmark = pytest.mark.full
+
 __all__ = ["tilted"]
 
 

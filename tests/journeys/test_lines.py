@@ -55,6 +55,7 @@ def spots(window, points: np.ndarray) -> list[QPoint]:
     return found
 
 
+@pytest.mark.full
 def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     window, studio, viewport = picked, picked.studio, picked.viewport
     at = spots(window, picks["B01"])
@@ -97,6 +98,7 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     assert len(studio.session.of(Lineation)) == 1
 
 
+@pytest.mark.full
 def test_a_double_click_ends_a_line_and_a_drag_orbits_while_it_is_picked(picked, picks):
     from PySide6.QtTest import QTest
 
@@ -151,6 +153,7 @@ def test_distances_and_areas_are_measured_with_the_mouse(picked, picks):
     assert len(studio.session.of(Dimension)) == 2
 
 
+@pytest.mark.full
 def test_the_view_goes_down_an_intersection(picked, picks):
     window, studio = picked, picked.studio
     studio.selection.set(["B01", OTHER])

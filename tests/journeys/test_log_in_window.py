@@ -71,6 +71,7 @@ def type_rock(panel, row: int, text: str) -> None:
     settle(panel)
 
 
+@pytest.mark.full
 def test_boundaries_are_clicked_and_the_log_is_written(
     window, model_id, picks, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -147,6 +148,7 @@ def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) ->
     assert "is a length" in panel.said.text()
 
 
+@pytest.mark.full
 def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, picks) -> None:
     studio = window.studio
     beds = beds_in_turn(picks)
@@ -178,6 +180,7 @@ def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, 
     assert "cross-bedded" in {notes for _, _, notes in studio.records["m1"].beds}
 
 
+@pytest.mark.full
 def test_what_is_typed_of_beds_is_kept_with_the_line(
     window, model_id, picks, tmp_path, monkeypatch, capfd
 ) -> None:

@@ -16,6 +16,8 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.products.surface.measurable_map import measurable_map
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 
+pytestmark = pytest.mark.full
+
 
 @pytest.fixture
 def panel(window, outcrop) -> FieldsPanel:

@@ -46,6 +46,8 @@ def sentences(window) -> list[str]:
 
 
 # --- the worker dies --------------------------------------------------------------------------
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.expects_log
 def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeeds(
     window, outcrop, tmp_path
@@ -61,6 +63,7 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
     assert driver.model(window).frame.crs == driver.CRS
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_loading_can_be_stopped(window, tmp_path):
     jobs = driver.begin_reading(window, tmp_path)
@@ -71,6 +74,7 @@ def test_loading_can_be_stopped(window, tmp_path):
     wait(window.start_page.isVisible, "the start page", 2.0)
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_closed_window_leaves_no_worker(own_folders, qtbot, outcrop):
     window = driver.make_window()
@@ -81,6 +85,7 @@ def test_a_closed_window_leaves_no_worker(own_folders, qtbot, outcrop):
     assert all(p.poll() is not None for p in processes)
 
 
+@pytest.mark.full
 def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folders, qtbot):
     from vomstudio.io.settings import read_settings
     from vomstudio.ui.shell.main_window import MainWindow
@@ -95,6 +100,8 @@ def test_a_window_closed_right_after_its_birth_leaves_nothing_running(own_folder
 
 
 # --- the disk ---------------------------------------------------------------------------------
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
     window, outcrop, tmp_path
 ):
@@ -125,6 +132,7 @@ def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
         window.studio.new_project()
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_full_disk_does_not_hold_the_window_open(own_folders, qtbot, outcrop, tmp_path):
     from PySide6.QtWidgets import QMessageBox
@@ -168,6 +176,8 @@ def held(folder: Path):
         lock.release()
 
 
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a disk for reading")
 def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewhere(
     window, outcrop, tmp_path
@@ -204,6 +214,8 @@ def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewher
         assert before == {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file()}
 
 
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can mount a disk for reading")
 def test_a_project_whose_disk_becomes_writable_is_written_and_locked_from_then_on(window, tmp_path):
     with small_disk(tmp_path / "disk", 4096) as disk:
@@ -228,6 +240,7 @@ def test_a_project_whose_disk_becomes_writable_is_written_and_locked_from_then_o
         window.studio.new_project()
 
 
+@pytest.mark.full
 def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
     window, outcrop, tmp_path
 ):
@@ -245,6 +258,8 @@ def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
 
 
 # --- two windows ------------------------------------------------------------------------------
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_path):
     driver.open_outcrop(window, outcrop)
     bed_on_model(window)
@@ -263,6 +278,8 @@ def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_p
         driver.dismiss(other)
 
 
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.slow
 def test_the_work_of_a_living_window_is_not_offered_to_another(window, qtbot, outcrop):
     driver.open_outcrop(window, outcrop)
@@ -309,6 +326,7 @@ def shows_the_bed(window) -> None:
     assert window.table.model.rowCount() == 1
 
 
+@pytest.mark.full
 def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(project, tmp_path):
     folder, file = project
     moved = tmp_path / "elsewhere"
@@ -342,6 +360,7 @@ def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(pr
     driver.dismiss(window)
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_model_moved_together_with_its_project_is_found(project, tmp_path):
     folder, file = project
@@ -357,6 +376,7 @@ def test_a_model_moved_together_with_its_project_is_found(project, tmp_path):
     driver.dismiss(window)
 
 
+@pytest.mark.full
 def test_a_model_that_has_changed_is_said_and_nothing_moves(project):
     folder, file = project
     time.sleep(0.01)
@@ -374,6 +394,7 @@ def test_a_model_that_has_changed_is_said_and_nothing_moves(project):
     driver.dismiss(window)
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
     folder, file = project
@@ -385,6 +406,7 @@ def test_a_model_that_is_damaged_now_is_said_and_the_features_stay(project):
 
 
 # --- damaged things ---------------------------------------------------------------------------
+@pytest.mark.full
 def test_a_damaged_first_row_leaves_a_window_that_works(project):
     """The row that holds the feature types: everything else is still there."""
     import sqlite3
@@ -404,6 +426,7 @@ def test_a_damaged_first_row_leaves_a_window_that_works(project):
     driver.dismiss(window)
 
 
+@pytest.mark.full
 def test_what_was_left_out_is_what_the_bar_says_last(project):
     """Not that unsaved work was restored, nor one damaged row as if it were the only one."""
     import sqlite3
@@ -431,6 +454,7 @@ def test_what_was_left_out_is_what_the_bar_says_last(project):
     driver.dismiss(window)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "content", [b"", b"not a database at all", b"SQLite format 3\0" + b"\0" * 84]
 )
@@ -446,6 +470,7 @@ def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, 
     assert "does not exist" in window.message_bar.text
 
 
+@pytest.mark.full
 def test_settings_that_cannot_be_read_are_said_and_defaults_are_used(own_folders, qtbot):
     (own_folders / "settings.toml").write_text("notation = [not toml")
     window = driver.make_window()
@@ -484,6 +509,7 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
     driver.dismiss(window)
 
 
+@pytest.mark.full
 def test_what_is_said_of_a_path_stands_in_front_of_the_offer_to_restore(own_folders, tmp_path):
     for name in ("left.vom", "asked.vom"):
         Project.create(tmp_path / name).close()
@@ -503,6 +529,7 @@ def test_what_is_said_of_a_path_stands_in_front_of_the_offer_to_restore(own_fold
     driver.dismiss(window)
 
 
+@pytest.mark.full
 @pytest.mark.slow
 def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_edit(
     own_folders, qtbot, outcrop, tmp_path
@@ -543,6 +570,8 @@ def test_the_layers_say_what_is_saved_when_the_window_is_closed_right_after_an_e
     driver.dismiss(window)
 
 
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monkeypatch, tmp_path):
     (tmp_path / "taken").write_text("a file")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "taken"))
@@ -554,6 +583,7 @@ def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monke
     assert "cannot be created" in window.message_bar.text
 
 
+@pytest.mark.full
 def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):
     def places(window) -> dict[str, tuple[int, ...]]:
         driver.pause(50)
@@ -582,6 +612,7 @@ def test_panels_come_back_where_they_were_and_as_large(own_folders, qtbot):
         driver.dismiss(window)
 
 
+@pytest.mark.full
 def test_a_frame_in_another_unit_keeps_the_model_in_sight(window, outcrop):
     driver.open_outcrop(window, outcrop)
     model_id = driver.model(window).id

@@ -90,6 +90,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     dialog.close()
 
 
+@pytest.mark.full
 def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> None:
     marks = sample.parent / "marks.csv"
     lines = marks.read_text().splitlines()
@@ -121,6 +122,7 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     dialog.close()
 
 
+@pytest.mark.full
 def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample) -> None:
     window.open_path(sample)
     looked_at(window)
@@ -145,6 +147,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     dialog.close()
 
 
+@pytest.mark.full
 def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     window,
     photos,
@@ -211,6 +214,7 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     assert made["registered"] == 4
 
 
+@pytest.mark.full
 def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     marks = (sample.parent / "marks.csv").rename(sample.parent / "later.csv")
     window.open_path(sample)
@@ -224,6 +228,7 @@ def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     assert "registered by ground control" in findings(window)
 
 
+@pytest.mark.full
 def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:
     other = tmp_path / "elsewhere" / "photos"
     other.mkdir(parents=True)
@@ -237,6 +242,8 @@ def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample,
     assert window.survey.out() == made
 
 
+@pytest.mark.full
+@pytest.mark.usefixtures("new_window")
 def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None:
     folder = window.studio.project.folder
     stage = folder / "reconstruction" / "cliff-medium" / "work" / "alignment-1a2b"
@@ -248,6 +255,7 @@ def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None
     assert stage.is_dir()
 
 
+@pytest.mark.full
 def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
     window.open_path(sample)
     looked_at(window)

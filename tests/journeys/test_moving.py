@@ -15,6 +15,8 @@ from tests.journeys.recorded import on_screen
 from vomstudio.paths import resource
 from vomstudio.tools.trace import TraceTool
 
+pytestmark = pytest.mark.full
+
 
 @pytest.fixture
 def picking(window, outcrop, picks):

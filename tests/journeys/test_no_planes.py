@@ -53,6 +53,7 @@ def type_in(field, text: str) -> None:
     field.editingFinished.emit()
 
 
+@pytest.mark.full
 def test_each_click_is_a_station_and_numbers_go_on(opened):
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_D)
@@ -95,6 +96,7 @@ def test_each_click_is_a_station_and_numbers_go_on(opened):
     assert studio.session.of(Station) == []
 
 
+@pytest.mark.full
 def test_a_contact_is_drawn_and_has_no_plane(opened, picks):
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_E)
@@ -117,6 +119,7 @@ def test_a_contact_is_drawn_and_has_no_plane(opened, picks):
     assert studio.session.of(Contact) == [made]
 
 
+@pytest.mark.full
 def test_a_contact_line_follows_the_contact(opened, picks):
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_E)
@@ -133,6 +136,7 @@ def test_a_contact_line_follows_the_contact(opened, picks):
     assert "2 way-points" in made.notes
 
 
+@pytest.mark.full
 def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monkeypatch):
     """The newest outline counts; what is finished before its area has come waits for it."""
     window, studio = opened, opened.studio

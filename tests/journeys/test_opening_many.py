@@ -9,6 +9,8 @@ from tests.ui.conftest import add_bed, add_cliff, save_beds
 from vomstudio.document import edits
 from vomstudio.ui.scene import scene_presenter
 
+pytestmark = pytest.mark.full
+
 COUNT = 12
 
 

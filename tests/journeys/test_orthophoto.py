@@ -14,19 +14,12 @@ from tests import driver
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 
 
-@pytest.fixture
-def window(own_folders, qtbot):
-    made = driver.make_window()
-    yield made
-    driver.dismiss(made)
-
-
 def dialog_of(window) -> OrthoDialog:
     shown = [d for d in window.findChildren(OrthoDialog) if d.isVisible()]
     return shown[0] if shown else None
 
 
-@pytest.mark.parametrize("part", ["whole", "seen"])
+@pytest.mark.parametrize("part", ["whole", pytest.param("seen", marks=pytest.mark.full)])
 def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> None:
     model_id = driver.open_outcrop(window, outcrop)
     window.view.look(300.0, 20.0)
@@ -66,6 +59,7 @@ def test_an_orthophoto_of_what_is_looked_at(window, outcrop, tmp_path, part) -> 
     assert (world < high + 0.05).all()
 
 
+@pytest.mark.full
 def test_an_unwritable_target_is_said(window, outcrop, tmp_path) -> None:
     driver.open_outcrop(window, outcrop)
     window.actions_table.all["orthophoto"].trigger()

@@ -56,6 +56,7 @@ def still(window) -> None:
     wait(lambda: viewport.still, "the camera's rest")
 
 
+@pytest.mark.full
 def test_a_patch_is_painted_corrected_and_found_again(own_folders, qtbot, outcrop, picks, tmp_path):
     window = driver.make_window()
     studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(PatchTool)
@@ -208,6 +209,7 @@ def test_a_quick_drag_leaves_no_gaps(window, outcrop, picks):
         assert hit is None or hit.index in chosen
 
 
+@pytest.mark.full
 def test_two_quick_clicks_are_two_strokes(window, outcrop, picks):
     at = ready(window, outcrop, picks)
     pivot = window.viewport.moves.camera_state()

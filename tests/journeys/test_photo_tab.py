@@ -22,6 +22,8 @@ from vomstudio.paths import resource
 from vomstudio.ui.interpret.tree_photos import PHOTO
 from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION
 
+pytestmark = pytest.mark.full
+
 NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
 
 
@@ -289,6 +291,7 @@ def drawn_in(window, tool: Qt.Key):
     return page
 
 
+@pytest.mark.usefixtures("new_window")
 def test_a_photo_goes_out_into_its_own_window_and_back(both):
     window = both
     page = drawn_in(window, Qt.Key.Key_M)

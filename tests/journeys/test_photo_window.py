@@ -91,6 +91,7 @@ def mask_of(photos: Path, name: str) -> np.ndarray:
         return np.asarray(image)
 
 
+@pytest.mark.full
 def test_a_mask_is_drawn_erased_repeated_and_taken_back(looked_at, photos):
     photo = open_by_double_click(looked_at, 0)
     row = looked_at.survey.rows[0]
@@ -142,6 +143,7 @@ def test_a_mask_is_drawn_erased_repeated_and_taken_back(looked_at, photos):
     photo.close()
 
 
+@pytest.mark.full
 def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_at, photos):
     row = looked_at.survey.rows[1]
     own = np.full((row.height, row.width), 255, np.uint8)
@@ -167,6 +169,7 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
     photo.close()
 
 
+@pytest.mark.full
 def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     looked_at, photos, monkeypatch
 ):
@@ -198,6 +201,7 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     assert mask_of(photos, NAMES[0])[600, 600] == 0
 
 
+@pytest.mark.full
 def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, monkeypatch):
     from vomstudio.errors import TargetError
     from vomstudio.io.project import assets
@@ -222,6 +226,7 @@ def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, 
     assert again.close()
 
 
+@pytest.mark.full
 def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(looked_at, photos):
     """Two photos that nothing joins to the others are a part of their own."""
     window = looked_at
@@ -329,6 +334,7 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     again.close()
 
 
+@pytest.mark.full
 def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, photos, monkeypatch):
     from PySide6.QtWidgets import QFileDialog
 
@@ -377,6 +383,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     photo.close()
 
 
+@pytest.mark.full
 def test_a_stroke_ends_where_a_step_is_taken_back_while_it_is_painted(looked_at, photos):
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
@@ -400,6 +407,7 @@ def test_a_stroke_ends_where_a_step_is_taken_back_while_it_is_painted(looked_at,
     photo.close()
 
 
+@pytest.mark.full
 def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(looked_at, photos):
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
@@ -428,6 +436,7 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     assert photo.close()
 
 
+@pytest.mark.full
 def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, monkeypatch):
     import time
 
@@ -455,6 +464,7 @@ def test_an_older_copy_of_a_mask_never_replaces_the_newest(looked_at, photos, mo
     assert len(begun) == 2
 
 
+@pytest.mark.full
 def test_the_whole_picture_leaves_the_view_and_a_closed_window_is_let_go(looked_at, photos):
     import gc
     import weakref

@@ -6,6 +6,7 @@ import json
 import shutil
 from pathlib import Path
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QListWidget, QToolButton
@@ -49,6 +50,7 @@ def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     driver.keep_picture(window, "photos")
 
 
+@pytest.mark.full
 def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp_path) -> None:
     """The first thing that is said of them was that another program had changed them."""
     folder = tmp_path / "photos"
@@ -62,6 +64,7 @@ def test_points_and_masks_that_come_with_the_photos_are_nobody_elses(window, tmp
     assert not any("Another program" in text for text in said), said
 
 
+@pytest.mark.full
 def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) -> None:
     (tmp_path / "empty").mkdir()
     driver.drop(window, [tmp_path / "empty"])
@@ -70,6 +73,7 @@ def test_a_folder_without_photos_says_so_and_the_window_lives(window, tmp_path) 
     assert window.survey.why_not_make() is not None
 
 
+@pytest.mark.full
 def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypatch) -> None:
     place = tmp_path / "wall.vom"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(place), ""))
@@ -112,6 +116,7 @@ def test_a_model_is_made_paused_and_continued(window, photos, tmp_path, monkeypa
     shutil.rmtree(out)
 
 
+@pytest.mark.full
 def test_a_run_that_failed_says_so_with_the_reason_and_is_not_called_paused(
     window, tmp_path
 ) -> None:

@@ -11,6 +11,8 @@ from tests import driver
 from vomstudio.ui.shell.command_palette import CommandPalette
 from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
+pytestmark = pytest.mark.full
+
 
 def retype(field, text: str) -> None:
     field.setFocus()

@@ -11,6 +11,8 @@ from tests.driver import wait
 from vomstudio.rendering.view.drawing import PREVIEW
 from vomstudio.workspace import model_loading
 
+pytestmark = pytest.mark.full
+
 
 def write_cloud(path, count: int) -> np.ndarray:
     rng = np.random.default_rng(0)

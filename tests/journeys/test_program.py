@@ -14,6 +14,8 @@ from tests.journeys.test_kills import ROOT, alive, descendants
 from vomstudio.io.project.folder import untitled_folder
 from vomstudio.paths import resource
 
+pytestmark = pytest.mark.full
+
 # Where Python ends itself at the end of the program, the process ends by SIGABRT.
 NEVER_ENDED = """
 import ctypes, sys

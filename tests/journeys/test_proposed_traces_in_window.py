@@ -13,6 +13,8 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.surface.traces_panel import TracesPanel
 
+pytestmark = pytest.mark.full
+
 BEDS = {0.5: 60.0, 1.4: 30.0}
 
 

@@ -14,6 +14,8 @@ from tests.driver import click, key, look_at, move
 from vomstudio.tools.line import LineTool
 from vomstudio.tools.trace import TraceTool
 
+pytestmark = pytest.mark.full
+
 
 def reading(window):
     """Where the reading is drawn."""
@@ -116,6 +118,7 @@ def _in_ring(pixels: np.ndarray, x: float, y: float) -> bool:
     return Polygon(pixels).buffer(-3).contains(Point(x, y))
 
 
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.parametrize("letter", ["T", "P", "L", "M"])
 def test_a_project_that_is_opened_again_looks_as_in_a_new_window(
     window, qtbot, outcrop, picks, tmp_path, letter

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import drag, wait
 from vomstudio.ui.scene.saved_views_box import SavedViewsBox
+
+pytestmark = pytest.mark.full
 
 
 def rest(window) -> None:

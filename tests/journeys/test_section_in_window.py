@@ -103,6 +103,7 @@ def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(
     ).read_text()
 
 
+@pytest.mark.full
 def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
     window, model_id, picks, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -130,6 +131,7 @@ def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
     assert found["length_m"] == pytest.approx(panel.answered.figures.length_m, rel=1e-12)
 
 
+@pytest.mark.full
 def test_what_cannot_be_cut_is_said(window, model_id) -> None:
     panel = section_of(window)
     for typed, through, said in (
@@ -181,6 +183,7 @@ def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
     assert "height" in panel.pointed.text()
 
 
+@pytest.mark.full
 def test_an_elevation_model_can_be_stopped(window, model_id, tmp_path) -> None:
     window.actions_table.run("elevation_model")
     panel = window.findChild(ElevationPanel)

@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
@@ -75,6 +76,7 @@ def ready(window, outcrop, picks) -> QPoint:
     return pixel(window, np.median(picks["B04"], axis=0))
 
 
+@pytest.mark.full
 def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, picks):
     window = driver.make_window()
     studio, viewport, tool = window.studio, window.viewport, window.studio.tool_of(SelectTool)
@@ -193,6 +195,7 @@ def test_a_piece_grows_from_a_click_and_follows_the_wheel(window, outcrop, picks
     assert viewport.moves.camera_state() != camera
 
 
+@pytest.mark.full
 def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
     at = ready(window, outcrop, picks)
@@ -225,6 +228,7 @@ def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
     assert not tool.open
 
 
+@pytest.mark.full
 def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
     ready(window, outcrop, picks)
@@ -241,6 +245,7 @@ def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, pick
     assert 0 < seen.sum() < through.sum()
 
 
+@pytest.mark.full
 def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks):
     viewport, tool = window.viewport, window.studio.tool_of(SelectTool)
     at = ready(window, outcrop, picks)
@@ -279,6 +284,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     assert window.studio.workspace.elements.hidden(tool.chosen.model_id) is None
 
 
+@pytest.mark.full
 def test_what_is_hidden_stays_so_in_the_project(own_folders, qtbot, outcrop, picks, tmp_path):
     window = driver.make_window()
     at = ready(window, outcrop, picks)
@@ -298,6 +304,7 @@ def test_what_is_hidden_stays_so_in_the_project(own_folders, qtbot, outcrop, pic
     driver.dismiss(window)
 
 
+@pytest.mark.full
 def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outcrop, picks):
     studio, tool = window.studio, window.studio.tool_of(SelectTool)
     at = ready(window, outcrop, picks)
@@ -324,6 +331,7 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
     driver.keep_picture(window, "select-9-cut-out")
 
 
+@pytest.mark.full
 def test_what_is_chosen_is_kept_as_a_draft(window, outcrop, picks):
     studio, tool = window.studio, window.studio.tool_of(SelectTool)
     at = ready(window, outcrop, picks)

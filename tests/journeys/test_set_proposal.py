@@ -77,6 +77,7 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
     assert dict(studio.records) == before
 
 
+@pytest.mark.full
 def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, panel) -> None:
     driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
     before = dict(window.studio.records)
@@ -96,6 +97,7 @@ def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, 
     assert "is no plane" in panel.said.text()
 
 
+@pytest.mark.full
 def test_planes_with_a_set_keep_it_unless_asked_for(window, panel) -> None:
     studio = window.studio
     driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)

@@ -133,6 +133,7 @@ def test_the_modes_are_those_of_mplstereonet_and_their_planes_are_selected(windo
     driver.keep_picture(window, "slopes_panel")
 
 
+@pytest.mark.full
 def test_a_face_is_taken_from_a_plane_and_the_selection_is_not_lost_by_a_click(
     window, panel
 ) -> None:
@@ -162,6 +163,7 @@ def test_a_face_is_taken_from_a_plane_and_the_selection_is_not_lost_by_a_click(
     assert len(studio.records) == edits_before
 
 
+@pytest.mark.full
 def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
     type_face(panel, "120/70")
     before = [cell(panel, row, 1) for row in range(5)]
@@ -173,6 +175,7 @@ def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
     assert panel.answered.question.face.plane.dip_direction_deg == 120.0
 
 
+@pytest.mark.full
 def test_what_cannot_be_is_said_in_words(window, panel) -> None:
     for typed, said in (
         ("120/0", "horizontal"),
@@ -204,6 +207,7 @@ def test_what_cannot_be_is_said_in_words(window, panel) -> None:
     assert "Select planes" in panel.said.text()
 
 
+@pytest.mark.full
 def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
     window, panel, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -237,6 +241,7 @@ def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
         assert told[mode]["probability"] == pytest.approx(ours.probability, abs=1e-3)
 
 
+@pytest.mark.full
 def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     window, panel, tmp_path, monkeypatch, capfd
 ) -> None:

@@ -15,6 +15,8 @@ from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.rendering.view.drawing import PREVIEW
 from vomstudio.rendering.view.scalars import FieldStyle
 
+pytestmark = pytest.mark.full
+
 
 @pytest.fixture
 def cliff(tmp_path, monkeypatch):

@@ -89,6 +89,7 @@ def test_a_patch_shows_its_deviations_and_is_trimmed(face) -> None:
     assert studio.measure(studio.records["p1"]).fit.normal == pytest.approx(before)
 
 
+@pytest.mark.full
 def test_the_smoothest_direction_of_a_trimmed_patch_is_that_of_its_grooves(face) -> None:
     window, studio = face, face.studio
     studio.selection.set(["p1"])
@@ -114,6 +115,7 @@ def test_the_smoothest_direction_of_a_trimmed_patch_is_that_of_its_grooves(face)
     assert "slip" in shown.said.text()
 
 
+@pytest.mark.full
 def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     window, studio = face, face.studio
     assert "plane" in window.actions_table.why_not("extend_plane")

@@ -93,6 +93,7 @@ def takes_back(
     assert seen(window) == before
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", LETTERS)
 def test_mistakes_of_tools_that_click_points(ready, name):
     window, studio = ready, ready.studio
@@ -133,6 +134,7 @@ def test_mistakes_of_tools_that_click_points(ready, name):
 RIGHT = Qt.MouseButton.RightButton
 
 
+@pytest.mark.full
 def test_mistakes_of_stations_and_known_lines(ready):
     window, studio = ready, ready.studio
     at = spots(window)
@@ -183,6 +185,7 @@ def moved(window, id_: str, to: QPoint) -> None:
     key(window, Qt.Key.Key_Return)
 
 
+@pytest.mark.full
 def test_mistakes_of_choosing_on_the_surface(ready):
     window, studio = ready, ready.studio
     at = spots(window)
@@ -218,6 +221,7 @@ def test_mistakes_of_choosing_on_the_surface(ready):
     assert dict(studio.records) == before
 
 
+@pytest.mark.full
 def test_mistakes_of_marking_cells(ready):
     window, studio = ready, ready.studio
     run = window.actions_table.run
@@ -249,6 +253,7 @@ def lay(window, panel: LookedAtPanel) -> None:
     driver.focus(window)
 
 
+@pytest.mark.full
 def test_mistakes_of_the_brush(ready):
     window, studio = ready, ready.studio
     at = spots(window)
@@ -281,6 +286,7 @@ def test_mistakes_of_the_brush(ready):
     takes_back(window, lambda: window.actions_table.run("clipping_box"), BACK, view=True)
 
 
+@pytest.mark.full
 def test_mistakes_while_navigating(ready):
     window, studio = ready, ready.studio
     at = spots(window)
@@ -335,6 +341,7 @@ def back_and_forth(window, count: int) -> None:
         assert window.statusBar().currentMessage() == f"Redone: {said[step]}"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", LETTERS)
 def test_an_undo_too_many_is_redone_while_points_are_picked(ready, name):
     window, studio = ready, ready.studio

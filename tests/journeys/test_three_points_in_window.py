@@ -94,6 +94,7 @@ def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd)
     assert not window.studio.session.of(Reading)
 
 
+@pytest.mark.full
 def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
     panel = panel_of(window)
     for row, words in enumerate((("0", "0", "0"), ("1", "1", "1"), ("2", "2", "2"))):
@@ -116,6 +117,7 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
     assert panel.found.n == 3
 
 
+@pytest.mark.full
 def test_three_clicks_on_the_outcrop_are_a_trace_with_its_plane(window, outcrop, picks) -> None:
     driver.open_outcrop(window, outcrop)
     panel = panel_of(window)

@@ -7,6 +7,8 @@ import pytest
 from tests import driver
 from vomstudio.ui.common.widgets import Label
 
+pytestmark = pytest.mark.full
+
 
 @pytest.mark.parametrize("tool", ["trace", "patch", "line", "contact", "station", "select"])
 def test_who_has_chosen_a_tool_is_not_told_to_choose_it(window, outcrop, tool) -> None:

@@ -91,6 +91,7 @@ def test_every_step_is_done_as_it_says_at_1280_x_720(touring, tmp_path):
     assert not [w for w in window.findChildren(type(card)) if w.isVisible()]
 
 
+@pytest.mark.full
 def test_it_is_offered_once_and_stays_in_the_menu(touring, qtbot):
     window = touring
     tour_of(window).end()
@@ -100,6 +101,7 @@ def test_it_is_offered_once_and_stays_in_the_menu(touring, qtbot):
     assert tour_of(window).step == 0
 
 
+@pytest.mark.full
 def test_esc_serves_what_is_being_picked_first_and_then_ends_the_tour(touring):
     window = touring
     window.actions_table.run("open_sample")
@@ -122,6 +124,7 @@ def test_esc_serves_what_is_being_picked_first_and_then_ends_the_tour(touring):
     assert window.studio.open_tool is None
 
 
+@pytest.mark.full
 def test_steps_can_be_skipped_and_done_in_any_order(touring):
     window = touring
     card = tour_of(window)._card
@@ -133,6 +136,7 @@ def test_steps_can_be_skipped_and_done_in_any_order(touring):
     assert QApplication.activeModalWidget() is None
 
 
+@pytest.mark.full
 def test_closing_the_window_in_the_middle_of_the_tour_is_quiet(own_folders, qtbot):
     window = driver.make_window()
     window.actions_table.run("first_tour")

@@ -32,6 +32,8 @@ from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import NAME, read_replay
 from vomstudio.io.project.verify import verify
 
+pytestmark = [pytest.mark.full, pytest.mark.usefixtures("new_window")]
+
 
 def begun(window, outcrop: Path, folder: Path) -> None:
     """A saved project with a bed, and one more bed since."""

@@ -13,6 +13,8 @@ from tests import driver
 from tests.survey.test_video import film
 from vomstudio.ui.survey.video_dialog import VideoDialog
 
+pytestmark = pytest.mark.full
+
 
 @pytest.fixture
 def dialog(window):

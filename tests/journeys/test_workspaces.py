@@ -36,6 +36,7 @@ def test_workspaces_leave_camera_work_and_keyboard_alone(window, outcrop, picks)
     assert len(trace.vertices) == 3
 
 
+@pytest.mark.full
 def test_a_model_can_be_picked_in_every_workspace(window, outcrop, picks):
     """The outcrop is drawn anew at its new size: a click still hits what is under it."""
     driver.open_outcrop(window, outcrop)
@@ -49,6 +50,7 @@ def test_a_model_can_be_picked_in_every_workspace(window, outcrop, picks):
         key(window, Qt.Key.Key_N)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("size", [(1280, 688), (960, 540)])
 def test_photos_take_the_middle_and_give_it_to_a_model(window, outcrop, photos, size):
     window.resize(*size)

@@ -36,7 +36,7 @@ class LastWords:
     def __init__(self, stream: IO[str]) -> None:
         self._lines: collections.deque[str] = collections.deque(maxlen=_LAST_LINES)
         self._stream = stream
-        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread = threading.Thread(target=self._read, name="worker errors", daemon=True)
         self._thread.start()
 
     def _read(self) -> None:

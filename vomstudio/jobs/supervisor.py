@@ -168,7 +168,12 @@ class Worker:
                 os.close(descriptor)
         assert process.stderr is not None
         words = LastWords(process.stderr)
-        reader = threading.Thread(target=self._read, args=(process, writing, words), daemon=True)
+        reader = threading.Thread(
+            target=self._read,
+            args=(process, writing, words),
+            name="worker output",
+            daemon=True,
+        )
         reader.start()
         return process
 

@@ -60,7 +60,7 @@ class WindowDocks(Mapping[str, QDockWidget]):
         dock.hide()
         self._docks[name] = dock
         # Qt has shown it by then, where it has room.
-        dock.toggleViewAction().triggered.connect(lambda on: self._join(name) if on else None)
+        dock.toggleViewAction().triggered.connect(lambda on: self._come(name) if on else None)
 
     def fill_menu(self, menu: QMenu) -> None:
         """Each panel with a tick where it is shown."""
@@ -150,6 +150,11 @@ class WindowDocks(Mapping[str, QDockWidget]):
         if isinstance(place := self[name].widget(), ScrollingLater):
             place.widget()
 
+    def _come(self, name: str) -> None:
+        """Bring a dock that was chosen in the menu in front of those that share its place."""
+        self._join(name)
+        self[name].raise_()
+
     def _join(self, name: str) -> None:
         """Make a dock that has just come from elsewhere a tab of those that are there."""
         dock = self[name]
@@ -160,7 +165,6 @@ class WindowDocks(Mapping[str, QDockWidget]):
             there = not other.isHidden() and not other.isFloating() and other is not dock
             if there and self._window.dockWidgetArea(other) == area:
                 self._window.tabifyDockWidget(other, dock)
-                dock.raise_()
                 return
 
     def make_room(self, name: str, height: int) -> None:

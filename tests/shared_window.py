@@ -1,0 +1,176 @@
+"""One window for all tests of a module: a new one costs two seconds, a new project 0.1."""
+
+from __future__ import annotations
+
+import shutil
+from copy import deepcopy
+from dataclasses import fields
+from pathlib import Path
+
+import shiboken6
+from PySide6.QtCore import QPoint
+from PySide6.QtGui import QCursor, QGuiApplication
+from PySide6.QtWidgets import QApplication, QLineEdit, QMenu
+
+from tests import driver, guards
+from tests.driver import wait
+from vomstudio.io.settings import Settings
+from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
+from vomstudio.ui.shell.main_window import MainWindow
+from vomstudio.ui.shell.tour import Tour
+from vomstudio.ui.workspaces import screens
+from vomstudio.ui.workspaces.table import FIRST
+
+
+class SharedWindow:
+    """The window that the tests of a module share. Each test gets it as a new user would."""
+
+    def __init__(self, home: Path) -> None:
+        """home : folder of the user of this window, see `own_folders`"""
+        self._home = home
+        self._window: MainWindow | None = None
+        self._camera: dict[str, object] = {}
+        self._last = ""
+
+    def lend(self, test: str) -> MainWindow:
+        """Return the window for a test, reset after the previous one."""
+        if self._window is None or not shiboken6.isValid(self._window):
+            self._make()
+        else:
+            try:
+                reset(self._window, self._home, self._camera)
+            except BaseException as error:
+                error.add_note(f"The window was last used by {self._last}.")
+                self.close(check=False)
+                raise
+        self._last = test
+        assert self._window is not None
+        return self._window
+
+    def _make(self) -> None:
+        guards.begin_sharing()
+        try:
+            self._window = driver.make_window()
+        except BaseException:
+            guards.end_sharing(check=False)
+            raise
+        assert self._window.viewport is not None
+        self._camera = self._window.viewport.moves.camera_state()
+
+    def close(self, *, check: bool = True) -> list[str]:
+        """Close the window for good and return what it leaves in memory."""
+        if self._window is None:
+            return []
+        window, self._window = self._window, None
+        driver.dismiss(window)
+        del window
+        return guards.end_sharing(check=check)
+
+
+def reset(window: MainWindow, home: Path, camera: dict[str, object]) -> None:
+    """Give the window the state that a new user finds, as far as possible by its own commands."""
+    _finish_work(window)
+    _close_dialogs(window)
+    window.actions_table.run("new")
+    _forget_user(window, home)
+    _arrange(window)
+    assert window.viewport is not None
+    window.viewport.moves.set_camera_state(camera)
+    assert_unused(window)
+    driver.focus(window)
+
+
+def assert_unused(window: MainWindow) -> None:
+    """Assert that no data, job or dialog of an earlier project is left."""
+    studio = window.studio
+    assert studio.project.untitled
+    assert not studio.session.dirty
+    assert not studio.session.features()
+    assert not studio.models
+    assert not studio.selection.ids
+    assert studio.open_tool is None
+    assert studio.tool is None
+    assert studio.undo_label is None
+    assert studio.redo_label is None
+    assert not studio.jobs.visible()
+    assert window.survey.folder is None
+    assert window.photo_opening.opened is None
+    assert not _other_windows(window)
+    assert window.start_page.isVisible()
+
+
+def _finish_work(window: MainWindow) -> None:
+    """Discard whatever is unfinished or unsaved, and stop running jobs."""
+    studio = window.studio
+    if (tour := window.findChild(Tour)) is not None:
+        tour.end()
+    if window.photo_opening.opened is not None:
+        assert window.photo_opening.may_close()
+    studio.cancel_tool()
+    if studio.project.session.dirty:
+        studio.project.session.discard_unsaved()
+    if studio.project.untitled:
+        # Otherwise the window asks whether to keep it.
+        shutil.rmtree(studio.project.folder / "reconstruction", ignore_errors=True)
+    for job in list(studio.jobs.jobs.values()):
+        if not job.quiet:
+            studio.jobs.cancel(job)
+    wait(lambda: not studio.jobs.visible(), "the end of all jobs")
+
+
+def _close_dialogs(window: MainWindow) -> None:
+    while (popup := QApplication.activePopupWidget()) is not None:
+        popup.close()
+    assert QApplication.activeModalWidget() is None
+    for other in _other_windows(window):
+        assert other.close(), f"{other} does not close"
+    driver.pause(0)
+
+
+def _other_windows(window: MainWindow) -> list[object]:
+    docks = set(window.docks.values())
+    return [
+        widget
+        for widget in QApplication.topLevelWidgets()
+        if widget is not window
+        and widget.isVisible()
+        and widget not in docks
+        and not isinstance(widget, QMenu)
+    ]
+
+
+def _forget_user(window: MainWindow, home: Path) -> None:
+    """Forget settings, files and messages of the previous test."""
+    studio = window.studio
+    settings, new = studio.settings, Settings()
+    for each in fields(settings):
+        setattr(settings, each.name, deepcopy(getattr(new, each.name)))
+    window.view.set_turntable(settings.turntable)
+    studio.keep_settings()
+    window.survey.choose(ReconstructionSettings())
+    window.files._exported = None
+    window.message_bar.hide()
+    window.messages.clear()
+    window.status_line.clearMessage()
+    QGuiApplication.clipboard().clear()
+    for field in window.table.findChildren(QLineEdit):
+        field.clear()
+    current = studio.project.folder
+    for folder in current.parent.iterdir():
+        if folder != current and folder.is_dir():
+            shutil.rmtree(folder)
+    (home / "settings.toml").unlink(missing_ok=True)
+    driver.pause(0)
+
+
+def _arrange(window: MainWindow) -> None:
+    """Give window and docks the places of a first start."""
+    workspaces = window.workspaces
+    screens.fit_first(window)
+    window.move(0, 0)
+    workspaces._states.clear()
+    workspaces.forget_photo()
+    workspaces.switch(FIRST)
+    window.actions_table.run("reset_panels")
+    QCursor.setPos(QPoint(0, 0))
+    driver.pause(0)
