@@ -429,7 +429,8 @@ class _Run:
         cameras = report_data.as_placed(alignment.cameras, scene, registration)
         survey = check_scene(
             scene,
-            unregistered=missing,
+            # Photos of other parts have a pose, and are counted there.
+            unregistered=[name for name, _ in alignment.unregistered],
             other_parts=alignment.parts[1:],
             cameras=cameras,
             planes=report_data.planes_of_model(cloud, textured, registration),
