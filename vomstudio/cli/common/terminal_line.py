@@ -22,7 +22,7 @@ from vomstudio.words import tr
 
 DEFAULT_COLUMNS = 80
 """Width where a terminal reports none."""
-MIN_BAR_CELLS, MAX_BAR_CELLS = 10, 30
+MIN_BAR_CELLS, MAX_BAR_CELLS = 10, 20
 _FRAMES, _ASCII_FRAMES = "⠋⠙⠹⠸⠼⠴⠦⠧⠇⠏", "|/-\\"
 _SPINNER, _FIGURES = Style(color="cyan"), Style(dim=True)
 
@@ -71,7 +71,7 @@ class TerminalLine:
             label = set_cell_size(label, max(0, space - 3)) + "..."[: max(0, space)]
         segments = [Segment(spinner, _SPINNER), Segment(label)]
         space -= cell_len(label) + (2 + cell_len(text) if text else 0)
-        if snapshot.total and space >= MIN_BAR_CELLS + 2:
+        if (snapshot.total or 0) > 1 and space >= MIN_BAR_CELLS + 2:
             segments += [Segment("  "), *self._bar(snapshot, min(space - 2, MAX_BAR_CELLS))]
         if text:
             segments += [Segment("  "), Segment(text, _FIGURES)]
