@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -51,7 +52,8 @@ import matplotlib.backends.backend_qtagg, pyvistaqt, qtawesome
 _DESKTOP_FILES = """
 import json, sys
 from vomstudio.files.desktop import desktop_files
-print(json.dumps({str(path): text for path, text in desktop_files(json.loads(sys.argv[1])).items()}))
+files = desktop_files(json.loads(sys.argv[1]))
+print(json.dumps({str(path): text for path, text in files.items()}))
 """
 
 
@@ -170,11 +172,12 @@ def prune(interpreter: Interpreter) -> None:
 
 def check(interpreter: Interpreter) -> None:
     """Import all that the program can import, from the bundle alone."""
-    subprocess.run(
-        [str(interpreter.executable), "-c", _IMPORT_ALL],
-        env={"PATH": os.defpath, "HOME": os.devnull, "QT_QPA_PLATFORM": "offscreen"},
-        check=True,
-    )
+    with tempfile.TemporaryDirectory() as home:
+        subprocess.run(
+            [str(interpreter.executable), "-c", _IMPORT_ALL],
+            env={"PATH": os.defpath, "HOME": home, "QT_QPA_PLATFORM": "offscreen"},
+            check=True,
+        )
 
 
 def _version() -> str:

@@ -16,14 +16,16 @@ NAME = "vomstudio"
 # Below the root of the file system.
 PLACE = Path("opt", NAME)
 
-# Plugins that Qt tries and does without if their libraries are missing. Whoever has such a desktop
-# or printer has these libraries.
+# Plugins that are tried and done without if their libraries are missing. Whoever has such a desktop
+# or printer has the libraries for Qt's; numba has other ways to start threads.
 OPTIONAL = (
+    "*/numba/np/ufunc/omppool.*.so",
     "*/platformthemes/libqgtk3.so",
     "*/printsupport/libcupsprintersupport.so",
     "*/plugins/wayland-*/*.so",
     "*/platforms/libqwayland.so",
     "*/libQt6Wayland*.so.*",
+    "*/libQt6WlShellIntegration.so.*",
 )
 
 # First Debian version of the compiler's library that has the symbols.

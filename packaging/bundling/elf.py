@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 # Parts of the C library and of the compiler. A bundle never carries them: they belong to the
@@ -60,9 +61,15 @@ def closure(roots: Iterable[Path], folder: Path) -> set[Path]:
 
 def system_library(name: str) -> Path | None:
     """Find a library of this machine by its name, None if it is not installed."""
+    return _system_libraries().get(name)
+
+
+@cache
+def _system_libraries() -> dict[str, Path]:
     listing = _run("/sbin/ldconfig", "-p")
-    match = re.search(rf"^\s{re.escape(name)} \(.*x86-64.*\) => (\S+)$", listing, re.MULTILINE)
-    return Path(match[1]) if match else None
+    found = re.findall(r"^\s(\S+) \(.*x86-64.*\) => (\S+)$", listing, re.MULTILINE)
+    # The loader takes the first of a name.
+    return {name: Path(path) for name, path in reversed(found)}
 
 
 def debian_package(library: Path) -> str:

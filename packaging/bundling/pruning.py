@@ -231,9 +231,13 @@ def remove_unused_vtk(interpreter: Path, site_packages: Path, sources: Path) -> 
 
 
 _VTK_IMPORTS = """
-import importlib, sys
+import importlib, json, sys
+from fnmatch import fnmatch
 from pathlib import Path
 import pyvista._vtk
+# Imports drawing modules for their side effects.
+import pyvista.plotting, pyvistaqt
+lists = json.loads(sys.argv[1])
 names = {name for key, table in vars(pyvista._vtk).items() if key.endswith("_MODULES")
          and isinstance(table, dict) for name in table}
 unused = {name for name in names if any(fnmatch(name, pattern) for pattern in lists["unused"])}

@@ -179,7 +179,8 @@ def test_the_desktop_has_entry_icon_and_type(
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     # A path with everything that the specification escapes.
     python = '/a "b" $c/100 %/`d`\\python'
-    monkeypatch.setattr("vomstudio.files.desktop.sys.executable", python)
+    monkeypatch.setattr("vomstudio.paths.sys.executable", python)
+    monkeypatch.delenv("VOMSTUDIO_LAUNCHER", raising=False)
     files = [Path(path) for path in json.loads(run("--install-desktop", "--json").out)["files"]]
     entry_file, icon, types = files
     entry = configparser.RawConfigParser()
@@ -200,6 +201,11 @@ def test_the_desktop_has_entry_icon_and_type(
     assert glob == "*.vom"
     # Again, over the files of before.
     assert [Path(p) for p in json.loads(run("--install-desktop", "--json").out)["files"]] == files
+    # A bundle is started by its launcher: the interpreter inside may be elsewhere next time.
+    monkeypatch.setenv("VOMSTUDIO_LAUNCHER", str(tmp_path / "vomstudio.run"))
+    run("--install-desktop")
+    entry.read(entry_file, "utf-8")
+    assert entry["Desktop Entry"]["Exec"] == f'"{tmp_path / "vomstudio.run"}" %F'
 
 
 def test_a_folder_that_cannot_be_made_is_named(
