@@ -53,7 +53,7 @@ def write_image(tree: Path, target: Path, *, version: str, python: str, work: Pa
     plain = work / "bundle.squashfs"
     subprocess.run(
         ["mksquashfs", str(tree), str(plain), "-noappend", "-all-root", "-no-progress", "-quiet",
-         "-comp", "zstd", "-Xcompression-level", "15", "-b", "256K", "-processors", "1"],
+         "-comp", "zstd", "-Xcompression-level", "12", "-b", "256K", "-processors", "1"],
         check=True,
     )  # fmt: skip
     with plain.open("rb") as file:

@@ -16,6 +16,7 @@ import pytest
 from vomstudio.cli import COMMANDS, is_for_window
 from vomstudio.files.desktop import install
 from vomstudio.paths import resource
+from vomstudio.ui.shell.window_start import DESKTOP_NAME
 from vomstudio.version import __version__
 
 
@@ -188,6 +189,8 @@ def test_the_desktop_has_entry_icon_and_type(
     entry.read(entry_file, "utf-8")
     said = dict(entry["Desktop Entry"])
     assert (said["Type"], said["Name"], said["Icon"]) == ("Application", "VOM Studio", icon.stem)
+    # By it desktops find the entry of a window.
+    assert said["StartupWMClass"] == entry_file.stem == DESKTOP_NAME
     # Of the entry's value, then of the quoted word, as the specification has them.
     line = re.sub(r"\\\\", r"\\", said["Exec"])
     quoted = re.fullmatch(r'"((?:\\.|[^"\\])*)" -P -m vomstudio %F', line)
