@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
 from vomstudio.errors import InputError
 from vomstudio.words import tr
 
+LAUNCHER = "VOMSTUDIO_LAUNCHER"
 _PACKAGE = Path(__file__).resolve().parent
 # An installed package carries the files inside; in a checkout they lie beside it.
 _FOLDERS = (_PACKAGE / "resources", _PACKAGE.parent / "resources")
@@ -42,6 +44,16 @@ def user_cache(*parts: str) -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("vomstudio", appauthor=False).joinpath(*parts)
+
+
+def program_command() -> list[str]:
+    """Return the command that starts the program from anywhere, as the user started it.
+
+    A bundle has a launcher, which it names by VOMSTUDIO_LAUNCHER: the interpreter inside may be
+    gone at the next start, when an image is mounted elsewhere.
+    """
+    launcher = os.environ.get(LAUNCHER)
+    return [launcher] if launcher else [sys.executable, "-P", "-m", "vomstudio"]
 
 
 def import_folders() -> list[str]:

@@ -16,6 +16,7 @@ import pytest
 from vomstudio.cli import COMMANDS, is_for_window
 from vomstudio.files.desktop import install
 from vomstudio.paths import resource
+from vomstudio.ui.shell.window_start import DESKTOP_NAME
 from vomstudio.version import __version__
 
 
@@ -179,7 +180,8 @@ def test_the_desktop_has_entry_icon_and_type(
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     # A path with everything that the specification escapes.
     python = '/a "b" $c/100 %/`d`\\python'
-    monkeypatch.setattr("vomstudio.files.desktop.sys.executable", python)
+    monkeypatch.setattr("vomstudio.paths.sys.executable", python)
+    monkeypatch.delenv("VOMSTUDIO_LAUNCHER", raising=False)
     files = [Path(path) for path in json.loads(run("--install-desktop", "--json").out)["files"]]
     entry_file, icon, types = files
     entry = configparser.RawConfigParser()
@@ -187,6 +189,8 @@ def test_the_desktop_has_entry_icon_and_type(
     entry.read(entry_file, "utf-8")
     said = dict(entry["Desktop Entry"])
     assert (said["Type"], said["Name"], said["Icon"]) == ("Application", "VOM Studio", icon.stem)
+    # By it desktops find the entry of a window.
+    assert said["StartupWMClass"] == entry_file.stem == DESKTOP_NAME
     # Of the entry's value, then of the quoted word, as the specification has them.
     line = re.sub(r"\\\\", r"\\", said["Exec"])
     quoted = re.fullmatch(r'"((?:\\.|[^"\\])*)" -P -m vomstudio %F', line)
@@ -200,6 +204,11 @@ def test_the_desktop_has_entry_icon_and_type(
     assert glob == "*.vom"
     # Again, over the files of before.
     assert [Path(p) for p in json.loads(run("--install-desktop", "--json").out)["files"]] == files
+    # A bundle is started by its launcher: the interpreter inside may be elsewhere next time.
+    monkeypatch.setenv("VOMSTUDIO_LAUNCHER", str(tmp_path / "vomstudio.run"))
+    run("--install-desktop")
+    entry.read(entry_file, "utf-8")
+    assert entry["Desktop Entry"]["Exec"] == f'"{tmp_path / "vomstudio.run"}" %F'
 
 
 def test_uninstalling_removes_what_was_installed_and_nothing_else(

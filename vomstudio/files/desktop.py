@@ -10,12 +10,13 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.regular import read_small_text
-from vomstudio.paths import resource
+from vomstudio.paths import program_command, resource
 from vomstudio.words import tr
 
 NAME = "vomstudio"
@@ -50,11 +51,8 @@ def install() -> list[Path]:
         raise TargetError(
             tr("Only Linux desktops have such a menu entry. Start VOM Studio by its command.")
         )
-    entry, icon, types = _files()
     contents = {
-        entry: _entry(),
-        icon: read_small_text(resource("icon", f"{NAME}.svg")),
-        types: _TYPES,
+        _data_folder() / path: text for path, text in desktop_files(program_command()).items()
     }
     for path, text in contents.items():
         try:
@@ -87,7 +85,7 @@ def uninstall() -> list[Path]:
         If a file cannot be removed.
     """
     removed = []
-    for path in _files():
+    for path in _installed_paths():
         try:
             path.unlink()
         except (FileNotFoundError, NotADirectoryError):
@@ -110,14 +108,8 @@ def _data_folder() -> Path:
     return Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
 
 
-def _files() -> tuple[Path, Path, Path]:
-    """Return the paths of the menu entry, the icon and the file type."""
-    data = _data_folder()
-    return (
-        data / "applications" / f"{NAME}.desktop",
-        data / "icons" / "hicolor" / "scalable" / "apps" / f"{NAME}.svg",
-        data / "mime" / "packages" / f"{NAME}.xml",
-    )
+def _installed_paths() -> list[Path]:
+    return [_data_folder() / path for path in desktop_files(program_command())]
 
 
 def _refresh_indexes() -> None:
@@ -131,8 +123,31 @@ def _refresh_indexes() -> None:
             subprocess.run(command, capture_output=True, check=False, timeout=60)
 
 
-def _entry() -> str:
-    """Started by this very Python, whatever the PATH of the desktop is."""
+def desktop_files(command: Sequence[str]) -> dict[Path, str]:
+    """Return the text of the menu entry, the icon and the type of project folders.
+
+    Parameters
+    ----------
+    command
+        Program and arguments that the entry starts. The program is an absolute path, since the
+        PATH of the desktop is unknown.
+
+    Returns
+    -------
+    dict
+        Texts by their paths, relative to a folder of shared data such as ``~/.local/share``.
+    """
+    return {
+        Path("applications", f"{NAME}.desktop"): _entry(command),
+        Path("icons", "hicolor", "scalable", "apps", f"{NAME}.svg"): read_small_text(
+            resource("icon", f"{NAME}.svg")
+        ),
+        Path("mime", "packages", f"{NAME}.xml"): _TYPES,
+    }
+
+
+def _entry(command: Sequence[str]) -> str:
+    program, *arguments = command
     return "\n".join(
         [
             "[Desktop Entry]",
@@ -140,7 +155,7 @@ def _entry() -> str:
             "Name=VOM Studio",
             "GenericName=Virtual outcrop models",
             "Comment=Measure geology on virtual outcrop models",
-            f"Exec={_quoted(sys.executable)} -P -m vomstudio %F",
+            f"Exec={' '.join([_quoted(program), *arguments])} %F",
             f"Icon={NAME}",
             "Terminal=false",
             "Categories=Science;Geology;Geoscience;",

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMainWindow
 
+# Name of the menu entry (vomstudio/files/desktop.py).
+DESKTOP_NAME = "vomstudio"
 _SHOWN_MS = 10_000
 
 
@@ -42,11 +44,13 @@ def run_window(paths: Sequence[str]) -> int:
 
     _leave_sources_unread()
     _ask_for_opengl()
-    application = QApplication([sys.argv[0]])
+    # The name becomes the window's class on X11, by which desktops find its menu entry
+    # (StartupWMClass). argv[0] is __main__.py in a bundle.
+    application = QApplication([DESKTOP_NAME])
     # QApplication takes the user's locale; under a comma locale native readers misread decimals.
     locale.setlocale(locale.LC_NUMERIC, "C")
     application.setApplicationName("VOM Studio")
-    application.setDesktopFileName("vomstudio")
+    application.setDesktopFileName(DESKTOP_NAME)
     application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
 
     try:

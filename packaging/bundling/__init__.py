@@ -1,0 +1,1 @@
+"""Build a relocatable Python with VOM Studio, as a Debian package and as a self-running image."""
