@@ -11,6 +11,7 @@ import vomstudio as vs
 from tests.extraction.test_photo_following import clicks, wall, written
 
 
+@pytest.mark.full
 def test_a_photo_is_followed_on_an_array_of_points_and_cameras_are_named(tmp_path: Path) -> None:
     made = wall(4)
     folder = written(made, tmp_path)

@@ -47,6 +47,7 @@ def folder(tmp_path: Path, own_folders: Path, monkeypatch: pytest.MonkeyPatch) -
     return tmp_path
 
 
+@pytest.mark.full
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 def test_a_notebook_runs_and_shows_its_objects(folder: Path) -> None:
     notebook = run(CELLS, folder)

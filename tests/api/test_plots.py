@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import vomstudio as vs
 
@@ -34,6 +35,7 @@ print(*sorted({m.partition(".")[0] for m in sys.modules} & {"PySide6", "pyvistaq
 """
 
 
+@pytest.mark.full
 def test_a_picture_needs_no_display(tmp_path: Path, own_folders: Path) -> None:
     import os
 

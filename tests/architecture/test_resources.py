@@ -78,6 +78,7 @@ def test_the_outcrop_has_its_textures_and_its_picks_on_its_surface() -> None:
     assert size < 600_000
 
 
+@pytest.mark.full
 def test_a_wheel_carries_the_resources_and_finds_them(tmp_path: Path) -> None:
     source = tmp_path / "source"
     source.mkdir()

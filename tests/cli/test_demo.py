@@ -44,6 +44,7 @@ def demo(
     return folder, json.loads(done.stdout)
 
 
+@pytest.mark.full
 def test_every_check_has_what_the_contract_promises(demo: tuple[Path, dict]) -> None:
     _, result = demo
     assert {"checks", "files", "seconds"} <= set(result)
@@ -110,6 +111,7 @@ def test_every_pick_is_good_and_many_times_the_resolution_of_the_mesh(
             assert float(row[angle]) == pytest.approx(check[angle], abs=0.06)
 
 
+@pytest.mark.full
 def test_a_model_of_some_photos_is_held_against_the_outcrop(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,6 +26,7 @@ def told(poles):
     return any("girdle" in one for one in sets_among(poles).warnings)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("half_deg", [50, 70])
 def test_a_split_girdle_is_told(half_deg):
     # By its construction the test misses some even spreads, and the cut between two sets seeks the

@@ -62,6 +62,7 @@ def stop_at(photos: Path, out: Path, how: str, stage: str, step: int, *words: ob
     assert not (out / "reconstruction.json").exists()
 
 
+@pytest.mark.full
 def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
     photos: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -107,6 +108,7 @@ def test_with_all_processors_a_stopped_alignment_gives_the_same_cameras(
     assert gsd_apart(out, undisturbed) < 1
 
 
+@pytest.mark.full
 def test_a_full_disk_is_said_and_the_run_goes_on_once_there_is_room(
     photos: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -140,6 +142,7 @@ def test_a_disk_that_is_full_at_any_moment_leaves_nothing_half_written(
         same_to_the_bit(disk / "out", undisturbed)
 
 
+@pytest.mark.full
 def test_two_runs_do_not_work_in_one_folder(photos: Path, tmp_path: Path) -> None:
     first = Run(photos, tmp_path / "out")
     first.until("Detecting features", 1)

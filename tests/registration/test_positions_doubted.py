@@ -32,6 +32,7 @@ def told(model: Array, world: Array) -> tuple[str, list[str]]:
     return " ".join(wrong), gone
 
 
+@pytest.mark.full
 def test_sound_positions_are_not_doubted() -> None:
     alarms = 0
     for seed in range(24):

@@ -11,6 +11,7 @@ UTM = np.array([576_712.0, 5_188_140.0, 183.0])
 BOX = ClipBox((0.0, 0.0, 0.0), (10.0, 4.0, 6.0))
 
 
+@pytest.mark.full
 def test_a_box_has_eight_corners_twelve_edges_and_six_faces() -> None:
     corners = BOX.corners()
     assert len(np.unique(corners, axis=0)) == 8

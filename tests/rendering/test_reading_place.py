@@ -22,6 +22,7 @@ def rectangle(place: tuple[float, float, float, float]):
 pixel = st.tuples(st.floats(0, 900), st.floats(0, 600))
 
 
+@pytest.mark.full
 @given(st.lists(pixel, min_size=2, max_size=12), pixel, st.booleans())
 @settings(max_examples=200, deadline=None)
 def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):

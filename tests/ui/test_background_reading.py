@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Callable
 
+import pytest
 from PySide6.QtCore import QObject
 
 from vomstudio.ui.common.background_reading import NewestResult
@@ -37,6 +38,7 @@ print(len(handed))
 """
 
 
+@pytest.mark.full
 def test_owners_are_deleted_while_their_work_is_being_done() -> None:
     """A thread that emitted a signal of a dialog which Qt deleted in that moment ended the program
     (segmentation fault; with such threads within two seconds, mostly)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from PySide6.QtWidgets import QMessageBox
 
 from tests.samples import bed
@@ -17,6 +18,7 @@ def rows(studio) -> int:
     return sum(1 for _ in studio.project.journal.rows())
 
 
+@pytest.mark.full
 def test_a_compaction_is_told_done_and_taken_back(studio, monkeypatch, qtbot):
     session = studio.session
     if "m1" not in session.records:

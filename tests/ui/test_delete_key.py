@@ -6,11 +6,12 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.kinds.trace import Trace
 
 
-@pytest.mark.parametrize("where", ["tree", "table"])
+@pytest.mark.parametrize("where", first_in_default_tier(["tree", "table"], 1))
 def test_delete_removes_the_selected_planes_and_can_be_undone(window, studio, where):
     add_cliff(studio)
     for i in range(3):

@@ -17,6 +17,7 @@ def large(studio, tmp_path, monkeypatch):
     return path
 
 
+@pytest.mark.full
 def test_it_is_read_and_measured_while_the_window_lives(window, studio, large):
     there: list[bool] = []
     beat = QTimer()

@@ -37,6 +37,7 @@ def panel(own_folders, qtbot, monkeypatch):
     driver.dismiss(window)
 
 
+@pytest.mark.full
 def test_it_comes_and_follows_what_is_edited(panel):
     driver.wait(lambda: "of 7 bedding planes" in panel._verdict.text(), "the axis of all")
     panel._studio.session.apply(edits.delete(panel._studio.records, ["t3"]))

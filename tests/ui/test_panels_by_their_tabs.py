@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QScrollArea, QTabBar, QWidget
 
+from tests.tiers import first_in_default_tier
 from vomstudio.ui.common.widgets import ScrollingLater
 
 
@@ -22,8 +23,10 @@ def made(place: ScrollingLater) -> bool:
     return bool(QScrollArea.widget(place).findChildren(QWidget))
 
 
-@pytest.mark.parametrize("size", [(1400, 900), (1000, 560)])
-@pytest.mark.parametrize("name", ["register", "interpret", "analyse", "views"])
+@pytest.mark.parametrize("size", first_in_default_tier([(1400, 900), (1000, 560)]))
+@pytest.mark.parametrize(
+    "name", first_in_default_tier(["register", "interpret", "analyse", "views"])
+)
 def test_no_panel_is_empty_whose_tab_is_clicked(window, qtbot, name, size) -> None:
     window.resize(*size)
     window.workspaces.switch(name)

@@ -75,6 +75,7 @@ def click(studio, place) -> None:
     studio.pointer(PointerEvent(Pointer.CLICK, 0.0, 0.0, Button.LEFT, hit=hit))
 
 
+@pytest.mark.full
 def test_a_wrong_point_is_named_left_to_judge_and_the_model_placed(studio, pairs) -> None:
     assert "P4" in pairs.said.text()
     tick(pairs, 4)

@@ -6,9 +6,11 @@ import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QLabel, QScrollArea, QToolButton, QWidget
 
+from tests.tiers import first_in_default_tier
 
-@pytest.mark.parametrize("points", [9.0, 16.0])
-@pytest.mark.parametrize("wide", [330, 440, 900])
+
+@pytest.mark.parametrize("points", first_in_default_tier([9.0, 16.0]))
+@pytest.mark.parametrize("wide", first_in_default_tier([330, 440, 900]))
 def test_nothing_is_cut_at_the_side(window, qtbot, wide, points):
     page = window.start_page
     place = QWidget(window)

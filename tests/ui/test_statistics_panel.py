@@ -32,6 +32,7 @@ def panel(window, studio):
     return made
 
 
+@pytest.mark.full
 def test_beds_that_come_to_a_panel_that_is_open_are_described(window, studio) -> None:
     """The program may start with it; nobody has chosen the selection, which alone was there."""
     window.workspaces.switch("analyse")

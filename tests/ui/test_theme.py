@@ -74,6 +74,7 @@ def buttons(window, *names: str) -> list[QToolButton]:
     return [button for button in found if isinstance(button, QToolButton)]
 
 
+@pytest.mark.full
 def test_what_is_switched_on_is_plain_and_its_words_are_read(window, studio, shown):
     on = buttons(window, "navigate", "workspace_interpret")
     off = buttons(window, "open", "workspace_photos")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QAbstractSpinBox, QLineEdit
 
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_cliff
 from vomstudio.ui.sections.drawing_view import spaced
 
@@ -16,7 +17,7 @@ DOCKS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("dock", DOCKS)
+@pytest.mark.parametrize("dock", first_in_default_tier(DOCKS))
 def test_another_project_begins_with_empty_fields(window, studio, dock, tmp_path) -> None:
     add_cliff(studio)
     window.docks.bring_forward(dock)

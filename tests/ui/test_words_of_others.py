@@ -48,6 +48,7 @@ def project(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.full
 def test_every_record_is_shown_as_words(project: Path, qtbot) -> None:  # type: ignore[no-untyped-def]
     window = make_window([project])
     try:

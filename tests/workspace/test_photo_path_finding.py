@@ -36,6 +36,7 @@ def photos_of(scene: tuple[Wall, Path]) -> ModelPhotos:
     return ModelPhotos("m", "wall", views, folder)
 
 
+@pytest.mark.full
 def test_the_way_is_on_the_bed_in_the_frame_of_the_file_and_others_confirm_it(scene) -> None:
     made, _ = scene
     ends = clicks(made)[[0, 2]]

@@ -66,6 +66,7 @@ def test_a_focal_length_that_is_right_is_not_contradicted(tmp_path: Path) -> Non
     assert camera.values[0] == 1485.0
 
 
+@pytest.mark.full
 def test_a_lens_beyond_k1_does_not_bend_a_block_that_looks_one_way(tmp_path: Path) -> None:
     lens = Intrinsics("RADIAL", 1600, 1200, (1500, 800, 600, 0.03, -0.12))
     made = make(tmp_path / "photos", abreast(10, lens), face(1800, relief=0.3), noise_px=0.2)
@@ -78,6 +79,7 @@ def test_a_lens_beyond_k1_does_not_bend_a_block_that_looks_one_way(tmp_path: Pat
     assert bow(alignment, made) < 0.03
 
 
+@pytest.mark.full
 def test_an_unknown_focal_length_that_nothing_determines_is_that_of_a_usual_lens(
     tmp_path: Path,
 ) -> None:
@@ -97,6 +99,7 @@ def finding(alignment: Alignment, code: str) -> Finding | None:
     return next((f for f in report.findings if f.code == code), None)
 
 
+@pytest.mark.full
 def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
     other = replace(LENS, params=(2300.0, 800.0, 600.0, 0.0))
     views = [replace(v, intrinsics=other) if i % 2 else v for i, v in enumerate(around(10))]

@@ -71,6 +71,7 @@ def test_a_small_set_is_compared_with_itself():
     assert "1770 pairs" in chosen.rule
 
 
+@pytest.mark.full
 def test_photos_that_show_the_same_are_found_by_their_features(walls):
     chosen = choose_pairs([photo(k) for k in range(70)], walls)
     assert {(k, k + 35) for k in range(35)} <= set(chosen.pairs)
@@ -80,6 +81,7 @@ def test_photos_that_show_the_same_are_found_by_their_features(walls):
     assert "most similar" in chosen.rule
 
 
+@pytest.mark.full
 def test_the_comparison_is_counted_and_can_be_stopped(walls):
     told = Told()
     choose_pairs([photo(k) for k in range(70)], walls, "auto", told)
