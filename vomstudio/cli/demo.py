@@ -64,9 +64,6 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import write_bytes
-    from vomstudio.io.project.sample import read_picks, read_truth
-    from vomstudio.products.sample.check import check_sample
-    from vomstudio.products.sample.report import as_html, as_text, tally
 
     folder = Path(args.output)
     _prepare(folder)
@@ -75,6 +72,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     files: list[Path] = []
     notes: list[str] = []
     with watch.step("measure", tr("Measuring the sample")):
+        from vomstudio.io.project.sample import read_picks, read_truth
+        from vomstudio.products.sample.check import check_sample
+        from vomstudio.products.sample.report import as_html, as_text, tally
+
         picks = read_picks()
         result = check_sample(picks, read_truth())
     with watch.step("project", tr("Writing the project")):
