@@ -46,7 +46,10 @@ def read_tables(settings: Settings) -> ControlTables:
         () if control is None else tuple(read_control(control)),
         () if marks is None else tuple(read_marks(marks)),
         None if control is None else agreed_crs(control, settings.crs),
-        (control and hash_file(control), marks and hash_file(marks)),
+        (
+            None if control is None else hash_file(control),
+            None if marks is None else hash_file(marks),
+        ),
     )
 
 
