@@ -139,14 +139,16 @@ def install_packages(python: Path, site_packages: Path, work: Path) -> None:
     builder = work / "setuptools.txt"
     builder.write_text(next(line for line in lines if line.startswith("setuptools==")))
     subprocess.run([*pip, "install", "--require-hashes", "-r", str(builder)], check=True)
-    into = ["install", "--no-compile", "--no-build-isolation", "--target", str(site_packages)]
+    # The lock file is complete, and it may leave out what a package declares without need.
+    into = ["install", "--no-deps", "--no-compile", "--no-build-isolation",
+            "--target", str(site_packages)]  # fmt: skip
     subprocess.run([*pip, *into, "--use-pep517", "--require-hashes", "-r", str(LOCK)], check=True)
     # A copy: building writes into the folder of the sources.
     sources = work / "sources"
     shutil.copytree(
         ROOT, sources, ignore=lambda folder, names: [n for n in names if _is_ignored(folder, n)]
     )
-    subprocess.run([*pip, *into, "--no-deps", str(sources)], check=True)
+    subprocess.run([*pip, *into, str(sources)], check=True)
     shutil.rmtree(sources)
     shutil.rmtree(environment)
 
