@@ -91,6 +91,7 @@ def test_the_window_starts_without_kernels_and_other_slow_things() -> None:
     assert not loaded & {"numba", "scipy", "matplotlib", "cv2", "open3d", "pycolmap", "pyproj"}
 
 
+@pytest.mark.full
 def test_benchmarks_can_be_started() -> None:
     """No test runs them, so that nothing else notices when what they stand on moves."""
     files = sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py"))

@@ -13,6 +13,7 @@ from tests.photogrammetry.surface import wall_maker as wall
 SPECIMENS = Path(__file__).parents[1] / "specimens"
 
 
+@pytest.mark.full
 def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
     wall.write_set(tmp_path, wall.good_stations()[:4])
     (tmp_path / "broken.jpg").write_bytes(b"\xff\xd8\xff")

@@ -64,6 +64,7 @@ def test_a_label_that_is_not_there_is_refused_with_what_is_near(run, tmp_path) -
     assert "--without" in ran.err
 
 
+@pytest.mark.full
 def test_what_readings_look_like_is_said(run, tmp_path) -> None:
     table = tmp_path / "readings.csv"
     readings_table(table, "")

@@ -68,6 +68,7 @@ def test_a_lattice_has_its_rectangle_and_points_on_a_line_have_none() -> None:
     assert polygon_of_points(lattice[:2], 1.0, CENTRE, NORMAL)[0].is_empty
 
 
+@pytest.mark.full
 def test_many_points_have_the_border_of_all_of_them() -> None:
     rng = np.random.default_rng(1)
     flat = rng.uniform(0.0, 2.0, (60_000, 2))

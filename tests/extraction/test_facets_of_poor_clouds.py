@@ -12,6 +12,7 @@ from tests.extraction.planes_by_construction import (
     normal_of,
     sheet,
 )
+from tests.tiers import first_in_default_tier
 from vomstudio.extraction.facets import Facets, find_facets
 from vomstudio.geometry.cloud import PointCloud
 
@@ -59,7 +60,7 @@ def test_connected_walls_with_much_noise_are_told_apart() -> None:
     assert axes.max(axis=1).min() > np.cos(np.radians(0.5))
 
 
-@pytest.mark.parametrize("number", [15_000, 51_000])
+@pytest.mark.parametrize("number", first_in_default_tier([15_000, 51_000], 1))
 def test_what_fills_a_volume_has_no_facet_and_is_said_to(number: int) -> None:
     rng = np.random.default_rng(3)
     for points in (

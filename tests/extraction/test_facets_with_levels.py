@@ -39,16 +39,17 @@ def are_told(found: Facets) -> bool:
     )
 
 
-@pytest.mark.parametrize("seed", range(700, 704))
+@pytest.mark.parametrize("seed", first_in_default_tier(range(700, 704)))
 @pytest.mark.parametrize(
-    ("times", "share"), [(2.0, 0.5), (3.0, 0.5), (5.0, 0.5), (3.0, 0.2), (5.0, 0.2)]
+    ("times", "share"),
+    first_in_default_tier([(2.0, 0.5), (3.0, 0.5), (5.0, 0.5), (3.0, 0.2), (5.0, 0.2)]),
 )
 def test_a_step_of_some_times_the_noise_is_told(times: float, share: float, seed: int) -> None:
     assert are_told(find_facets(at_two_levels(seed, times, share)))
 
 
-@pytest.mark.parametrize("seed", range(704, 708))
-@pytest.mark.parametrize("times", [4.0, 5.0, 7.0])
+@pytest.mark.parametrize("seed", first_in_default_tier(range(704, 708)))
+@pytest.mark.parametrize("times", first_in_default_tier([4.0, 5.0, 7.0]))
 def test_a_layer_over_another_is_told(times: float, seed: int) -> None:
     found = find_facets(at_two_levels(seed, times, over=True))
     assert len(found.facets) == 1

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import clouds_of, grid_mesh, normal_of, sheet
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.surface_fields import KINDS, SurfaceFields, field_name, surface_fields
 from vomstudio.geometry.cloud import PointCloud
@@ -58,7 +59,7 @@ def test_turning_the_world_turns_the_dip_direction() -> None:
     assert np.median(np.abs(other["dip"] - one["dip"])) < 0.5
 
 
-@pytest.mark.parametrize("radius", [2.0, 5.0, 20.0])
+@pytest.mark.parametrize("radius", first_in_default_tier([2.0, 5.0, 20.0], 1))
 def test_a_ball_bends_as_one_over_its_radius(radius) -> None:
     """Mean curvature of a sphere is 1 / R."""
     cloud = ball(radius)

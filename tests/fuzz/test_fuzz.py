@@ -15,6 +15,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 
+@pytest.mark.full
 def test_bent_files_are_read_or_refused_by_name() -> None:
     counts, wrong, _ = readers.campaign(250, seed=7)
     assert wrong == []
@@ -82,7 +83,9 @@ def test_folders_that_somebody_has_prepared_hold_nobody_up() -> None:
     assert counts["read"] > 60
 
 
-@pytest.mark.parametrize("kind", ["t.csv", "b.las", "w.tif", "l.shp", "run/"])
+@pytest.mark.parametrize(
+    "kind", first_in_default_tier(["t.csv", "b.las", "w.tif", "l.shp", "run/"])
+)
 def test_what_is_no_file_is_refused_by_name(kind: str) -> None:
     counts, wrong = no_files.campaign(kind)
     assert wrong == []

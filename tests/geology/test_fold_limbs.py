@@ -175,7 +175,7 @@ def test_few_planes_that_stray_more_than_the_other_limb_are_held(few: int) -> No
     assert held >= 0.89 * told
 
 
-@pytest.mark.parametrize("n", [8, 12, 20])
+@pytest.mark.parametrize("n", first_in_default_tier([8, 12, 20], 1))
 def test_few_beds_of_a_cone_are_not_called_valid(n: int) -> None:
     rng = np.random.default_rng(5)
     yes = 0

@@ -208,6 +208,7 @@ def test_three_sets_7_26_and_19_degrees_off_one_plane_have_two_axes() -> None:
     assert len(found.pairs) == 3
 
 
+@pytest.mark.full
 def test_the_triple_product_is_called_wrong_as_often_as_it_says() -> None:
     # Sets that share an axis, scattered by 8 degrees: 5 % are off by more than their errors.
     rng = np.random.default_rng(27)

@@ -158,6 +158,7 @@ def coverage(n: int, arc_deg: float, noise_deg: float, runs: int, seed: int) -> 
     return held / runs, float(np.median(sizes))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("n", "arc", "noise"), first_in_default_tier([(15, 90, 3), (40, 120, 8), (8, 180, 3)], 1)
 )

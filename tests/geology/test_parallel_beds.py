@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.orientation import Plane
@@ -106,7 +107,9 @@ def test_short_straight_traces_that_run_two_ways_determine_a_plane_together() ->
 
 
 @pytest.mark.parametrize(
-    ("smooth", "least"), [(0.0, 0.93), (0.05, 0.93), (0.1, 0.91)], ids=["white", "0.05", "0.1"]
+    ("smooth", "least"),
+    first_in_default_tier([(0.0, 0.93), (0.05, 0.93), (0.1, 0.91)], 1),
+    ids=["white", "0.05", "0.1"],
 )
 def test_the_truth_lies_within_the_stated_error(smooth: float, least: float) -> None:
     inside, rounds = 0, 400
@@ -198,7 +201,9 @@ def unlike(seed: int, counts: list[int], noises: list[float]) -> tuple[list[str]
     return [str(i) for i in range(len(parts))], np.concatenate(parts), [0, *np.cumsum(counts)]
 
 
-@pytest.mark.parametrize(("counts", "noises"), UNLIKE.values(), ids=UNLIKE)
+@pytest.mark.parametrize(
+    ("counts", "noises"), first_in_default_tier(UNLIKE.values(), 1), ids=UNLIKE
+)
 def test_traces_that_stray_differently_are_parallel_and_of_one_bed_as_often_as_stated(
     counts: list[int], noises: list[float]
 ) -> None:

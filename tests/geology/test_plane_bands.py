@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.plane_bands import (
@@ -116,7 +117,7 @@ def test_a_turned_world_turns_the_band() -> None:
     assert there.dips_deg() == pytest.approx(here.dips_deg(), abs=1e-6)
 
 
-@pytest.mark.parametrize("bend", [0.0, 0.01, 0.02])
+@pytest.mark.parametrize("bend", first_in_default_tier([0.0, 0.01, 0.02], 1))
 def test_the_true_plane_is_in_the_band_as_often_as_it_says(bend: float) -> None:
     rng = np.random.default_rng(4)
     held, count = 0, 0
@@ -130,6 +131,7 @@ def test_the_true_plane_is_in_the_band_as_often_as_it_says(bend: float) -> None:
     assert 0.93 <= held / count <= 0.97
 
 
+@pytest.mark.full
 def test_a_set_gives_the_plane_with_the_error_it_states() -> None:
     rng = np.random.default_rng(5)
     sigma = np.radians(7.0)
@@ -212,6 +214,7 @@ def test_a_set_that_cannot_be_is_not_compatible() -> None:
     assert none < 0.05
 
 
+@pytest.mark.full
 def test_crossing_traces_give_the_plane_with_the_error_it_states() -> None:
     rng = np.random.default_rng(8)
     held, count = 0, 900

@@ -137,6 +137,7 @@ def test_a_set_that_is_longer_than_wide_stays_one() -> None:
     assert found.k == 1
 
 
+@pytest.mark.full
 def test_turning_the_world_turns_the_sets() -> None:
     chance = np.random.default_rng(4)
     poles = np.vstack([*(cluster(of, chance) for of in CASES["three"][0]), scatter(50, chance)])

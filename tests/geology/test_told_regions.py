@@ -80,6 +80,7 @@ def test_few_directions_are_not_called_elongated() -> None:
         assert "12" in found.kent_reason
 
 
+@pytest.mark.full
 def test_kents_region_holds_of_as_few_as_have_one() -> None:
     rng = np.random.default_rng(5)
     held = told = 0

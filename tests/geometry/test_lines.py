@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.lines import (
     fit_line,
@@ -74,7 +75,7 @@ def missed(n: int, sigma: float, runs: int, seed: int) -> float:
     return held / runs
 
 
-@pytest.mark.parametrize("n", [3, 4, 5, 8, 12, 20])
+@pytest.mark.parametrize("n", first_in_default_tier([3, 4, 5, 8, 12, 20]))
 def test_the_cone_holds_the_true_direction_in_95_of_100(n):
     """At 4000 runs 1.1 % is three standard deviations."""
     share = missed(n, 0.01, 4000, 40 + n)
@@ -158,6 +159,7 @@ def test_coordinates_below_1e150_are_a_line():
     assert fit_line([[0, 0, 0], [0, 0.9e150, 0]]).length == pytest.approx(0.9e150)
 
 
+@pytest.mark.full
 def test_the_nearest_approach_is_that_of_a_search_along_both_lines() -> None:
     """Against scipy's bounded search over every two segments; lines that cross or touch have no
     distance."""

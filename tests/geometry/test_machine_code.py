@@ -116,6 +116,7 @@ def test_a_part_counts_with_all_that_it_calls() -> None:
     assert name_of(2.0) == name_of(2.0) != name_of(3.0)
 
 
+@pytest.mark.full
 def test_kernels_of_one_name_stay_apart(folder: Path) -> None:
     """As LLVM names them they may be the same, having been compiled in processes of their own."""
     texts = [MODULE.replace("FACTOR = 2.0", f"FACTOR = {factor}") for factor in (2.0, 6.0)]

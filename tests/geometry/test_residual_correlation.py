@@ -174,7 +174,7 @@ def test_points_picked_twice_leave_fewer_degrees_of_freedom() -> None:
     compared(traces, np.array(sizes) - 3.0)
 
 
-@pytest.mark.parametrize("n", [257, 300, 640, 900])
+@pytest.mark.parametrize("n", first_in_default_tier([257, 300, 640, 900], 1))
 def test_a_long_trace_is_compared_by_the_means_of_its_pieces(n: int) -> None:
     traces = [trace(n, length, seed) for seed, length in enumerate((0.0, 0.05))]
     traces.append(trace(n, 0.1, 7, uneven=9.0))

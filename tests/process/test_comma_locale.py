@@ -107,6 +107,7 @@ COMMANDS: list[list[str]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.full
 def test_files_and_json_are_the_same_under_a_comma_locale(
     tmp_path: Path, comma: dict[str, str]
 ) -> None:

@@ -50,6 +50,7 @@ def only(photos: Path, folder: Path, *numbers: int) -> Path:
 
 
 # --- photos ------------------------------------------------------------------------------------
+@pytest.mark.full
 def test_folders_without_enough_photos_are_named_and_nothing_is_made(
     photos: Path, tmp_path: Path
 ) -> None:

@@ -17,6 +17,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.quiver import Quiver
 from matplotlib.transforms import Bbox
 
+from tests.tiers import first_in_default_tier
 from vomstudio.products.report.field_sheet import (
     CONTROL,
     OBLIQUE,
@@ -222,8 +223,8 @@ def test_everything_on_a_sheet_is_on_the_paper_and_the_drawings_fill_their_room(
     assert front[3] - front[1] == pytest.approx(overhead[3] - overhead[1])
 
 
-@pytest.mark.parametrize(("width", "height"), PAPER)
-@pytest.mark.parametrize("pictures_only", [False, True])
+@pytest.mark.parametrize(("width", "height"), first_in_default_tier(PAPER))
+@pytest.mark.parametrize("pictures_only", first_in_default_tier([False, True]))
 def test_words_can_be_read_and_signs_be_told_apart(
     width: float, height: float, pictures_only: bool
 ) -> None:

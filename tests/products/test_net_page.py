@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geology.density import round_levels
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes
@@ -193,9 +194,9 @@ def away(box: tuple[float, float, float, float], centre: tuple[float, float]) ->
     return math.hypot(dx, dy)
 
 
-@pytest.mark.parametrize(("width", "height"), SIZES)
-@pytest.mark.parametrize("sets", [3, 12, 40])
-@pytest.mark.parametrize("contour", [None, "kamb"])
+@pytest.mark.parametrize(("width", "height"), first_in_default_tier(SIZES))
+@pytest.mark.parametrize("sets", first_in_default_tier([3, 12, 40]))
+@pytest.mark.parametrize("contour", first_in_default_tier([None, "kamb"]))
 def test_no_word_of_legend_and_caption_lies_on_the_net_and_the_net_has_its_share(
     width: int, height: int, sets: int, contour: str | None
 ) -> None:

@@ -243,6 +243,7 @@ def test_where_the_plane_ends_is_found_and_its_trim_turns_it_back() -> None:
     assert not holds[:, 96:].any()
 
 
+@pytest.mark.full
 def test_a_rough_surface_that_is_one_plane_is_not_trimmed() -> None:
     rng = np.random.default_rng(9)
     trims = [where_it_holds(self_affine(96, 0.5, rng), 0.0).trims for _ in range(20)]
@@ -300,6 +301,7 @@ def test_parts_of_a_model_and_what_is_refused() -> None:
         analyse(PointCloud(np.zeros((50, 3))))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("hurst", [0.5, 0.8])
 def test_points_at_random_have_the_exponent_of_the_surface_between_them(hurst: float) -> None:
     """A map that is drawn from point to point is smoother than what lies between them. Heights are

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import place
@@ -31,6 +32,7 @@ def told(seed: int, lens: float = 1.0) -> list[str]:
     return [said for said in place(kinds).warnings if "contradict each other" in said]
 
 
+@pytest.mark.full
 def test_those_that_agree_are_seldom_called_contradictory() -> None:
     assert sum(bool(told(seed)) for seed in range(60)) <= 1
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from vomstudio.registration.observations import Points
@@ -41,6 +42,7 @@ def shares(rho: float) -> tuple[np.ndarray, float, float]:
     return inside / RUNS, bowed / RUNS, drifted / RUNS
 
 
+@pytest.mark.full
 def test_a_drift_is_named_and_its_errors_hold() -> None:
     """By independent errors 57 % of the tilts were within the stated ones, and half of the models
     were called bowed."""
@@ -50,6 +52,7 @@ def test_a_drift_is_named_and_its_errors_hold() -> None:
     assert drifted >= 0.9
 
 
+@pytest.mark.full
 def test_independent_errors_are_as_before() -> None:
     inside, bowed, drifted = shares(0.0)
     assert (inside >= 0.87).all()

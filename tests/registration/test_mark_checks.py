@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.registration.marks.mark_checks import (
@@ -85,7 +86,7 @@ def test_pixels_that_are_counted_otherwise_are_named(
     assert said in failure.value.message
 
 
-@pytest.mark.parametrize("kind", ["arc", "strip"])
+@pytest.mark.parametrize("kind", first_in_default_tier(["arc", "strip"], 1))
 def test_sound_marks_are_left_alone(kind: str) -> None:
     """Set roughly, beside coordinates that are poor, with two of these exchanged."""
     for seed in range(10):

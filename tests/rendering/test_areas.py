@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.rendering.test_scene import SIZE, UTM, rest, scene, show, wall  # noqa: F401
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.scene.area_layer import OPACITY
@@ -41,7 +42,7 @@ def upper(mesh: Mesh, part: float) -> np.ndarray:
     return np.flatnonzero(height > UTM[2] + 8.0 * part)
 
 
-@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("orthographic", first_in_default_tier([False, True], 1))
 def test_an_area_tints_its_faces_and_no_others(scene: Scene, orthographic: bool) -> None:  # noqa: F811
     mesh = wall()
     show(scene, "m", mesh)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
@@ -15,6 +16,7 @@ def _line(name: str, x: float) -> FeatureDrawing:
     return FeatureDrawing(name, line, None, (1.0, 0.0, 0.0), name, line[0])
 
 
+@pytest.mark.full
 def test_selected_lines_lie_over_each_other_as_they_do_otherwise() -> None:
     """Pictures of one selection are the same on every day: ids are random."""
     layer = FeatureLayer()

@@ -24,6 +24,7 @@ def drawing(key: str, what: str, seed: int) -> FeatureDrawing | None:
     return FeatureDrawing(key, line, ring, (seed / 9.0, 0.5, 0.1), "", line[0], what != "h")
 
 
+@pytest.mark.full
 @settings(max_examples=25)
 @given(CHANGES)
 def test_blocks_hold_what_all_features_one_after_the_other_hold(changes):

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.prepare.model_queue import ModelWork
@@ -21,7 +22,9 @@ def _cloud() -> PointCloud:
     return PointCloud(np.random.default_rng(1).random((100, 3)))
 
 
-@pytest.mark.parametrize("data", [_mesh(), _cloud()], ids=["mesh", "cloud"])
+@pytest.mark.parametrize(
+    "data", first_in_default_tier([_mesh(), _cloud()], 1), ids=["mesh", "cloud"]
+)
 def test_work_closed_while_a_thread_hands_over_says_nothing(
     data: Mesh | PointCloud, monkeypatch: pytest.MonkeyPatch
 ) -> None:

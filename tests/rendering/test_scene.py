@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from tests.tiers import first_in_default_tier
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.prepare import events, preparation
@@ -162,8 +163,8 @@ def test_a_selection_over_kept_features_is_that_of_a_full_redraw(scene: Scene) -
     assert np.abs(over - rest(scene)).max() <= 2
 
 
-@pytest.mark.parametrize("orthographic", [True, False])
-@pytest.mark.parametrize("near", [1.0, 0.7])
+@pytest.mark.parametrize("orthographic", first_in_default_tier([True, False], 1))
+@pytest.mark.parametrize("near", first_in_default_tier([1.0, 0.7], 1))
 def test_one_feature_changed_among_many_is_that_of_a_full_redraw(
     scene: Scene, orthographic: bool, near: float
 ) -> None:

@@ -93,6 +93,7 @@ class Sink:
         assert self.streamer.look(view) is None
 
 
+@pytest.mark.full
 def test_a_point_keeps_its_row_of_the_whole_file(cliff: Path, whole: PointCloud) -> None:
     cloud = copc.stream(cliff, 20_000)
     assert cloud.count == N

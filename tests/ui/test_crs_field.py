@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from vomstudio.ui.common.crs_field import CrsField
 
 
+@pytest.mark.full
 def test_a_name_is_typed_and_its_code_chosen(qtbot: Any) -> None:
     field = CrsField()
     qtbot.addWidget(field)

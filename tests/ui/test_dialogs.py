@@ -9,6 +9,8 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QDialog
 
+from tests.tiers import first_in_default_tier
+
 
 def shown(window) -> list[QDialog]:
     return [d for d in window.findChildren(QDialog) if d.isVisible()]
@@ -18,7 +20,9 @@ def delete_later() -> None:
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
-@pytest.mark.parametrize("name", ["plan_survey", "video_frames", "feature_types"])
+@pytest.mark.parametrize(
+    "name", first_in_default_tier(["plan_survey", "video_frames", "feature_types"], 1)
+)
 def test_a_dialog_that_is_open_comes_forward_and_a_closed_one_is_made_anew(window, name):
     window.actions_table.run(name)
     (first,) = shown(window)

@@ -39,6 +39,7 @@ def sections(page: str) -> dict[str, str]:
     return {anchor(h): t.strip() for h, t in zip(parts[1::2], parts[2::2], strict=True)}
 
 
+@pytest.mark.full
 def test_every_figure_of_the_catalogue_has_its_section_with_the_explanation_of_the_tooltip():
     written = sections("numbers.md")
     for figure in SHOWN.values():

@@ -9,12 +9,13 @@ import pytest
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QWidget
 
+from tests.tiers import first_in_default_tier
 from vomstudio.ui.common.html_page import HtmlPage, open_page
 
 PAGE = '<html lang="en"><body><h1>Report</h1><p>27 photos aligned</p></body></html>'
 
 
-@pytest.mark.parametrize("browser", [True, False])
+@pytest.mark.parametrize("browser", first_in_default_tier([True, False], 1))
 def test_the_page_is_shown_here_only_where_there_is_no_browser(
     qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, browser: bool
 ) -> None:

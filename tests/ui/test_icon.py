@@ -9,11 +9,12 @@ from PySide6.QtCore import QSize
 from PySide6.QtGui import QIcon, QImage, QPalette
 from PySide6.QtWidgets import QApplication
 
+from tests.tiers import first_in_default_tier
 from vomstudio.paths import resource
 from vomstudio.ui.common import theme
 
 
-@pytest.mark.parametrize("side", [24, 48, 128])
+@pytest.mark.parametrize("side", first_in_default_tier([24, 48, 128], 1))
 def test_the_icon_is_a_net_with_nothing_outside(qtbot, side: int) -> None:
     image = QIcon(str(resource("icon", "vomstudio.svg"))).pixmap(side, side).toImage()
     image = image.convertToFormat(QImage.Format.Format_RGBA8888)

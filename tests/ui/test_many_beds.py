@@ -45,6 +45,7 @@ def test_it_comes_and_follows_what_is_edited(panel):
     assert panel.why_no_beta() is None
 
 
+@pytest.mark.full
 def test_one_that_comes_after_the_bedding_has_changed_is_not_kept(panel):
     driver.wait(lambda: "of 7 bedding planes" in panel._verdict.text(), "the axis of all")
     late = panel._bedding.search()

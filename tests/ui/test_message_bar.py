@@ -14,6 +14,7 @@ from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
 
+@pytest.mark.full
 def test_a_message_leaves_the_view_its_place(window, studio):
     centre = window.centralWidget()
     before = [centre.layout().itemAt(i).geometry() for i in range(centre.layout().count())]

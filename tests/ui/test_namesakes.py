@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 
@@ -12,6 +14,7 @@ def reading(number: int, name: str = "") -> Reading:
     return Reading(f"r{number}", name, "bedding", "plane", 100.0 + number, 30.0)
 
 
+@pytest.mark.full
 def test_a_rename_to_a_name_that_is_there(studio: Any) -> None:
     said: list[str] = []
     studio.workspace.notices.told.connect(lambda notice: said.append(notice.text))

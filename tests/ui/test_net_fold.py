@@ -36,6 +36,7 @@ def beta(bed: NetSet) -> tuple[float, float]:
     return fold.beta.trend_deg, fold.error95_deg or 0.0
 
 
+@pytest.mark.full
 def test_it_is_found_once_for_the_same_beds_and_anew_for_others(found: list[int]) -> None:
     first = beta(BEDS)
     assert beta(replace(BEDS, azimuth_deg=BEDS.azimuth_deg.copy())) == first

@@ -45,6 +45,7 @@ def legend(net) -> str:
     return " ".join(text.get_text() for text in net.artists.axes.texts)
 
 
+@pytest.mark.full
 def test_striae_without_a_sense_are_plain(net, studio) -> None:
     add_striae(studio, "s", EAST)
     assert arrows(net) == []

@@ -96,6 +96,7 @@ def type_in(field, text: str) -> None:
 
 
 # --- roses and histograms --------------------------------------------------------------------
+@pytest.mark.full
 def test_roses_stand_in_the_dock_and_a_click_on_a_petal_selects_what_it_counts(
     net, window, studio
 ) -> None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 
+
+@pytest.mark.full
 def test_each_tool_goes_on_with_its_own_type_and_set(studio: Any) -> None:
     studio.activate("trace")
     studio.set_next("fault", "F1")

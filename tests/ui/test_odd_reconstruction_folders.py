@@ -31,6 +31,7 @@ def out(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return place
 
 
+@pytest.mark.full
 def test_nothing_is_read_from_them(out: Path, tmp_path: Path) -> None:
     assert folders.earlier_survey(out) is None
     assert asked_for(out / folders.REQUEST) is None

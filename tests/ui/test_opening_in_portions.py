@@ -30,6 +30,7 @@ def names(studio) -> list[str]:
     return [f.name for f in studio.session.features()]
 
 
+@pytest.mark.full
 def test_they_come_a_portion_after_the_other(window, studio, stored):
     window.open_path(stored)
     # Not in the moment in which every panel begins with the project.

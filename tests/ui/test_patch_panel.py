@@ -42,6 +42,7 @@ def patches(studio) -> list[Patch]:
     return studio.session.of(Patch)
 
 
+@pytest.mark.full
 def test_the_dock_comes_forward_with_its_tool_and_the_left_button_paints(window, painting):
     assert window.docks["tool"].windowTitle() == "Patch"
     assert not driver.tool_panel(window, PatchPanel).visibleRegion().isEmpty()

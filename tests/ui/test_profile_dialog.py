@@ -54,6 +54,7 @@ def qualities(studio: Any) -> list[str]:
     return [m.verdict.quality for m in studio.measured(["t0", "t1"]).values()]
 
 
+@pytest.mark.full
 def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
     dialog: ProfileDialog, studio: Any, window: Any
 ) -> None:

@@ -55,6 +55,7 @@ def ok(dialog):
     return dialog._buttons.button(QDialogButtonBox.StandardButton.Ok)
 
 
+@pytest.mark.full
 def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does(
     window, studio, book
 ):

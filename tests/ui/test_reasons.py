@@ -55,6 +55,7 @@ def all_panels(window) -> dict[str, list[str]]:
     return found
 
 
+@pytest.mark.full
 def test_panels_without_a_model_say_why_their_controls_are_disabled(window) -> None:
     assert all_panels(window) == {}
 

@@ -33,6 +33,7 @@ def row(window, title: str) -> str:
     ]
 
 
+@pytest.mark.full
 def test_the_panel_shows_what_the_registration_adds_and_the_total(window, studio, beds):
     studio.selection.set(["t1"])
     assert row(window, "Reg. / total").startswith("–")

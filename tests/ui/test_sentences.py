@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import pytest
 
+from tests.tiers import first_in_default_tier
 from vomstudio.ui.common.sentences import as_sentence, names_in_short
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [
-        ("no photo is aligned", "No photo is aligned."),
-        ("Open a model first.", "Open a model first."),
-        ("“x” is not a number", "“x” is not a number."),
-        ("Is it there?", "Is it there?"),
-        (" Reading…", "Reading…"),
-        ("éclair", "Éclair."),
-        ("", ""),
-    ],
+    first_in_default_tier(
+        [
+            ("no photo is aligned", "No photo is aligned."),
+            ("Open a model first.", "Open a model first."),
+            ("“x” is not a number", "“x” is not a number."),
+            ("Is it there?", "Is it there?"),
+            (" Reading…", "Reading…"),
+            ("éclair", "Éclair."),
+            ("", ""),
+        ]
+    ),
 )
 def test_a_text_becomes_a_sentence_and_a_sentence_stays(text: str, said: str) -> None:
     assert as_sentence(text) == said

@@ -26,6 +26,7 @@ def said(window) -> str:
     return "" if label.isHidden() else label.text()
 
 
+@pytest.mark.full
 def test_how_many_are_selected_is_said_and_whose_figures_are_shown(window, studio, beds):
     studio.selection.set(["t1"])
     assert said(window) == ""

@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from vomstudio.io.project.sample import sample_model
 from vomstudio.ui.common.command_targets import start_folder
 
 
+@pytest.mark.full
 def test_dialogs_begin_beside_what_was_open_last_but_not_in_the_program(
     studio: Any, tmp_path: Path
 ) -> None:

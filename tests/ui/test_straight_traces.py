@@ -43,6 +43,7 @@ def beds(window, studio):
     return window
 
 
+@pytest.mark.full
 def test_a_straight_trace_shows_its_band_and_the_sets_that_fit(beds, studio):
     studio.selection.set(["t1"])
     QApplication.processEvents()

@@ -12,6 +12,7 @@ from tests.driver import pause, wait
 from tests.ui.conftest import add_bed, add_cliff
 
 
+@pytest.mark.full
 def test_two_beds_are_dragged_onto_an_empty_type(window, studio):
     tool = shutil.which("xdotool")
     if tool is None or QGuiApplication.platformName() != "xcb":

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests.geometry.test_brush import centre_of, grid
 from tests.samples import ZIGZAG
+from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
@@ -99,8 +100,8 @@ def test_nothing_is_said_where_nothing_can_be_undone(window, studio):
 # --- Esc is a step ---------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("name", "noun"),
-    [("trace", "trace"), ("line", "line"), ("measure", "measurement"), ("contact", "contact line"),
-     ("lithology", "rock area")],
+    first_in_default_tier([("trace", "trace"), ("line", "line"), ("measure", "measurement"), ("contact", "contact line"),
+     ("lithology", "rock area")]),
 )  # fmt: skip
 def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, noun):
     cliff.activate(name)

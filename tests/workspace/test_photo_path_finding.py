@@ -86,6 +86,7 @@ def test_what_the_photo_cannot_say_is_refused_in_a_sentence(scene, tmp_path) -> 
         paths.way(nowhere, "p0.png", "dark", ends, live=False)
 
 
+@pytest.mark.full
 def test_a_world_that_is_turned_turns_the_way(scene) -> None:
     made, _ = scene
     photos, ends = photos_of(scene), clicks(made)[[0, 2]]

@@ -12,6 +12,7 @@ from tests.tiers import first_in_default_tier
 from tests.workspace.stories import STORIES
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", first_in_default_tier(STORIES, 1))
 def test_a_workspace_needs_no_window(name: str, own_folders: Path, tmp_path: Path) -> None:
     """`own_folders` is in the environment, which the interpreter takes over."""

@@ -236,6 +236,7 @@ def test_the_entries_of_all_layers_are_counted_together(tmp_path, monkeypatch) -
         read_gis_lines(path)
 
 
+@pytest.mark.full
 def test_a_large_file_of_too_many_entries_is_refused_by_the_process_that_reads_it(tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = tmp_path / "points.shp"
     wkb = np.array([shapely.to_wkb(shapely.Point(3, 4))] * 300_001, object)

@@ -402,6 +402,7 @@ def test_case_separators_and_units_of_names_are_forgiven(name: str, same: str) -
     assert plain(name) == same
 
 
+@pytest.mark.full
 def test_a_million_points_are_read_in_a_few_seconds(tmp_path: Path) -> None:
     path = tmp_path / "cloud.csv"
     row = "576665.7212,5188117.0631,156.2053\n"

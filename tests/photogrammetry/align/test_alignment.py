@@ -114,6 +114,7 @@ def test_photos_that_look_one_way_leave_the_principal_point_in_the_middle(tmp_pa
     assert camera.values[1:3] == (800.0, 600.0)
 
 
+@pytest.mark.full
 def test_photos_that_look_one_way_tell_how_the_lens_bends(tmp_path: Path) -> None:
     lens = Intrinsics("RADIAL", 1600, 1200, (1500, 800, 600, -0.06, 0.08))
     made = make(tmp_path / "photos", abreast(8, lens), face())
@@ -161,6 +162,7 @@ def test_two_cameras_with_photos_of_two_sizes_are_told_apart(tmp_path: Path) -> 
     assert np.median(camera_errors(alignment, made)) < 0.01
 
 
+@pytest.mark.full
 def test_parts_without_connection_are_all_kept_the_larger_first(tmp_path: Path) -> None:
     one = make(tmp_path / "photos", around(5), face())
     others = [replace(view, name=f"z{view.name}") for view in around(8)]
@@ -397,6 +399,7 @@ def _finished(work: Path) -> int:
         connection.close()
 
 
+@pytest.mark.full
 def test_a_damaged_database_is_made_anew(arc: tuple[Made, Alignment, Path], tmp_path: Path) -> None:
     made, whole, _ = arc
     work = tmp_path / "work"

@@ -119,6 +119,7 @@ def test_an_oblique_plane_has_its_normal_and_its_depths(method):
     assert abs(np.median(made.depth[both] - truth[both])) < 0.1 * GSD
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("method", first_in_default_tier(["sgbm", "patchmatch"], 1))
 def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
     photos, scene = front
@@ -171,6 +172,7 @@ def test_a_face_seen_from_all_sides_is_met(rock, chosen, found):
     assert completeness(cloud.points, true_points(rock, views, 20_000), GSD) > 0.85
 
 
+@pytest.mark.full
 def test_what_is_masked_has_no_depth_and_gives_none(rock):
     views = parallel()[:3]
     mask = np.full((390, 520), 255, np.uint8)

@@ -7,6 +7,7 @@ import pytest
 
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface.texture_truth import compare, sample_pages
+from tests.tiers import first_in_default_tier
 from vomstudio.errors import Cancelled, GeometryError, InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
@@ -71,7 +72,8 @@ def shift(drawn: np.ndarray, true: np.ndarray) -> tuple[float, float]:
     return float(found[0] / found[2]), float(found[1] / found[2])
 
 
-@pytest.mark.parametrize("lens", LENSES)
+@pytest.mark.full
+@pytest.mark.parametrize("lens", first_in_default_tier(LENSES, 1))
 def test_a_checker_comes_back_where_it_should_within_a_tenth_of_a_texel(lens):
     face = rock.flat_face(2.0, 1.5, rock.checker_paint(0.1))
     made = make_texture(wall(), photos(face, cameras(lens)))
@@ -103,6 +105,7 @@ def test_differing_exposures_leave_neither_stains_nor_seams(rock_wall):
     assert seen.likeness(0.8) > 0.93
 
 
+@pytest.mark.full
 def test_a_blurred_photo_is_drawn_only_where_no_sharp_one_is():
     face = rock.flat_face(2.0, 1.5, rock.rock_paint(3, finest=0.02))
     views = cameras()
