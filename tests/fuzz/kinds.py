@@ -130,9 +130,9 @@ def _drawing(path: Path) -> object:
 
 
 def _run(path: Path) -> object:
-    from vomstudio.io.project.reconstructions import asked, read_reconstruction
+    from vomstudio.io.project.reconstructions import read_reconstruction
 
-    return asked(path.parent), read_reconstruction(path.parent, "p", "run")
+    return read_reconstruction(path.parent, "p", "run")
 
 
 def _of_folder(module: str, name: str, loader: str = "") -> Callable[[Path], object]:
