@@ -120,7 +120,7 @@ def encoded_again(
 
 
 def add_missing(session: Session, row_kinds: set[str]) -> None:
-    """Add to the project what it has none of, as edits, and save it."""
+    """Add to the project what it has none of, as edits; some stay unsaved."""
     count = len(session.records)
     for label, added in additions(session.records).items():
         if not added.keys() <= session.records.keys():
@@ -136,10 +136,13 @@ def add_missing(session: Session, row_kinds: set[str]) -> None:
         last = session.apply(noted)
         noted = edits.set_attributes(session.records, ["reading-overturned"], notes="scours")
         session.apply(noted, joins=last)
-    if len(session.records) > count or session.dirty:
+    if len(session.records) > count:
         session.save()
+    station = session.of(Station)[0]
+    if "station-unsaved" not in session.records:
+        added = replace(station, id="station-unsaved", name="St 2", number="")
+        session.apply(change(session.records, "Add St 2", {added.id: added}))
     if session.redo_label is None:
-        station = session.of(Station)[0]
         session.apply(edits.set_attributes(session.records, [station.id], number="18"))
         session.undo()
     if session.draft is None:
