@@ -162,11 +162,9 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
 def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
     layers: list[GisLayer] = [kind.layer for kind in KINDS if kind.layer is not None]
     assert [layer.name for layer in layers if layer.main] == ["traces"]
-    sparse = {
-        kind.layer.name: kind for kind in KINDS if kind.layer is not None and kind.layer.sparse
-    }
-    assert sparse.keys() >= {"dimensions", "control_points", "known_lines"}
-    assert not any(kind.typed for kind in sparse.values())
+    sparse = [kind for kind in KINDS if kind.layer is not None and kind.layer.sparse]
+    assert {kind.name for kind in sparse} >= {"dimension", "control_point", "known_line"}
+    assert not any(kind.typed for kind in sparse)
     geometries = {layer.name: layer.geometry for layer in layers}
     assert set(geometries.values()) == {"line", "ring", "point"}
     assert geometries.items() >= {

@@ -22,7 +22,8 @@ FOLDERS = [
     "reconstruction",
 ]  # fmt: skip
 FILES = [
-    "project.gpkg", "project.qgs", "journal-before-compaction.sqlite", "journal-compacted.sqlite", "journal.sqlite-wal", "journal.sqlite-shm",
+    "project.gpkg", "project.qgs", "journal-before-compaction.sqlite",
+    "journal-compacted.sqlite", "journal.sqlite-wal", "journal.sqlite-shm",
     "journal.sqlite-journal", "lock", "lock-journal",
 ]  # fmt: skip
 
