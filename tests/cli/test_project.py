@@ -427,6 +427,7 @@ def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
     before = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}
     model = np.array([[0, 0, 0], [9, 0, 0], [0, 8, 1], [3, 2, 7], [5, 6, 0.5]], float)
     there = model[:, [1, 0, 2]] * [-1.0, 1.0, 1.0] + [700.0, 800.0, 90.0]
+    model += [364534.0, 4721858.0, 852.0]
     rows = [
         ",".join(map(str, (f"P{i}", *a, *b)))
         for i, (a, b) in enumerate(zip(model, there, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import sys
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -244,3 +245,14 @@ def test_a_journal_of_no_schema_is_refused(specimen: Path, version: int) -> None
     with pytest.raises(InputError, match="not the journal"):
         Project.open(specimen)
     assert path.read_bytes() == content
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
+@pytest.mark.usefixtures("schema_2")
+def test_the_copy_is_not_written_through_a_link(specimen: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    (specimen / BACKUP).symlink_to(elsewhere)
+    with pytest.raises(TargetError):
+        Project.open(specimen)
+    assert not elsewhere.exists()
+    assert query(specimen / "journal.sqlite", "PRAGMA user_version") == [(1,)]
