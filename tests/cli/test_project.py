@@ -444,7 +444,8 @@ def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
     assert sets
     assert all(0.0 <= turn <= 90.0 + 1e-9 for turn in sets.values())
     after = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}
-    assert before.keys() == after.keys()
+    # A plane along an axis has no regression along that axis.
+    assert before.keys() - after.keys() == {"trace-along-x"}
     turned = 0
     for id_, row in after.items():
         was = before[id_]
