@@ -161,7 +161,8 @@ def test_an_old_project_is_read_as_the_commands_read_it(
         assert all(shape.has_z for shape in project.patches()["geometry"])
         listed = command("project", folder, "list")
         assert [m.id for m in project.models] == [m["id"] for m in listed["models"]]
-        assert len(project.patches()) == listed["kinds"].get("patch", 0)
+        # One of the patches repeats another and is not a structure of its own.
+        assert len(project.patches()) == listed["kinds"]["patch"] - 1
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What docs/architecture.md shows works as it stands there, in a copy of the program."""
+"""The examples in docs/architecture.md work, and pass the tests, in a copy of the repository."""
 
 from __future__ import annotations
 
@@ -16,9 +16,28 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "architecture.md"
 NEW = re.compile(r"^`([\w/]+\.py)`:\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CHANGED = re.compile(
-    r"^In `([\w/]+\.py)`:\n\n((?:```diff\n.*?^```\n\n?)+)", re.MULTILINE | re.DOTALL
+    r"^In `([\w/]+\.\w+)`:\n\n((?:```diff\n.*?^```\n\n?)+)", re.MULTILINE | re.DOTALL
 )
 HUNK = re.compile(r"^```diff\n(.*?)^```", re.MULTILINE | re.DOTALL)
+RUN = re.compile(r"^Then run:\n\n```bash\npython (.*?)\n```", re.MULTILINE)
+
+# Tests that an added file can affect.
+AFFECTED = (
+    "tests/architecture",
+    "tests/document",
+    "tests/tools",
+    "tests/io/models/test_registry.py",
+    "tests/io/control",
+    "tests/cli/test_contract.py",
+    "tests/cli/test_first_words.py",
+    "tests/specimens",
+    "tests/ui/test_menu_paths.py",
+    "tests/ui/test_panels.py",
+    "tests/ui/test_workspaces.py",
+    "tests/test_words.py",
+    "tests/test_messages.py",
+    "tests/test_languages.py",
+)
 
 USED = """
 import json, sys
@@ -93,10 +112,12 @@ print(json.dumps(said))
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the program with all examples of the page in it."""
+    """A copy of the repository with all examples of the page in it."""
     folder = tmp_path_factory.mktemp("program")
-    shutil.copytree(ROOT / "vomstudio", folder / "vomstudio",
-                    ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
+    for name in git(ROOT, "ls-files", "-z", "-co", "--exclude-standard").split("\0"):
+        if name and (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
     page = PAGE.read_text("utf-8")
     for name, code in NEW.findall(page):
         assert not (folder / name).exists(), f"{name} is there already"
@@ -105,20 +126,34 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
         text = (folder / name).read_text("utf-8")
         for hunk in HUNK.findall(hunks):
             lines = hunk.splitlines(keepends=True)
-            before = "".join(line[1:] for line in lines if line[0] != "+")
-            after = "".join(line[1:] for line in lines if line[0] != "-")
+            before = "".join(line[line[0] in " -" :] for line in lines if line[0] != "+")
+            after = "".join(line[line[0] in " +" :] for line in lines if line[0] != "-")
             assert text.count(before) == 1, f"{name} has other lines than the page shows:\n{hunk}"
             text = text.replace(before, after)
         (folder / name).write_text(text, "utf-8")
+    for command in RUN.findall(page):
+        in_the_copy(folder, *command.split())
+    git(folder, "init", "-q")
+    git(folder, "add", "-A")
     return folder
+
+
+def git(folder: Path, *words: str) -> str:
+    try:
+        done = subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True)
+    except FileNotFoundError:
+        pytest.skip("git is not installed")
+    if done.returncode != 0:
+        pytest.skip("this folder is not a git checkout")
+    return done.stdout
 
 
 def in_the_copy(program: Path, *words: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(program)}
     done = subprocess.run(
-        [sys.executable, "-P", *words], cwd=program, env=environment, capture_output=True, text=True
+        [sys.executable, *words], cwd=program, env=environment, capture_output=True, text=True
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout[-8000:] + done.stderr[-4000:]
     return done.stdout
 
 
@@ -133,9 +168,11 @@ def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
         "vomstudio/ui/interpret/tool_panels",
         "vomstudio/cli",
     }
-    assert len(CHANGED.findall(page)) == 3
+    assert len(CHANGED.findall(page)) == 6
+    assert len(RUN.findall(page)) == 2
 
 
+@pytest.mark.full
 def test_reader_control_format_kind_and_tool_work(program: Path, tmp_path: Path) -> None:
     said = json.loads(in_the_copy(program, "-c", USED, str(tmp_path)))
     assert said["vertices"] == [[0, 0, 0], [2, 0, 0], [0, 3, 0]]
@@ -147,6 +184,7 @@ def test_reader_control_format_kind_and_tool_work(program: Path, tmp_path: Path)
     assert "remarks" in said["layers"]
 
 
+@pytest.mark.full
 def test_the_command_prints_poles(program: Path, tmp_path: Path) -> None:
     table = tmp_path / "planes.csv"
     table.write_text("dip_direction,dip\n100,30\n")
@@ -157,6 +195,7 @@ def test_the_command_prints_poles(program: Path, tmp_path: Path) -> None:
     assert said["poles"][0]["plunge_deg"] == pytest.approx(60.0)
 
 
+@pytest.mark.full
 def test_the_panel_and_the_command_of_the_window_are_in_the_window(program: Path) -> None:
     """A window of the copy, with the dock of the tool and the entry of the menu."""
     shown = in_the_copy(
@@ -174,3 +213,13 @@ def test_the_panel_and_the_command_of_the_window_are_in_the_window(program: Path
         "import os, sys; sys.stdout.flush(); os._exit(0)\n",
     )
     assert shown.split("\n")[:2] == ["True 0 so far", "True"]
+
+
+@pytest.mark.full
+def test_the_linters_and_the_affected_tests_pass(program: Path) -> None:
+    in_the_copy(program, "-m", "ruff", "check", ".")
+    in_the_copy(program, "-m", "ruff", "format", "--check", ".")
+    in_the_copy(program, "-m", "mypy")
+    tests = [*AFFECTED, "--deselect=tests/architecture/test_examples.py"]
+    in_the_copy(program, "-m", "pytest", "-q", "-n0", "-p", "no:cacheprovider", *tests)
+    in_the_copy(program, "-m", "pytest", "-q", "-n0", "-k", "poles", "tests/cli/test_golden.py")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.architecture import opens
-from tests.architecture.structure import PACKAGE, ROOT
+from tests.architecture.opens import PACKAGE, ROOT
 
 
 def test_nobody_opens_a_file_without_asking_what_it_is() -> None:

@@ -15,7 +15,7 @@ from vomstudio.geology.orientation import Plane, slip_from_rake
 from vomstudio.io.project.export import export_project
 from vomstudio.io.text.slip_reading import read_slips
 
-SPECIMEN = Path(__file__).parents[1] / "specimens" / "schema5.vom"
+SPECIMEN = Path(__file__).parents[1] / "specimens" / "schema1.vom"
 TABLE = "strike,dip,trend,plunge,sense\n0,45,90,45,N\n180,45,270,45,N\n"
 
 

@@ -119,10 +119,12 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert re.fullmatch("|#[0-9a-f]{6}", kind.color)
     # What has no feature type has a colour and a group of its own.
     assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
+    assert kind.evidence in ("", "picked", "read", "derived")
     assert kind.evidence == {
-        "reading": "read", "intersection": "derived", "dimension": "", "control_point": "",
-        "contact": "", "lithology": "", "station": "", "known_line": "",
-    }.get(kind.name, "picked")  # fmt: skip
+        "trace": "picked", "lineation": "picked", "patch": "picked", "reading": "read",
+        "intersection": "derived", "dimension": "", "control_point": "", "contact": "",
+        "lithology": "", "station": "", "known_line": "",
+    }.get(kind.name, kind.evidence)  # fmt: skip
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
     # Only what is clicked or painted is made with a tool.
     assert bool(kind.tool) == (kind.name not in ("reading", "intersection"))
@@ -160,14 +162,16 @@ def test_what_was_read_or_derived_stands_on_the_net_beside_the_picks():
 def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_out():
     layers: list[GisLayer] = [kind.layer for kind in KINDS if kind.layer is not None]
     assert [layer.name for layer in layers if layer.main] == ["traces"]
-    assert [layer.name for layer in layers if layer.sparse] == [
-        "dimensions", "control_points", "known_lines",
-    ]  # fmt: skip
-    assert {layer.name: layer.geometry for layer in layers} == {
+    sparse = [kind for kind in KINDS if kind.layer is not None and kind.layer.sparse]
+    assert {kind.name for kind in sparse} >= {"dimension", "control_point", "known_line"}
+    assert not any(kind.typed for kind in sparse)
+    geometries = {layer.name: layer.geometry for layer in layers}
+    assert set(geometries.values()) == {"line", "ring", "point"}
+    assert geometries.items() >= {
         "traces": "line", "contacts": "line", "lineations": "line", "patches": "ring",
         "lithologies": "ring", "dimensions": "line", "stations": "point", "control_points": "point",
         "known_lines": "line",
-    }  # fmt: skip
+    }.items()  # fmt: skip
     for kind in KINDS:
         if kind.layer is not None:
             names = [figure.name for figure in kind.layer.figures]
@@ -178,8 +182,8 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
 
 def test_what_has_no_type_is_listed_and_hidden_together():
     assert GROUPS[1] == OwnGroup(id="dimensions", title="Measurements", icon="ruler")
-    names = ["lithology", "dimension", "station", "control_point", "known_line"]
-    assert [group_of(ONE_OF_EACH[name]) for name in names] == [group.id for group in GROUPS]
+    untyped = [ONE_OF_EACH[kind.name] for kind in KINDS if not kind.typed]
+    assert [group_of(feature) for feature in untyped] == [group.id for group in GROUPS]
     assert group_of(ONE_OF_EACH["contact"]) == "fault"
 
 

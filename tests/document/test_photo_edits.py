@@ -142,11 +142,10 @@ def test_masks_are_given_changed_and_taken_away(there: Records) -> None:
 
 
 def test_what_lies_beside_the_photos_is_taken_in_in_place_of_what_is_here(there: Records) -> None:
-    there["s1"] = replace(SET, taken_in=False)
     edit = photo_edits.take_in(there, "s1", [A], {}, {"1.jpg": None}, "EPSG:25833")
     assert edit.label == "Take in what lies beside the photos cliff photos"
     after = done(there, edit)
-    assert after["s1"] == replace(SET, taken_in=True, crs="EPSG:25833")
+    assert after["s1"] == replace(SET, crs="EPSG:25833")
     assert [p.label for p in photo_edits.points_of(after, "s1")] == ["A"]
     assert marks(after) == {}
     assert photo_edits.masks_of(after, "s1") == {}

@@ -103,7 +103,7 @@ def test_the_types_of_the_house_can_be_told_apart() -> None:
 def test_a_record_that_leaves_fields_out_is_read_with_the_plain_answer() -> None:
     """Fields come with versions: a journal from before them must open and claim nothing."""
     photos = decode({"record": "photo_set", "id": "s", "name": "p", "path": "p"})
-    assert photos == PhotoSet("s", "p", "p", "", True)
+    assert photos == PhotoSet("s", "p", "p", "")
     point = decode({"record": "marked_point", "id": "q", "photo_set_id": "s", "label": "A"})
     assert point == MarkedPoint("q", "s", "A", None, None, False)
     made = decode(

@@ -339,9 +339,9 @@ def test_every_step_is_told_once_with_what_it_changes(session):
     assert heard.since() == [add, "history"]
     session.save()
     assert heard.since() == ["history"]
-    taken = edits.add_trace(session.records, bed("t2"))
-    session.take_in(taken)
-    assert heard.since() == [taken, "history", "history"]
+    session.apply(edits.add_trace(session.records, bed("t2")))
+    session.save()
+    heard.since()
     session.apply(edits.delete(session.records, ["t1"]))
     heard.since()
     session.discard_unsaved()
@@ -419,27 +419,6 @@ def test_nudges_join_into_one_step_unless_something_came_between(session, journa
     assert Session(journal).done_steps() == session.done_steps()
 
 
-def test_what_is_taken_in_leaves_saved_what_was_saved_and_keeps_what_was_undone(session, journal):
-    session.apply(edits.add_trace(session.records, bed("t1")))
-    session.undo()
-    assert session.dirty
-    reading = Reading("r1", "R", "bedding", "plane", 1.0, 2.0)
-    session.take_in(edits.add_features(session.records, [reading]))
-    assert session.dirty
-    assert session.redo_label == "Add bedding trace B01"
-    session.save()
-    other = dataclasses.replace(reading, id="r2")
-    session.take_in(edits.add_features(session.records, [other]))
-    assert not session.dirty
-    assert "r2" in session.saved
-    session.redo()
-    assert {"t1", "r1", "r2"} <= set(session.records)
-    assert Session(journal).records == session.records
-    session.undo()
-    session.undo()
-    assert "r2" not in session.records
-
-
 def test_a_save_is_what_the_project_was_then(session, journal):
     session.apply(edits.add_trace(session.records, bed("t1")))
     session.save()
@@ -474,7 +453,7 @@ def test_a_finished_draft_is_named_by_the_edit_that_it_became(session, journal):
 
 def test_a_draft_outlives_what_is_done_besides(session, journal):
     session.set_draft({"tool": "trace"})
-    session.take_in(edits.add_trace(session.records, bed("t1")))
+    session.apply(edits.add_trace(session.records, bed("t1")))
     session.apply(edits.add_trace(session.records, bed("t2")))
     session.undo()
     session.discard_unsaved()

@@ -130,9 +130,9 @@ def _drawing(path: Path) -> object:
 
 
 def _run(path: Path) -> object:
-    from vomstudio.io.project.reconstructions import asked, read_reconstruction
+    from vomstudio.io.project.reconstructions import read_reconstruction
 
-    return asked(path.parent), read_reconstruction(path.parent, "p", "run")
+    return read_reconstruction(path.parent, "p", "run")
 
 
 def _of_folder(module: str, name: str, loader: str = "") -> Callable[[Path], object]:
@@ -482,7 +482,7 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
     kept = LoadedModel(mesh, "mesh", None, (), Path("/nowhere/a.obj"), "0" * 64)
     model_cache.save(kept, folder / "cache")
-    shutil.copy(SPECIMENS / "schema6.vom" / "journal.sqlite", folder / "j.sqlite")
+    shutil.copy(SPECIMENS / "schema1.vom" / "journal.sqlite", folder / "j.sqlite")
     # Small enough that a changed byte meets a row.
     with closing(sqlite3.connect(folder / "j.sqlite", isolation_level=None)) as db:
         db.execute("PRAGMA journal_mode = DELETE")

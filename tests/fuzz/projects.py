@@ -49,7 +49,7 @@ ODD: list[Any] = [
 def specimen(folder: Path) -> Path:
     """A project with features of every kind and a grid, made at earlier schemas and at that of
     today."""
-    made = copy_of("schema7", folder)
+    made = copy_of("schema1", folder)
     project = Project.open(made)
     session = project.session
     model = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", HASH, Frame("local"))

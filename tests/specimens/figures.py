@@ -1,9 +1,6 @@
-"""Everything that a project says of its features, asked for in ways that stay: the command line's
-`export`, and an open project's session.
+"""Figures of a specimen project, read in ways that stay: the command `export` and a session.
 
-`python -m tests.specimens.figures NAME...` writes what the present program says of specimens to the
-files of `RECORDED`. That was done once, with the program that made them; what a later program says
-is held against it.
+The figures of each specimen are recorded beside it, in NAME_figures.json.
 """
 
 from __future__ import annotations
@@ -14,9 +11,8 @@ import io
 import json
 import math
 import shutil
-import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,27 +21,15 @@ import numpy as np
 from vomstudio.files.spreadsheet_cells import unguarded
 
 HERE = Path(__file__).resolve().parent
-SPECIMENS = (
-    "schema1",
-    "schema1_draft",
-    "schema2",
-    "schema3",
-    "schema4",
-    "schema5",
-    "schema6",
-    "schema7",
-    "schema8",
-)
-RECORDED = {
-    HERE / "schema1_figures.json": ("schema1", "schema1_draft"),
-    HERE / "schema2_figures.json": ("schema2",),
-    HERE / "schema3_figures.json": ("schema3",),
-    HERE / "schema4_figures.json": ("schema4",),
-    HERE / "schema5_figures.json": ("schema5",),
-    HERE / "schema6_figures.json": ("schema6",),
-    HERE / "schema7_figures.json": ("schema7",),
-    HERE / "schema8_figures.json": ("schema8",),
-}
+SPECIMENS = ("schema1",)
+RELATIVE = 1e-12
+"""Tolerance of a number: other processors and libraries sum in another order."""
+ZERO = 1e-12
+"""Below this a number is rounding, such as the roughness of a line through two points."""
+# Verdicts are not compared: they are what the rules of the present version state.
+JUDGED = {
+    "quality", "quality_reason", "reason", "quality_notes", "q_notes", "total95_deg", "total95",
+}  # fmt: skip
 
 
 def copy_of(name: str, folder: Path) -> Path:
@@ -57,25 +41,6 @@ def copy_of(name: str, folder: Path) -> Path:
         else:
             shutil.copy(source, folder / each)
     return folder / f"{name}.vom"
-
-
-@contextlib.contextmanager
-def made_from(before: str, name: str, schema: int) -> Iterator[Any]:
-    """The open project of an earlier specimen, brought to this schema: its journal is kept as the
-    specimen `name`. Only a program of that schema can make it."""
-    from vomstudio.io.project.journal_migration import SCHEMA_VERSION
-
-    if schema != SCHEMA_VERSION:
-        raise SystemExit(f"Only a program of schema {schema} can make this specimen.")
-    with tempfile.TemporaryDirectory() as place:
-        folder = copy_of(before, Path(place))
-        opened = open_project(folder)
-        yield opened
-        opened.close()
-        kept = HERE / f"{name}.vom"
-        shutil.rmtree(kept, ignore_errors=True)
-        kept.mkdir()
-        shutil.copy(folder / "journal.sqlite", kept)
 
 
 def open_project(folder: Path) -> Any:
@@ -198,19 +163,52 @@ def plain(value: Any) -> Any:
     return value
 
 
-def record(names: list[str]) -> None:
-    """Write down what the present program says."""
-    for path, kept in RECORDED.items():
-        if not set(kept) & set(names):
-            continue
-        found = {}
-        for name in kept:
-            with tempfile.TemporaryDirectory() as place:
-                found[name] = figures_of(copy_of(name, Path(place)))
-        text = json.dumps(found, indent=0, ensure_ascii=False)
-        path.write_text(text + "\n", encoding="utf-8")
-        print(f"{path}: {path.stat().st_size} bytes")
+def recorded(name: str) -> dict[str, Any]:
+    """The figures recorded beside a specimen."""
+    found: dict[str, Any] = json.loads(_file_of(name).read_text(encoding="utf-8"))
+    return found
 
 
-if __name__ == "__main__":
-    record(sys.argv[1:])
+def record(name: str, found: dict[str, Any]) -> None:
+    """Write the figures of a specimen beside it."""
+    text = json.dumps(found, indent=0, ensure_ascii=False)
+    _file_of(name).write_text(text + "\n", encoding="utf-8")
+
+
+def _file_of(name: str) -> Path:
+    return HERE / f"{name}_figures.json"
+
+
+def differences(was: Any, now: Any, where: str = "", ignored: Sequence[str] = ()) -> Iterator[str]:
+    """Yield the places where recorded figures differ from present ones. Additions are allowed.
+
+    ignored : keys of the outermost map that are not compared
+    """
+    if isinstance(was, dict):
+        for key in was:
+            if key in ignored:
+                continue
+            if key not in now:
+                yield f"{where}/{key} is gone"
+            elif key not in JUDGED:
+                yield from differences(was[key], now[key], f"{where}/{key}")
+            elif key == "quality" and bool(was[key]) != bool(now[key]):
+                yield f"{where}/{key}: {was[key]!r} is {now[key]!r} now"
+    elif isinstance(was, list):
+        if len(was) != len(now):
+            yield f"{where}: {len(was)} entries were {len(now)} now"
+        for number, (one, other) in enumerate(zip(was, now, strict=False)):
+            yield from differences(one, other, f"{where}[{number}]")
+    elif isinstance(was, float) and isinstance(now, float | int):
+        if not math.isclose(now, was, rel_tol=RELATIVE, abs_tol=ZERO):
+            yield f"{where}: {was!r} is {now!r} now"
+    elif was != now and not _are_equal_numbers(was, now):
+        yield f"{where}: {was!r} is {now!r} now"
+
+
+def _are_equal_numbers(was: Any, now: Any) -> bool:
+    """Whether two cells of a table are numbers that agree to their twelve digits."""
+    try:
+        return math.isclose(float(now), float(was), rel_tol=1e-11, abs_tol=ZERO)
+    except (TypeError, ValueError):
+        return False

@@ -227,7 +227,7 @@ def test_only_tables_that_say_something_else_are_another_programs(studio, folder
 
 
 def test_tables_that_were_taken_in_without_a_note_of_their_sum_are_our_own(studio, folder) -> None:
-    """As by a project of an earlier version, whose first opening takes them in."""
+    """As in a project without its view state."""
     for name, text in TABLES.items():
         (folder / name).write_text(text)
     opened = Opened(studio, folder)

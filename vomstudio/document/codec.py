@@ -38,7 +38,7 @@ from vomstudio.errors import DocumentError
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.words import tr
 
-_KINDS: dict[str, type] = {
+RECORD_TYPES: dict[str, type] = {
     "model": Model,
     "feature_type": FeatureType,
     **kinds.RECORDS,
@@ -52,6 +52,7 @@ _KINDS: dict[str, type] = {
     "face_grid": FaceGrid,
     "compass": Compass,
 }
+"""Every class of record by its name on disk."""
 _PARTS: dict[str, type] = {
     "placement": Frame,
     "frame": Frame,
@@ -64,7 +65,7 @@ _PARTS: dict[str, type] = {
 its id is written."""
 _LISTS: dict[str, type] = {"control": RegistrationPoint}
 """Fields that hold several small records."""
-_NAMES = {cls: name for name, cls in _KINDS.items()}
+_NAMES = {cls: name for name, cls in RECORD_TYPES.items()}
 
 Plain = dict[str, Any]
 
@@ -83,7 +84,7 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) ->
     field that cannot be read."""
     values = dict(plain)
     kind = values.pop("record", None)
-    cls = _KINDS.get(kind) if isinstance(kind, str) else None
+    cls = RECORD_TYPES.get(kind) if isinstance(kind, str) else None
     if cls is None:
         raise DocumentError(
             tr("The record is of an unknown kind, {kind!r}, and cannot be read.", kind=kind),
@@ -172,15 +173,14 @@ def _read(
 
 
 def _known(cls: type, values: Mapping[str, Any]) -> Plain:
-    """The fields by their names of today. Raises DocumentError for one that nobody knows."""
-    values = _of_earlier_schemas(cls, dict(values))
+    """The fields, after checking their names. Raises DocumentError for an unknown one."""
     unknown = values.keys() - _fields(cls)
     if unknown:
         raise DocumentError(
             tr("A record of the kind {kind} has an unknown field.", kind=_NAMES[cls]),
             field=sorted(unknown)[0],
         )
-    return values
+    return dict(values)
 
 
 @lru_cache(maxsize=64)
@@ -192,14 +192,6 @@ def _fields(cls: type) -> frozenset[str]:
 def _none_at_first(cls: type) -> frozenset[str]:
     """Fields that hold nothing unless something is said."""
     return frozenset(field.name for field in dataclasses.fields(cls) if field.default is None)
-
-
-def _of_earlier_schemas(cls: type, values: Plain) -> Plain:
-    """Schema 1: a model held its declared frame, and beside it the matrix that follows from it."""
-    if cls is Model and "frame" in values:
-        values["placement"] = values.pop("frame")
-        values.pop("to_world", None)
-    return values
 
 
 def _encoded(values: Mapping[str, Any]) -> Plain:

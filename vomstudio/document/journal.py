@@ -13,7 +13,7 @@ from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError
 from vomstudio.words import tr
 
-RowKind = Literal["do", "amend", "take_in", "undo", "redo", "save", "discard", "draft"]
+RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,7 @@ class Row:
 
     do, discard: `before` and `after` are maps id -> None, a whole record, or the fields of it that
     change (`codec`); `of_seq` of a do is the draft that it finishes. amend: a do that takes the
-    place of the newest one, row `of_seq`, as a nudge follows a nudge. take_in: a do by the program
-    itself, which does not end what can be done again. undo, redo: `of_seq` is the
+    place of the newest one, row `of_seq`, as a nudge follows a nudge. undo, redo: `of_seq` is the
     row taken back or done again.
     draft: `after` is the state of an unfinished tool, None once it is cancelled. gap: stands for
     rows that are missing; it is read, never written.
@@ -133,14 +132,13 @@ def _settings_of(row: Row) -> Plain | None:
 
 
 def _play(result: Replay, row: Row) -> None:
-    if row.kind in ("do", "discard", "amend", "take_in"):
+    if row.kind in ("do", "discard", "amend"):
         edit = decode_edit(row.label, row.before or {}, row.after or {}, result.records)
         edit.swap(result.records, strict=False)
         if row.kind == "amend":
             edit = _amended(result, row, edit)
         result.done.append((row.seq, edit))
-        if row.kind != "take_in":
-            result.undone.clear()
+        result.undone.clear()
         if result.draft is not None and row.of_seq == result.draft.seq:
             result.draft = None
     elif row.kind == "undo":

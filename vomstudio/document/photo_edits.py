@@ -92,7 +92,7 @@ def take_in(
     """What lies beside the photos now, in place of the points and masks that are here."""
     photo_set = _set(records, photo_set_id)
     known = photo_set.crs if crs is None else crs
-    after: After = {photo_set_id: replace(photo_set, taken_in=True, crs=known)}
+    after: After = {photo_set_id: replace(photo_set, crs=known)}
     after |= _points_after(records, photo_set_id, points, marks)
     after |= _masks_after(records, photo_set_id, masks)
     return change(records, f"Take in what lies beside the photos {photo_set.name}", after)

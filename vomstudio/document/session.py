@@ -85,15 +85,6 @@ class Session:
         self._tell(edit)
         return self.top
 
-    def take_in(self, edit: Edit) -> None:
-        """Apply what an earlier version kept elsewhere. It can be undone, and what can be done
-        again still can; a project that was saved stays so. Raises DocumentError."""
-        was_saved = not self.dirty
-        self._write(edit, "take_in")
-        self._tell(edit)
-        if was_saved:
-            self.save()
-
     def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
         edit.check(self._records)
         before, after = encode_edit(edit)
@@ -112,8 +103,7 @@ class Session:
         if kind == "amend":
             edit = self._done.pop()[1].followed_by(edit)
         self._done.append((seq, edit))
-        if kind != "take_in":
-            self._undone.clear()
+        self._undone.clear()
 
     def _tell(self, edit: Edit) -> None:
         with telling():

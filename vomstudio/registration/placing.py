@@ -356,7 +356,9 @@ def _worth_adding(
         moves = jacobian(corner - found.centre)
         gain = covariance @ moves.T
         spread = moves @ gain + np.diag(sigma**2)
-        after = _worst((covariance - gain @ np.linalg.solve(spread, gain.T))[:3, :3])
+        # Points that fit exactly have no spread, which has no inverse.
+        inverse = np.linalg.pinv(spread, hermitian=True)
+        after = _worst((covariance - gain @ inverse @ gain.T)[:3, :3])
         if best is None or after < best[0]:
             best = after, corner
     if best is None or not best[0] < _WORTH * before:

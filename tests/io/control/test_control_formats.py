@@ -77,13 +77,12 @@ def test_a_format_of_another_package_reads_its_files(
 def test_a_broken_package_does_not_stop_ours(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    offer(monkeypatch)
+    names = [one.name for one in registry.find_formats().all]
+    assert {"markers of Metashape (XML)", "table of control points"} <= set(names)
+    registry.find_formats.cache_clear()
     offer(monkeypatch, "no_such_package:CONTROL_FORMAT", "math:pi")
-    assert [one.name for one in registry.find_formats().all] == [
-        "markers of Metashape (XML)",
-        "ground points of MicMac (XML)",
-        "list of ground control of OpenDroneMap",
-        "table of control points",
-    ]
+    assert [one.name for one in registry.find_formats().all] == names
     said = registry.find_formats().broken
     assert "cannot be loaded" in said[0]
     assert "is not a ControlFormat" in said[1]

@@ -11,7 +11,7 @@ import pytest
 
 from vomstudio.io.project.export import export_project
 
-SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema5.vom"
+SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema1.vom"
 
 
 def test_a_drawing_shows_strike_and_dip_with_text(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from vomstudio.io.exchange.fault_slips import faultkin_sense
 from vomstudio.io.project.export import export_project
 from vomstudio.io.project.folder import Project
 
-SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema5.vom"
+SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema1.vom"
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.specimens import figures
 from vomstudio.cli import main
 from vomstudio.errors import InputError
 from vomstudio.io.project.folder import Project
@@ -50,7 +51,7 @@ def test_a_program_in_a_journal_does_not_run(
     tmp_path: Path, how: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "a.vom"
-    shutil.copytree(SPECIMENS / "schema6.vom", folder)
+    shutil.copytree(SPECIMENS / "schema1.vom", folder)
     with closing(sqlite3.connect(folder / "journal.sqlite")) as db, db:
         for words in HOSTILE[how]:
             db.execute(words)
@@ -63,9 +64,9 @@ def test_a_program_in_a_journal_does_not_run(
     assert (folder / "journal.sqlite").read_bytes() == before
 
 
-@pytest.mark.parametrize("number", range(1, 7))
-def test_journals_of_all_versions_are_plain(tmp_path: Path, number: int) -> None:
-    name = f"schema{number}.vom"
+@pytest.mark.parametrize("specimen", figures.SPECIMENS)
+def test_journals_of_all_versions_are_plain(tmp_path: Path, specimen: str) -> None:
+    name = f"{specimen}.vom"
     shutil.copytree(SPECIMENS / name, tmp_path / name)
     read_replay(tmp_path / name)
     Project.open(tmp_path / name).close()

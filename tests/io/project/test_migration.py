@@ -1,9 +1,9 @@
-"""A journal of schema 1 becomes one of schema 2: every row stays, and nothing is done by halves."""
+"""The migration of journals, tried with an artificial schema 2 that adds a column and a table."""
 
 from __future__ import annotations
 
-import hashlib
 import sqlite3
+import sys
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -11,202 +11,248 @@ from typing import Any
 
 import pytest
 
-from tests.samples import bed
+from tests.specimens import figures
 from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, TargetError
-from vomstudio.io.project import journal_migration as migrations
+from vomstudio.io.project import journal, journal_migration, journal_shape
 from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import (
-    SqliteJournal,
-    read_replay,
-    read_schema_and_replay,
-)
-from vomstudio.io.project.journal_migration import SCHEMA_VERSION, TAKING_IN
+from vomstudio.io.project.journal import SqliteJournal, read_replay, read_schema_and_replay
+from vomstudio.io.project.journal_rows import COLUMNS
 from vomstudio.io.project.verify import verify
 
-ROWS = "SELECT seq, kind, of_seq, label, before, after, time, version, settings FROM journal"
-KEPT = "journal-schema1.sqlite"
+ROWS = f"SELECT {COLUMNS}, checksum FROM journal"
+BACKUP = "journal-schema1.sqlite"
 
 
-def asked(path: Path, query: str) -> list[tuple[Any, ...]]:
+def query(path: Path, sql: str) -> list[tuple[Any, ...]]:
     with closing(sqlite3.connect(path)) as db:
-        return db.execute(query).fetchall()
+        return db.execute(sql).fetchall()
+
+
+def execute(path: Path, sql: str) -> None:
+    with closing(sqlite3.connect(path)) as db:
+        db.execute(sql)
+        db.commit()
 
 
 @pytest.fixture
-def old(tmp_path: Path) -> Path:
-    """The folder of a project as schema 1 kept it: a model, three beds, the last one undone."""
-    project = Project.create(tmp_path / "a.vom")
-    session = project.session
-    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
-    session.apply(edits.add_model(session.records, model))
-    for number in range(3):
-        session.apply(edits.add_trace(session.records, bed(f"t{number}")))
-    session.undo()
-    session.save()
-    project.journal.set_view("camera", [1.5])
-    project.close()
-    with closing(sqlite3.connect(project.folder / "journal.sqlite")) as db:
-        db.executescript(
-            "ALTER TABLE journal DROP COLUMN checksum; DROP TABLE head; PRAGMA user_version = 1;"
-        )
-        db.execute("UPDATE journal SET version = '0.1.0', settings = NULL WHERE seq = 4")
-        db.commit()
-    return project.folder
+def specimen(tmp_path: Path) -> Path:
+    """The specimen of schema 1, with all kinds of rows and records."""
+    return figures.copy_of("schema1", tmp_path)
 
 
-def test_every_row_stays_to_the_letter_and_is_vouched_for(old: Path) -> None:
-    path = old / "journal.sqlite"
-    rows = asked(path, ROWS)
-    assert len(rows) == 8
-    records = read_replay(old).records
-    project = Project.open(old)
-    assert project.problems == []
-    assert project.journal.opened_schema == 1
-    assert dict(project.session.records) == records
-    project.session.redo()
-    assert "t2" in project.session.records
-    assert project.journal.view("camera") == [1.5]
-    project.close()
-    assert asked(path, ROWS)[:8] == rows
-    assert asked(path, "PRAGMA user_version") == [(SCHEMA_VERSION,)]
-    total = ""
-    for *values, stored in asked(path, ROWS.replace(" FROM", ", checksum FROM")):
-        text = total + "".join(
-            "-" if value is None else f"{len(str(value).encode())}:{value}" for value in values
-        )
-        total = hashlib.sha256(text.encode()).hexdigest()
-        assert stored == total
-    assert asked(path, "SELECT id, rows, seq, checksum FROM head") == [(1, 9, 9, total)]
-    found = verify(old)
-    assert (found.schema, found.sound) == (SCHEMA_VERSION, True)
+def add_column(db: sqlite3.Connection) -> None:
+    """The step from schema 1 to 2."""
+    db.execute("ALTER TABLE journal ADD COLUMN place TEXT NOT NULL DEFAULT 'here'")
+    db.execute("CREATE TABLE note (text TEXT)")
+    db.execute("INSERT INTO note SELECT label FROM journal WHERE seq = 1")
 
 
-def test_the_journal_of_before_is_kept_beside_it(old: Path) -> None:
-    rows = asked(old / "journal.sqlite", ROWS)
-    Project.open(old).close()
-    assert asked(old / KEPT, ROWS) == rows
-    assert asked(old / KEPT, "PRAGMA user_version") == [(1,)]
-    assert "checksum" not in asked(old / KEPT, "SELECT sql FROM sqlite_master")[0][0]
-    # A second opening has nothing left to do.
-    kept = (old / KEPT).read_bytes()
-    project = Project.open(old)
-    assert project.journal.opened_schema == SCHEMA_VERSION
-    project.close()
-    assert (old / KEPT).read_bytes() == kept
+Step = Callable[[sqlite3.Connection], None]
 
 
-def test_a_copy_that_is_kept_already_is_the_better_one(old: Path) -> None:
-    """It was made by an earlier try, before anything went wrong."""
-    (old / KEPT).write_bytes(b"of an earlier try")
-    project = Project.open(old)
-    project.close()
-    assert (old / KEPT).read_bytes() == b"of an earlier try"
-    assert read_schema_and_replay(old)[0] == SCHEMA_VERSION
-
-
-def test_reading_does_not_bring_an_old_journal_up_to_date(old: Path) -> None:
-    before = {path.name: path.read_bytes() for path in old.iterdir()}
-    schema, played = read_schema_and_replay(old)
-    assert (schema, played.problems) == (1, [])
-    assert {"t0", "t1"} <= set(played.records)
-    assert verify(old).schema == 1
-    assert {path.name: path.read_bytes() for path in old.iterdir()} == before
-
-
-@pytest.mark.parametrize("way", ["the copy", "the last row", "the end"])
-def test_a_migration_that_fails_leaves_the_journal_as_it_was(
-    old: Path, monkeypatch: pytest.MonkeyPatch, way: str
+def use_schema(
+    monkeypatch: pytest.MonkeyPatch, version: int, steps: dict[int, Step] | None = None
 ) -> None:
-    path = old / "journal.sqlite"
-    rows, sql = asked(path, ROWS), asked(path, "SELECT sql FROM sqlite_master")
-    step: Callable[[sqlite3.Connection], None] = migrations._STEPS[1]
-    checksum = migrations.checksum
+    monkeypatch.setattr(journal, "SCHEMA_VERSION", version)
+    monkeypatch.setattr(journal_migration, "SCHEMA_VERSION", version)
+    monkeypatch.setattr(journal_migration, "STEPS", steps or {})
+    tables = {"journal", "head", "view", *(["note"] if version > 1 else [])}
+    monkeypatch.setattr(journal_shape, "_TABLES", tables)
 
-    def full(*_: object) -> None:
+
+@pytest.fixture
+def schema_2(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The program of schema 2."""
+    use_schema(monkeypatch, 2, {1: add_column})
+
+
+@pytest.mark.usefixtures("schema_2")
+def test_a_migrated_journal_has_its_rows_records_and_history(specimen: Path) -> None:
+    path = specimen / "journal.sqlite"
+    rows, before = query(path, ROWS), read_replay(specimen)
+    project = Project.open(specimen)
+    assert project.problems == []
+    assert dict(project.session.records) == before.records
+    assert project.session.redo_label == before.undone[-1][1].label
+    project.session.undo()
+    project.close()
+    assert query(path, ROWS)[: len(rows)] == rows
+    assert query(path, "PRAGMA user_version") == [(2,)]
+    assert query(path, "SELECT DISTINCT place FROM journal") == [("here",)]
+    assert query(path, "SELECT text FROM note") == [(rows[0][3],)]
+    report = verify(specimen)
+    assert (report.schema, report.sound) == (2, True)
+
+
+@pytest.mark.usefixtures("schema_2")
+def test_the_old_journal_is_copied_once_before_it_is_migrated(specimen: Path) -> None:
+    rows = query(specimen / "journal.sqlite", ROWS)
+    Project.open(specimen).close()
+    backup = specimen / BACKUP
+    assert query(backup, ROWS) == rows
+    assert query(backup, "PRAGMA user_version") == [(1,)]
+    assert query(backup, "SELECT name FROM sqlite_master WHERE name = 'note'") == []
+    # The second opening finds nothing to migrate.
+    content = backup.read_bytes()
+    Project.open(specimen).close()
+    assert backup.read_bytes() == content
+    assert query(specimen / "journal.sqlite", "SELECT count(*) FROM note") == [(1,)]
+
+
+@pytest.mark.usefixtures("schema_2")
+def test_a_copy_of_an_earlier_attempt_is_not_replaced(specimen: Path) -> None:
+    (specimen / BACKUP).write_bytes(b"of an earlier attempt")
+    Project.open(specimen).close()
+    assert (specimen / BACKUP).read_bytes() == b"of an earlier attempt"
+    assert read_schema_and_replay(specimen)[0] == 2
+
+
+@pytest.mark.usefixtures("schema_2")
+def test_reading_without_opening_does_not_migrate(specimen: Path) -> None:
+    before = {path: path.read_bytes() for path in specimen.iterdir() if path.is_file()}
+    schema, played = read_schema_and_replay(specimen)
+    assert (schema, played.problems) == (1, [])
+    assert verify(specimen).schema == 1
+    assert {path: path.read_bytes() for path in specimen.iterdir() if path.is_file()} == before
+
+
+def test_steps_run_in_order_in_one_transaction(
+    specimen: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = specimen / "journal.sqlite"
+    seen: list[tuple[int, int, bool, int]] = []
+
+    def step(number: int, then: Step = lambda db: None) -> Step:
+        def run(db: sqlite3.Connection) -> None:
+            (version,) = db.execute("PRAGMA user_version").fetchone()
+            # What the steps before wrote is seen by nobody else yet.
+            (outside,) = query(path, "PRAGMA user_version")[0]
+            seen.append((number, version, db.in_transaction, outside))
+            then(db)
+
+        return run
+
+    use_schema(monkeypatch, 4, {1: step(1, add_column), 2: step(2), 3: step(3)})
+    Project.open(specimen).close()
+    assert seen == [(1, 1, True, 1), (2, 2, True, 1), (3, 3, True, 1)]
+    assert query(path, "PRAGMA user_version") == [(4,)]
+    assert sorted(each.name for each in specimen.glob("journal*")) == [BACKUP, "journal.sqlite"]
+
+
+@pytest.mark.parametrize("failure", ["copy", "step", "next step"])
+def test_a_migration_that_fails_leaves_the_old_journal(
+    specimen: Path, monkeypatch: pytest.MonkeyPatch, failure: str
+) -> None:
+    path = specimen / "journal.sqlite"
+    rows, tables = query(path, ROWS), query(path, "SELECT sql FROM sqlite_master")
+    records = read_replay(specimen).records
+
+    def fail(*_: object) -> None:
         raise TargetError("the disk is full")
 
-    def until_the_last(previous: str, values: Any) -> str:
-        if values[0] == len(rows):
-            full()
-        return checksum(previous, values)
-
-    def then_full(db: sqlite3.Connection) -> None:
-        step(db)
-        full()
+    def fail_late(db: sqlite3.Connection) -> None:
+        add_column(db)
+        db.execute("DELETE FROM journal")
+        fail()
 
     with monkeypatch.context() as patch:
-        if way == "the copy":
-            patch.setattr(migrations, "copy_database", full)
-        elif way == "the last row":
-            patch.setattr(migrations, "checksum", until_the_last)
-        else:
-            patch.setitem(migrations._STEPS, 1, then_full)
-        # Held, as a window holds what it shows: nothing is cleared away with it by chance.
-        with pytest.raises(TargetError, match="disk is full") as held:
-            Project.open(old)
-    assert asked(path, ROWS) == rows
-    assert asked(path, "SELECT sql FROM sqlite_master") == sql
-    assert asked(path, "PRAGMA user_version") == [(1,)]
-    project = Project.open(old)
-    assert project.problems == []
-    assert {"t0", "t1"} <= set(project.session.records)
-    project.close()
-    assert held.value is not None
-
-
-def test_a_table_that_is_not_one_of_schema_1_is_refused_before_anything_is_made_of_it(
-    old: Path,
-) -> None:
-    path = old / "journal.sqlite"
-    with closing(sqlite3.connect(path)) as db:
-        db.execute("ALTER TABLE journal RENAME COLUMN settings TO elsewhere")
-        db.commit()
-    whole = path.read_bytes()
-    with pytest.raises(InputError, match="The journal is damaged"):
-        Project.open(old)
-    assert path.read_bytes() == whole
-    assert not (old / KEPT).exists()
-
-
-def test_damage_of_before_is_named_ever_after_and_takes_nothing_else(old: Path) -> None:
-    """A row that schema 1 had lost by halves keeps what is left of it, for whoever can read it."""
-    path = old / "journal.sqlite"
-    with closing(sqlite3.connect(path)) as db:
-        db.execute("UPDATE journal SET after = substr(after, 1, 40) WHERE seq = 5")
-        db.commit()
-    left = asked(path, ROWS)
-    for _ in range(2):
-        project = Project.open(old)
-        assert len(project.problems) == 1
-        assert "row 5" in project.problems[0]
-        assert "t0" in project.session.records
+        use_schema(patch, 3, {1: fail_late if failure == "step" else add_column, 2: fail})
+        if failure == "copy":
+            patch.setattr(journal_migration, "copy_database", fail)
+        # The error is kept, as a window keeps the one that it shows: nothing is closed by chance.
+        with pytest.raises(TargetError, match="disk is full") as caught:
+            Project.open(specimen)
+        assert query(path, ROWS) == rows
+        assert query(path, "SELECT sql FROM sqlite_master") == tables
+        assert query(path, "PRAGMA user_version") == [(1,)]
+        assert (specimen / BACKUP).exists() == (failure != "copy")
+    # The program of schema 1 still opens it, and that of schema 2 migrates it then.
+    for version, steps in ((1, {}), (2, {1: add_column})):
+        use_schema(monkeypatch, version, steps)
+        project = Project.open(specimen)
+        assert project.problems == []
+        assert dict(project.session.records) == records
         project.close()
-    assert asked(path, ROWS) == left
+        assert query(path, "PRAGMA user_version") == [(version,)]
+    assert caught.value is not None
 
 
-def test_files_beside_an_old_journal_are_looked_for_once(old: Path) -> None:
-    journal = SqliteJournal(old / "journal.sqlite")
-    assert journal.view(TAKING_IN) is True
-    journal.close()
-    project = Project.open(old)
-    assert project.journal.view(TAKING_IN) is False
-    assert not project.session.dirty
-    project.close()
-    new = SqliteJournal(old.parent / "new.sqlite", create=True)
-    assert new.view(TAKING_IN) is None
-    new.close()
+@pytest.mark.usefixtures("schema_2")
+def test_a_journal_that_cannot_be_read_is_refused_before_it_is_copied(specimen: Path) -> None:
+    path = specimen / "journal.sqlite"
+    execute(path, "ALTER TABLE journal RENAME COLUMN settings TO elsewhere")
+    content = path.read_bytes()
+    with pytest.raises(InputError, match="The journal is damaged"):
+        Project.open(specimen)
+    assert path.read_bytes() == content
+    assert not (specimen / BACKUP).exists()
 
 
-def test_an_old_project_that_holds_nothing_is_brought_up_to_date_too(old: Path) -> None:
-    path = old / "journal.sqlite"
-    with closing(sqlite3.connect(path)) as db:
-        db.execute("DELETE FROM journal")
-        db.commit()
-    journal = SqliteJournal(path)
-    assert (journal.last, list(journal.rows())) == (0, [])
-    assert journal.append("save") == 1
-    journal.close()
-    assert asked(path, "SELECT rows, seq FROM head") == [(1, 1)]
-    assert read_replay(old).problems == []
+@pytest.mark.usefixtures("schema_2")
+def test_a_damaged_row_is_reported_before_and_after_the_migration(specimen: Path) -> None:
+    path = specimen / "journal.sqlite"
+    execute(path, "UPDATE journal SET after = substr(after, 1, 40) WHERE label = 'Set the compass'")
+    rows = query(path, ROWS)
+    for _ in range(2):
+        project = Project.open(specimen)
+        assert len(project.problems) == 1
+        assert "Set the compass" in project.problems[0]
+        assert "reading-overturned" in project.session.records
+        project.close()
+    assert query(path, ROWS) == rows
+
+
+def test_a_journal_without_rows_is_migrated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "empty.sqlite"
+    SqliteJournal(path, create=True).close()
+    use_schema(monkeypatch, 2, {1: add_column})
+    opened = SqliteJournal(path)
+    assert (opened.last, list(opened.rows())) == (0, [])
+    assert opened.append("save") == 1
+    opened.close()
+    assert query(path, "PRAGMA user_version") == [(2,)]
+
+
+def test_a_journal_of_a_newer_schema_is_refused_and_unchanged(
+    specimen: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the program of schema 2 has migrated, the program of schema 1 refuses."""
+    path = specimen / "journal.sqlite"
+    with monkeypatch.context() as patch:
+        use_schema(patch, 2, {1: add_column})
+        project = Project.open(specimen)
+        project.session.apply(
+            edits.set_attributes(project.session.records, ["reading-overturned"], notes="later")
+        )
+        project.close()
+    content = path.read_bytes()
+    for read in (Project.open, read_replay, verify):
+        with pytest.raises(InputError, match="newer VOM Studio") as caught:
+            read(specimen)
+        assert caught.value.file == str(path)
+        assert "journal version 2" in caught.value.message
+        assert path.read_bytes() == content
+
+
+@pytest.mark.parametrize("version", [0, -1])
+def test_a_journal_of_no_schema_is_refused(specimen: Path, version: int) -> None:
+    path = specimen / "journal.sqlite"
+    execute(path, f"PRAGMA user_version = {version}")
+    content = path.read_bytes()
+    with pytest.raises(InputError, match="not the journal"):
+        Project.open(specimen)
+    assert path.read_bytes() == content
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
+@pytest.mark.usefixtures("schema_2")
+def test_the_copy_is_not_written_through_a_link(specimen: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    (specimen / BACKUP).symlink_to(elsewhere)
+    with pytest.raises(TargetError):
+        Project.open(specimen)
+    assert not elsewhere.exists()
+    assert query(specimen / "journal.sqlite", "PRAGMA user_version") == [(1,)]

@@ -1,12 +1,10 @@
-"""What earlier versions left beside the journal becomes records, once, and the files stay."""
+"""Results of reconstructions, and the tables and masks beside photos, become records."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,22 +12,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from vomstudio.document import edits
-from vomstudio.document.photo_edits import marks_of, masks_of, points_of
-from vomstudio.document.records import Frame, Model, PhotoSet, Reconstruction, Registration
+from vomstudio.document.records import Frame, Reconstruction, Registration
 from vomstudio.errors import InputError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
-from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import read_replay
-from vomstudio.io.project.journal_migration import TAKING_IN
-from vomstudio.io.project.reconstructions import RECONSTRUCTIONS, asked, read_reconstruction
+from vomstudio.io.project.reconstructions import RECONSTRUCTIONS, read_reconstruction
 from vomstudio.io.project.sidecar_import import (
     read_beside,
     spare_folder,
     stored_path,
     tables_of,
-    take_in_earlier,
 )
 from vomstudio.progress import Silent
 
@@ -91,25 +83,6 @@ def reconstruct(
     if result is not None:
         (folder / "reconstruction.json").write_text(json.dumps(result))
     return folder
-
-
-def taken(
-    project: Path, records: Mapping[str, Any] | None = None
-) -> tuple[dict[str, Any], list[str]]:
-    now = dict(records or {})
-    edit, problems = take_in_earlier(project, now)
-    if edit is not None:
-        edit.swap(now)
-    return now, problems
-
-
-def only(records: Mapping[str, Any], cls: type[Any]) -> Any:
-    (found,) = (record for record in records.values() if isinstance(record, cls))
-    return found
-
-
-def sets_in(records: Mapping[str, Any]) -> list[PhotoSet]:
-    return [record for record in records.values() if isinstance(record, PhotoSet)]
 
 
 # --- the result of a run -------------------------------------------------------------------------
@@ -222,38 +195,27 @@ def test_a_result_that_cannot_be_read_is_named(
     assert "reconstruction.json" in str(caught.value)
 
 
-def test_what_a_run_was_asked_for_is_read_where_it_names_photos(tmp_path: Path) -> None:
-    request = tmp_path / "request.json"
-    assert asked(tmp_path) is None
-    for text in ("{", "[]", "{}", '{"photos": 5}', "\x00"):
-        request.write_text(text)
-        assert asked(tmp_path) is None
-    request.write_text('{"photos": "/p/ä", "seed": 0}', encoding="utf-8")
-    assert asked(tmp_path) == {"photos": "/p/ä", "seed": 0}
-
-
 # --- tables and masks ----------------------------------------------------------------------------
 def test_tables_are_found_beside_the_photos_before_those_in_the_project(
     project: Path, photos: Path, tmp_path: Path
 ) -> None:
     control, marks = photos / "control.csv", photos / "marks.csv"
     spare = spare_folder(project, photos)
-    known_as = tmp_path / "mounted elsewhere" / "cliff"
-    other = spare_folder(project, known_as)
+    other = spare_folder(project, tmp_path / "mounted elsewhere" / "cliff")
     assert spare.parent == other.parent == project / "photos"
     assert spare != other
     assert spare.name.startswith("cliff-")
     digest = hashlib.sha256(str(photos).encode()).hexdigest()
     assert spare.name == f"cliff-{digest[:8]}"
-    in_spare, in_other = tables(spare), tables(other)
-    assert tables_of(project, photos, [known_as]) == (control, marks)
+    in_spare = tables(spare)
+    tables(other)
+    assert tables_of(project, photos) == (control, marks)
     control.unlink()
-    assert tables_of(project, photos, [known_as]) == (in_spare[0], marks)
+    assert tables_of(project, photos) == (in_spare[0], marks)
     marks.unlink()
-    assert tables_of(project, photos, [known_as]) == in_spare
+    assert tables_of(project, photos) == in_spare
     for path in in_spare:
         path.unlink()
-    assert tables_of(project, photos, [known_as]) == in_other
     assert tables_of(project, photos) == (None, None)
 
 
@@ -321,201 +283,3 @@ def test_photos_are_written_down_relative_only_inside_the_project(
     assert stored_path(project, project / "in" / "side") == "in/side"
     assert stored_path(project, project / "x" / ".." / "side") == "side"
     assert stored_path(project, photos) == str(photos.resolve())
-
-
-# --- all of it, at the first opening -------------------------------------------------------------
-def test_a_reconstruction_brings_its_photos_points_marks_and_masks(
-    project: Path, photos: Path
-) -> None:
-    before = {path: path.read_bytes() for path in photos.iterdir()}
-    reconstruct(project, photos)
-    records, problems = taken(project)
-    assert problems == []
-    (photo_set,) = sets_in(records)
-    assert (photo_set.name, photo_set.path) == ("cliff", str(photos.resolve()))
-    assert (photo_set.crs, photo_set.taken_in) == (CRS, True)
-    points = {p.label: (p.position, p.sigma_m, p.check) for p in points_of(records, photo_set.id)}
-    assert points == {
-        "P1": ((1.0, 2.0, 3.0), 0.01, False), "P2": ((4.0, 5.0, 6.0), None, True),
-        "tie": (None, None, False),
-    }  # fmt: skip
-    marks = [(p.label, m.photo, m.x, m.y) for p, m in marks_of(records, photo_set.id)]
-    assert sorted(marks) == [("P1", "a.jpg", 1.5, 2.5), ("tie", "a.jpg", 3.5, 4.5)]
-    assert set(masks_of(records, photo_set.id)) == {"a.jpg"}
-    made, placed = only(records, Reconstruction), only(records, Registration)
-    assert (made.photo_set_id, made.name, made.folder) == (photo_set.id, "cliff", "cliff-preview")
-    assert placed.reconstruction_id == made.id
-    assert {path: path.read_bytes() for path in photos.iterdir()} == before
-    # A second look finds nothing that is new.
-    assert take_in_earlier(project, records) == (None, [])
-
-
-def test_two_runs_of_the_same_photos_share_them(project: Path, photos: Path) -> None:
-    reconstruct(project, photos, "cliff-high")
-    reconstruct(project, photos, "cliff-preview")
-    reconstruct(project, photos, "cliff-broken", result=None)
-    (project / RECONSTRUCTIONS / "no run").mkdir()
-    (project / RECONSTRUCTIONS / "a file").write_text("x")
-    records, problems = taken(project)
-    assert problems == []
-    assert len(sets_in(records)) == 1
-    made = [r for r in records.values() if isinstance(r, Reconstruction)]
-    assert [r.folder for r in made] == ["cliff-high", "cliff-preview"]
-    assert {r.photo_set_id for r in made} == {sets_in(records)[0].id}
-
-
-def test_photos_that_were_moved_with_the_project_are_found_beside_it(
-    project: Path, photos: Path, tmp_path: Path
-) -> None:
-    reconstruct(project, tmp_path / "old drive" / "cliff")
-    records, problems = taken(project)
-    assert problems == []
-    (photo_set,) = sets_in(records)
-    assert (photo_set.path, photo_set.taken_in) == (str(photos.resolve()), True)
-    assert len(points_of(records, photo_set.id)) == 3
-
-
-def test_photos_that_are_not_to_be_found_are_taken_in_once_they_are(
-    project: Path, tmp_path: Path
-) -> None:
-    gone = tmp_path / "old drive" / "quarry"
-    reconstruct(project, gone)
-    records, problems = taken(project)
-    assert problems == []
-    (photo_set,) = sets_in(records)
-    assert (photo_set.name, photo_set.path, photo_set.taken_in) == ("quarry", str(gone), False)
-    assert points_of(records, photo_set.id) == []
-    assert only(records, Reconstruction).photo_set_id == photo_set.id
-
-
-def test_tables_kept_in_the_project_for_photos_that_are_gone_are_taken_in(
-    project: Path, tmp_path: Path
-) -> None:
-    gone = tmp_path / "old drive" / "quarry"
-    tables(spare_folder(project, gone))
-    reconstruct(project, gone)
-    records, _ = taken(project)
-    assert len(points_of(records, sets_in(records)[0].id)) == 3
-
-
-@pytest.mark.parametrize("named", ["both", "control alone", "marks alone", "what is gone", "none"])
-def test_tables_that_a_run_was_given_serve_where_the_photos_have_none(
-    project: Path, photos: Path, tmp_path: Path, named: str
-) -> None:
-    for name in ("control.csv", "marks.csv"):
-        (photos / name).unlink()
-    control, marks = tables(tmp_path / "survey")
-    request: dict[str, Any] = {
-        "both": {"control": str(control), "marks": str(marks)},
-        "control alone": {"control": str(control)},
-        "marks alone": {"marks": str(marks)},
-        "what is gone": {"control": str(tmp_path / "none.csv"), "marks": 5},
-        "none": {"control": None},
-    }[named]
-    reconstruct(project, photos, **request)
-    records, problems = taken(project)
-    assert problems == []
-    (photo_set,) = sets_in(records)
-    labels = {p.label for p in points_of(records, photo_set.id)}
-    # Marks lie beside the points unless another file is named.
-    assert labels == {
-        "both": {"P1", "P2", "tie"}, "control alone": {"P1", "P2", "tie"},
-        "marks alone": {"P1", "tie"}, "what is gone": set(), "none": set(),
-    }[named]  # fmt: skip
-    assert photo_set.crs == (CRS if "P2" in labels else "")
-
-
-def test_own_tables_of_the_photos_go_before_those_that_a_run_was_given(
-    project: Path, photos: Path, tmp_path: Path
-) -> None:
-    control, marks = tables(tmp_path / "survey", [ControlPoint("old", (9.0, 9.0, 9.0))])
-    reconstruct(project, photos, control=str(control), marks=str(marks))
-    records, _ = taken(project)
-    labels = {p.label for p in points_of(records, sets_in(records)[0].id)}
-    assert labels == {"P1", "P2", "tie"}
-    (photos / "control.csv").unlink()
-    records, _ = taken(project)
-    labels = {p.label for p in points_of(records, sets_in(records)[0].id)}
-    assert labels == {"P1", "tie"}
-
-
-def test_what_cannot_be_read_is_named_and_the_rest_taken_in(
-    project: Path, photos: Path, tmp_path: Path
-) -> None:
-    (photos / "control.csv").write_text("label,x,y,z\nP1,not a number,2,3\n")
-    reconstruct(project, photos, "cliff-a")
-    broken = reconstruct(project, photos, "cliff-b")
-    (broken / "reconstruction.json").write_text("{")
-    (tmp_path / "empty").mkdir()
-    reconstruct(project, tmp_path / "empty", "empty-preview")
-    records, problems = taken(project)
-    assert len(problems) == 3
-    assert "control.csv" in problems[0]
-    assert "cliff-b" in problems[1]
-    assert "empty" in problems[2]
-    assert [r.folder for r in records.values() if isinstance(r, Reconstruction)] == [
-        "cliff-a", "empty-preview",
-    ]  # fmt: skip
-    assert len(sets_in(records)) == 2
-
-
-def test_models_of_a_run_are_placed_by_it_unless_another_frame_was_declared(
-    project: Path, photos: Path
-) -> None:
-    reconstruct(project, photos)
-    inside = f"{RECONSTRUCTIONS}/cliff-preview/model.obj"
-    own = Model("own", "cliff", inside, "mesh", "0" * 64, Frame("crs", CRS))
-    models = [
-        own,
-        replace(own, id="declared", placement=Frame("local")),
-        replace(own, id="other", path="models/cliff.obj"),
-        replace(own, id="alike", path=f"{RECONSTRUCTIONS}/cliff-preview-2/model.obj"),
-    ]
-    records, _ = taken(project, {model.id: model for model in models})
-    placed = only(records, Registration)
-    assert records["own"].placement == placed
-    assert [records[m.id] for m in models[1:]] == models[1:]
-
-
-def test_an_old_project_takes_in_what_lies_beside_it_as_one_step_at_its_first_opening(
-    photos: Path, tmp_path: Path
-) -> None:
-    project = Project.create(tmp_path / "old.vom")
-    session = project.session
-    model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
-    session.apply(edits.add_model(session.records, model))
-    session.save()
-    project.journal.set_view(TAKING_IN, True)
-    project.close()
-    reconstruct(project.folder, photos)
-    broken = reconstruct(project.folder, photos, "cliff-z")
-    (broken / "reconstruction.json").write_text("{")
-    project = Project.open(project.folder)
-    assert len(project.problems) == 1
-    assert "cliff-z" in project.problems[0]
-    assert not project.session.dirty
-    words = "Take in photos, control points, masks and reconstructions"
-    assert project.session.undo_label == words
-    assert len(sets_in(project.session.records)) == 1
-    assert project.journal.view(TAKING_IN) is False
-    project.session.undo()
-    assert sets_in(project.session.records) == []
-    project.session.save()
-    project.close()
-    # What was undone is not taken in again.
-    project = Project.open(project.folder)
-    assert sets_in(project.session.records) == []
-    assert project.problems == []
-    project.close()
-    assert "m1" in read_replay(project.folder).records
-
-
-def test_a_project_that_was_never_old_takes_in_nothing_by_itself(
-    photos: Path, tmp_path: Path
-) -> None:
-    project = Project.create(tmp_path / "new.vom")
-    reconstruct(project.folder, photos)
-    project.close()
-    project = Project.open(project.folder)
-    assert sets_in(project.session.records) == []
-    project.close()

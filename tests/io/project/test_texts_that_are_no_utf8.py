@@ -15,7 +15,7 @@ from vomstudio.document.kinds.trace import Trace
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = copy_of("schema8", tmp_path_factory.mktemp("halves"))
+    folder = copy_of("schema1", tmp_path_factory.mktemp("halves"))
     opened = open_project(folder)
     session = opened.session
     traces = [each.id for each in session.of(Trace)]

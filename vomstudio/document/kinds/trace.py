@@ -66,8 +66,7 @@ class Trace(Logged, Surrounded, Repeatable, Typed):
     """vertices: in order, model file frame. resolution: effective, of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
     outcrop face around the trace, file frame, None where unknown. rule: by which these two were
-    measured, 0 for an earlier one. axis: along which a regression is made; traces of schemas before
-    4 name none, and theirs is z.
+    measured. axis: along which the residuals of a regression are measured.
     """
 
     id: str

@@ -22,14 +22,13 @@ class Asset:
 @dataclass(frozen=True)
 class PhotoSet:
     """A folder of photos. `path` is written down like that of a Model. crs: "EPSG:n" or WKT of
-    the coordinates of its points, "" where not known. taken_in: what lay beside the photos
-    (control points, marks, masks) has become records; from then on those files are exports."""
+    the coordinates of its points, "" if not known. The control points, marks and masks that lay
+    beside the photos are records; those files are exports."""
 
     id: str
     name: str
     path: str
     crs: str = ""
-    taken_in: bool = True
 
 
 @dataclass(frozen=True)

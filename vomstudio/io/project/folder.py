@@ -31,7 +31,6 @@ from vomstudio.io.project.assets import Assets
 from vomstudio.io.project.comparisons import FOLDER as COMPARISONS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import SqliteJournal, read_replay
-from vomstudio.io.project.journal_migration import TAKING_IN
 from vomstudio.io.project.journal_trouble import Trouble
 from vomstudio.io.project.reconstructions import (
     RECONSTRUCTIONS,
@@ -39,7 +38,7 @@ from vomstudio.io.project.reconstructions import (
     move_reconstructions,
 )
 from vomstudio.io.project.repair import Repaired, repair
-from vomstudio.io.project.sidecar_import import PHOTO_TABLES, take_in_earlier
+from vomstudio.io.project.sidecar_import import PHOTO_TABLES
 from vomstudio.words import tr
 
 SUFFIX = ".vom"
@@ -71,8 +70,6 @@ class Project:
         self._compacted: compaction.Compacted | None = None
         self.problems: list[str] = list(self.session.problems)
         """Sentences on what could not be read."""
-        if journal.view(TAKING_IN, False):
-            self._take_in()
 
     def _take(self, journal: SqliteJournal) -> None:
         self.journal = journal
@@ -115,14 +112,6 @@ class Project:
         """The folder at the project's place is this project's."""
         trouble = self.trouble
         return trouble is None or not trouble.lost
-
-    def _take_in(self) -> None:
-        """Files beside a journal of schema 1 become records, as one edit."""
-        edit, problems = take_in_earlier(self.folder, self.session.records)
-        self.problems += problems
-        if edit is not None:
-            self.session.take_in(edit)
-        self.journal.set_view(TAKING_IN, False)
 
     @classmethod
     def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:

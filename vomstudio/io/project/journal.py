@@ -116,12 +116,11 @@ class SqliteJournal:
             self._db.text_factory = text_of
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
-            self.opened_schema = _schema_of(self._db, path)
-            """The schema that the file had when it was opened."""
+            schema = _schema_of(self._db, path)
             if not checked:
                 require_sound(self._db, path)
-            if self.opened_schema < SCHEMA_VERSION:
-                migrate(self._db, path, self.opened_schema)
+            if schema < SCHEMA_VERSION:
+                migrate(self._db, path, schema)
             self._make_durable()
             self._head = read_head(self._db)
             self._ground = Ground(path, self._db)
@@ -339,7 +338,7 @@ class SqliteJournal:
     def rows(self) -> Iterator[Row]:
         """Rows in order, those that wait last. Raises InputError where the file itself is
         damaged."""
-        yield from read_rows(self._db, self.path, SCHEMA_VERSION)
+        yield from read_rows(self._db, self.path)
         yield from (row.as_read() for row in self._waiting)
 
     # --- view state: camera, visibility, panels ----------------------------------------------
@@ -459,16 +458,16 @@ def _read_without_hold(path: Path) -> tuple[int, Replay]:
     with closing(to_read(path)) as db:
         db.text_factory = text_of
         schema = _schema_of(db, path)
-        return schema, replay(read_rows(db, path, schema))
+        return schema, replay(read_rows(db, path))
 
 
 def _schema_of(db: sqlite3.Connection, path: Path) -> int:
     """Raises InputError where it is no journal of ours, or a newer one."""
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
-    if application != APPLICATION_ID:
+    if application != APPLICATION_ID or version < 1:
         raise InputError(tr("This is not the journal of a VOM Studio project."), file=path)
-    require_plain(db, path)
+    # Before the check of the tables: a newer schema may have others.
     if version > SCHEMA_VERSION:
         raise InputError(
             tr(
@@ -479,6 +478,7 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
             ),
             file=path,
         )
+    require_plain(db, path)
     return int(version)
 
 

@@ -164,7 +164,7 @@ def holds(path: Path, head: Head) -> bool:
             db.text_factory = text_of
             if read_head(db) != head:
                 return False
-            return not any(row.problem or row.notice for row in read_rows(db, path, 2))
+            return not any(row.problem or row.notice for row in read_rows(db, path))
     except (sqlite3.Error, VomError, OSError):
         return False
 

@@ -67,20 +67,19 @@ INSERT_ROW = f"INSERT INTO journal ({COLUMNS}, checksum) VALUES ({', '.join('?' 
 SET_HEAD = "INSERT OR REPLACE INTO head VALUES (1, ?, ?, ?)"
 
 
-def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
+def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
     """The rows in order; damaged and missing ones say so. Raises InputError where the file itself
     is damaged."""
-    summed = schema >= 2
     try:
-        query = f"SELECT {COLUMNS}, {'checksum' if summed else 'NULL'} FROM journal ORDER BY seq"
+        query = f"SELECT {COLUMNS}, checksum FROM journal ORDER BY seq"
         seq, total = 0, ""
         told_settings: tuple[Any, Any] = (None, None)
         for *values, stored in db.execute(query):
             number, kind, of_seq, label, before, after, time, version, settings = values
             notice = problem = ""
-            if summed and number != seq + 1:
+            if number != seq + 1:
                 notice = _missing(seq + 1, number - 1)
-            elif summed and stored != checksum(total, values):
+            elif stored != checksum(total, values):
                 problem = tr("The checksum differs from what was written.")
             elif not all(type(word) is str for word in (kind, label, time, version)):
                 problem = tr("Its words are no text.")
@@ -102,11 +101,10 @@ def read_rows(db: sqlite3.Connection, path: Path, schema: int) -> Iterator[Row]:
                 problem,
                 notice,
             )
-        if summed:
-            told = db.execute("SELECT seq FROM head").fetchone()
-            if told is not None and told[0] > seq:
-                lost = _missing(seq + 1, told[0])
-                yield Row(told[0], "gap", None, "", None, None, "", "", None, notice=lost)
+        told = db.execute("SELECT seq FROM head").fetchone()
+        if told is not None and told[0] > seq:
+            lost = _missing(seq + 1, told[0])
+            yield Row(told[0], "gap", None, "", None, None, "", "", None, notice=lost)
     except sqlite3.Error as error:
         raise InputError(
             tr("The journal is damaged ({error}). Restore it from a copy.", error=error), file=path

@@ -38,15 +38,6 @@ _METHODS: dict[str, Literal["gps", "control"]] = {
 }
 
 
-def asked(folder: Path) -> Mapping[str, Any] | None:
-    """What a run in `folder` was asked for; None where it cannot be read."""
-    try:
-        found = read_json(folder / REQUEST)
-    except (OSError, ValueError):
-        return None
-    return found if isinstance(found, dict) and isinstance(found.get("photos"), str) else None
-
-
 def read_reconstruction(
     folder: Path, photo_set_id: str, name: str
 ) -> tuple[Reconstruction, Registration]:

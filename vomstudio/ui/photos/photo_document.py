@@ -95,8 +95,7 @@ class PhotoDocument(QObject):
 
     @property
     def taken_in(self) -> bool:
-        found = self.photo_set
-        return found is not None and found.taken_in
+        return self.photo_set is not None
 
     def marking(self) -> Marking:
         """Points and marks as the records say."""

@@ -102,8 +102,7 @@ class PhotoExports(QObject):
         return names
 
     def _foreign_tables(self) -> list[str]:
-        """A table that says what the project has is nobody else's, whoever wrote it: a project of
-        an earlier version has taken it in without a note of its sum."""
+        """Names of tables whose content differs from the records, whoever wrote them."""
         tables = {name: self.table(name) for name in (CONTROL, MARKS)}
         others = [
             name

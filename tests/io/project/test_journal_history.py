@@ -1,4 +1,4 @@
-"""What the journal's schema 2 promises: small rows, damage that is seen, compaction."""
+"""The journal of a project: small rows, detected damage, compaction."""
 
 from __future__ import annotations
 
