@@ -34,21 +34,29 @@ _TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
 
 
 def install() -> list[Path]:
-    """Write entry, icon and type for this user, over those of before; the files. Raises
-    TargetError where the system has no such menu or a file cannot be written."""
+    """Write the menu entry, icon and file type of this user, replacing earlier ones.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    TargetError
+        If the system has no such menu, or a file cannot be written.
+    """
     if not sys.platform.startswith("linux"):
         raise TargetError(
             tr("Only Linux desktops have such a menu entry. Start VOM Studio by its command.")
         )
-    data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
-    wanted = {
-        data / "applications" / f"{NAME}.desktop": _entry(),
-        data / "icons" / "hicolor" / "scalable" / "apps" / f"{NAME}.svg": read_small_text(
-            resource("icon", f"{NAME}.svg")
-        ),
-        data / "mime" / "packages" / f"{NAME}.xml": _TYPES,
+    entry, icon, types = _files()
+    contents = {
+        entry: _entry(),
+        icon: read_small_text(resource("icon", f"{NAME}.svg")),
+        types: _TYPES,
     }
-    for path, text in wanted.items():
+    for path, text in contents.items():
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -61,14 +69,66 @@ def install() -> list[Path]:
             ) from error
         with atomic_write(path, force=True) as part:
             part.write_text(text, encoding="utf-8")
-    # Desktops that keep an index look into it; others read the files.
+    _refresh_indexes()
+    return list(contents)
+
+
+def uninstall() -> list[Path]:
+    """Remove the files that `install` writes.
+
+    Returns
+    -------
+    list of Path
+        The files removed, empty if none was installed.
+
+    Raises
+    ------
+    TargetError
+        If a file cannot be removed.
+    """
+    removed = []
+    for path in _files():
+        try:
+            path.unlink()
+        except (FileNotFoundError, NotADirectoryError):
+            continue
+        except OSError as error:
+            raise TargetError(
+                tr(
+                    "This file cannot be removed ({reason}). Check its permissions.",
+                    reason=error.strerror,
+                ),
+                file=path,
+            ) from error
+        removed.append(path)
+    if removed:
+        _refresh_indexes()
+    return removed
+
+
+def _data_folder() -> Path:
+    return Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+
+
+def _files() -> tuple[Path, Path, Path]:
+    """Return the paths of the menu entry, the icon and the file type."""
+    data = _data_folder()
+    return (
+        data / "applications" / f"{NAME}.desktop",
+        data / "icons" / "hicolor" / "scalable" / "apps" / f"{NAME}.svg",
+        data / "mime" / "packages" / f"{NAME}.xml",
+    )
+
+
+def _refresh_indexes() -> None:
+    """Update the indexes of desktops that have them; other desktops read the files themselves."""
+    data = _data_folder()
     for command in (
         ["update-desktop-database", str(data / "applications")],
         ["update-mime-database", str(data / "mime")],
     ):
         if shutil.which(command[0]):
             subprocess.run(command, capture_output=True, check=False, timeout=60)
-    return list(wanted)
 
 
 def _entry() -> str:

@@ -1,4 +1,4 @@
-"""`vomstudio --version` and `vomstudio --install-desktop`: options without a command."""
+"""Options without a command: `--version`, `--install-desktop`, `--uninstall-desktop`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.errors import UsageError
 from vomstudio.version import __version__
 from vomstudio.words import tr
 
-OWN_OPTIONS = ("--version", "--install-desktop")
+OWN_OPTIONS = ("--version", "--install-desktop", "--uninstall-desktop")
 _GRAPHICS_WITHIN_S = 30
 
 
@@ -23,10 +23,16 @@ def add_own_options(parser: Parser) -> None:
         action="store_true",
         help=tr("print the version; with --json also those of Python, packages and graphics"),
     )
-    parser.add_argument(
+    desktop = parser.add_mutually_exclusive_group()
+    desktop.add_argument(
         "--install-desktop",
         action="store_true",
         help=tr("put VOM Studio into the menu of the desktop (Linux), for this user"),
+    )
+    desktop.add_argument(
+        "--uninstall-desktop",
+        action="store_true",
+        help=tr("remove the files that --install-desktop wrote"),
     )
     parser.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
 
@@ -41,6 +47,14 @@ def run_own_option(args: argparse.Namespace, output: Output) -> None:
 
         files = install()
         output.text("\n".join(map(str, files)))
+        output.result({"files": files})
+    elif args.uninstall_desktop:
+        from vomstudio.files.desktop import uninstall
+
+        files = uninstall()
+        output.text(
+            "\n".join(map(str, files)) or tr("VOM Studio is not in the menu. Nothing was removed.")
+        )
         output.result({"files": files})
     else:
         raise UsageError(
