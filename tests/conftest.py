@@ -39,6 +39,16 @@ def state_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def no_progress() -> Iterator[None]:
+    """Keep stderr of slow commands free of progress, which tests of progress turn on."""
+    from vomstudio.cli.common.reporting import DELAY_VARIABLE
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(DELAY_VARIABLE, "86400")
+        yield
+
+
 @pytest.fixture
 def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """State, configuration and settings of a user who has just come; their home folder."""

@@ -167,7 +167,7 @@ def _inner(parser: argparse.ArgumentParser) -> list[tuple[str, argparse.Argument
     return [item for action in found for item in action.choices.items()]
 
 
-SHARED = {"--json", "--progress", "--help", "-h"}
+SHARED = {"--json", "--progress", "--quiet", "-q", "--help", "-h"}
 
 
 def test_the_page_of_the_command_line_names_every_command_and_no_other() -> None:
@@ -186,7 +186,7 @@ def test_the_page_names_every_option_of_a_command_and_no_other(command: str) -> 
 def test_the_page_names_the_options_that_all_commands_share() -> None:
     page = (DOCS / "cli.md").read_text("utf-8")
     shared = page[page.index("## Rules") : page.index("## vomstudio demo")]
-    assert {"--json", "--progress", "--help"} <= set(OPTION.findall(shared))
+    assert SHARED - {"-h"} <= set(OPTION.findall(shared))
 
 
 def test_the_page_lists_the_columns_of_the_orientation_table_in_their_order() -> None:

@@ -33,7 +33,7 @@ FILES = {
 }
 HEAVY = {
     "numba", "scipy", "pandas", "pyproj", "laspy", "PIL", "matplotlib", "shapely", "rasterio",
-    "cv2", "open3d", "importlib.metadata", "logging.handlers",
+    "cv2", "open3d", "rich", "importlib.metadata", "logging.handlers",
 }  # fmt: skip
 SCRIPT = """
 import sys

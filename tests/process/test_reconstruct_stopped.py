@@ -27,9 +27,10 @@ EVERY_STAGE = [
     ("Matching photos", 15), ("Computing poses", 0), ("Bundle adjustment", 0),
     ("Registering the model", 0), ("Undistorting photos", 2), ("Computing depth maps", 0),
     ("Computing depth maps", 4), ("Fusing depth maps", 3), ("Measuring the point spacing", 0),
-    ("Poisson", 0), ("Refining the surface", 0), ("Decimating", 0), ("Checking the surface", 0),
-    ("Computing visibility", 3), ("Making charts", 0), ("Packing charts", 0), ("Blending", 2),
-    ("Rendering the texture", 0), ("Writing the model", 0),
+    ("Computing the Poisson", 0), ("Refining the surface", 0), ("Decimating", 0),
+    ("Checking the surface", 0), ("Computing visibility", 3), ("Creating texture charts", 0),
+    ("Packing texture charts", 0), ("Blending", 2), ("Rendering the texture", 0),
+    ("Writing the model", 0),
 ]  # fmt: skip
 
 

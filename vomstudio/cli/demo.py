@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, progress_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.reporting import Reporter
 from vomstudio.errors import TargetError, WorkerError
 from vomstudio.progress import Progress
 from vomstudio.words import tr
@@ -63,26 +64,27 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import write_bytes
-    from vomstudio.io.project.sample import read_picks, read_truth
-    from vomstudio.products.sample.check import check_sample
-    from vomstudio.products.sample.report import as_html, as_text, tally
 
     folder = Path(args.output)
     _prepare(folder)
     progress = progress_of(args)
-    watch = _Watch()
+    watch = _Watch(progress, 4 if args.without_photos else 5)
     files: list[Path] = []
     notes: list[str] = []
-    with watch.step("measure", tr("Measuring the sample"), progress):
+    with watch.step("measure", tr("Measuring the sample")):
+        from vomstudio.io.project.sample import read_picks, read_truth
+        from vomstudio.products.sample.check import check_sample
+        from vomstudio.products.sample.report import as_html, as_text, tally
+
         picks = read_picks()
         result = check_sample(picks, read_truth())
-    with watch.step("project", tr("Writing the project"), progress):
+    with watch.step("project", tr("Writing the project")):
         files += _project(folder, picks)
-    with watch.step("net", tr("Drawing the stereonet"), progress):
+    with watch.step("net", tr("Drawing the stereonet")):
         files += _nets(folder, picks, result)
     images = {"net.svg": tr("Poles of bedding, fault and joints, with the fold axis")}
-    with watch.step("orthophoto", tr("Drawing the orthophoto"), progress):
-        made = _orthophoto(folder)
+    with watch.step("orthophoto", tr("Drawing the orthophoto")):
+        made = _orthophoto(folder, progress)
     if made:
         files += made
         images["ortho_sheet.png"] = tr("Orthophoto along the fold axis")
@@ -91,7 +93,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     checks = result.checks
     photos: dict[str, Any] | None = None
     if not args.without_photos:
-        with watch.step("photos", tr("Reconstructing the sample photos"), progress):
+        with watch.step("photos", tr("Reconstructing the sample photos")):
             photos = _photos(folder, picks, progress)
         files += photos.pop("files")
         notes += photos.pop("notes")
@@ -150,6 +152,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     made = run_job(RECONSTRUCT, order, progress)
     if made.dense_gsd_m is None:
         raise WorkerError(tr("None of the sample photos was aligned. Install the program again."))
+    progress.stage(tr("Comparing the model with the outcrop"))
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
     result = made.as_dict()
     checks = check_photos(
@@ -173,14 +176,16 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
 
 
 class _Watch:
-    """Seconds of every step."""
+    """Reports the numbered steps of the demo and records how long each takes, in seconds."""
 
-    def __init__(self) -> None:
+    def __init__(self, progress: Reporter, count: int) -> None:
         self.seconds: dict[str, float] = {}
+        self._progress, self._count = progress, count
 
     @contextlib.contextmanager
-    def step(self, name: str, title: str, progress: Progress) -> Iterator[None]:
-        progress.stage(title)
+    def step(self, name: str, title: str) -> Iterator[None]:
+        self._progress.part(len(self.seconds) + 1, self._count)
+        self._progress.stage(title)
         begin = time.perf_counter()
         yield
         self.seconds[name] = round(time.perf_counter() - begin, 3)
@@ -335,7 +340,7 @@ def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
     return files
 
 
-def _orthophoto(folder: Path) -> list[Path]:
+def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
     """Along beta, by the command `ortho`; nothing in a version without it."""
     if importlib.util.find_spec("vomstudio.cli.ortho") is None:
         return []
@@ -350,5 +355,6 @@ def _orthophoto(folder: Path) -> list[Path]:
     words += ["--sheet", str(sheet), "--force"]
     said = Output(as_json=True)
     args = parser.parse_args(words)
+    args.reporter = progress
     args.run(args, said)
     return [image, folder / "ortho.json", folder / "ortho_depth.tif", sheet]

@@ -7,7 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_command,
+    progress_of,
+    report_reading,
+)
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
@@ -39,11 +44,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     files: list[dict[str, Any]] = []
     first_error: dict[str, Any] | None = None
-    for name in args.files:
+    for number, name in enumerate(args.files, start=1):
+        if len(args.files) > 1:
+            progress.part(number, len(args.files))
+        report_reading(args, name)
         try:
             found = _described(Path(name), progress)
         except InputError as error:
-            out.note(f"vomstudio: {error}")
+            out.error(f"vomstudio: {error}")
             first_error = first_error or error.as_dict()
             found = {**NOTHING, "error": error.as_dict()}
         else:
@@ -53,7 +61,6 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
         result["error"] = first_error
-        out.failed = True
     out.result(result)
 
 

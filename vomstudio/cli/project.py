@@ -8,7 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import Run, Subparsers, add_command, progress_of
+from vomstudio.cli.common.arguments import (
+    Run,
+    Subparsers,
+    add_command,
+    add_shared_options,
+    progress_of,
+)
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import DocumentError, UsageError
 from vomstudio.geometry.units import METRES
@@ -31,10 +37,7 @@ def add_parser(subparsers: Subparsers) -> None:
         made: argparse.ArgumentParser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
         )
-        made.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
-        made.add_argument(
-            "--progress", choices=["json"], help=tr("report progress as JSON lines on stderr")
-        )
+        add_shared_options(made)
         made.set_defaults(act=act)
         return made
 

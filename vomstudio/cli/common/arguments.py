@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from vomstudio.cli.common.first_word import nearest_of
+from vomstudio.cli.common.reporting import NoReport, Reporter
 from vomstudio.errors import UsageError
-from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -136,14 +137,22 @@ def _last_words(message: str) -> str | None:
 
 
 def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> Parser:
-    """A command with the options that all share."""
+    """Add a command with the options that all commands share."""
     parser: Parser = subparsers.add_parser(name, help=help_, description=f"{help_}.")
+    add_shared_options(parser)
+    parser.set_defaults(run=run, reporter=NoReport())
+    return parser
+
+
+def add_shared_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every command and of every action of a command."""
     parser.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
     parser.add_argument(
         "--progress", choices=["json"], help=tr("report progress as JSON lines on stderr")
     )
-    parser.set_defaults(run=run)
-    return parser
+    parser.add_argument(
+        "-q", "--quiet", action="store_true", help=tr("show no progress, notes or warnings")
+    )
 
 
 def add_output(parser: Parser, what: str, *, required: bool = False) -> None:
@@ -161,10 +170,14 @@ def add_azimuth(parser: Parser) -> None:
     )
 
 
-def progress_of(args: argparse.Namespace) -> Progress:
-    """What the command's long work reports to."""
-    if args.progress == "json":
-        from vomstudio.cli.common.output import JsonProgress
+def progress_of(args: argparse.Namespace) -> Reporter:
+    """Return what the command's long work reports to."""
+    reporter: Reporter = args.reporter
+    return reporter
 
-        return JsonProgress()
-    return Silent()
+
+def report_reading(args: argparse.Namespace, path: str | Path) -> Reporter:
+    """Report that a file is being read, and return what the work after that reports to."""
+    progress = progress_of(args)
+    progress.stage(tr("Reading {file}", file=Path(path).name))
+    return progress

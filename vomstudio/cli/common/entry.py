@@ -7,6 +7,7 @@ import itertools
 import logging
 import os
 import sys
+import time
 import traceback
 import warnings
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from vomstudio.cli.common.arguments import HelpWanted, Parser
 from vomstudio.cli.common.first_word import COMMANDS, check_first_word
 from vomstudio.cli.common.output import Channel, Output, stdout_kept, to_json
 from vomstudio.cli.common.own_options import OWN_OPTIONS, add_own_options, run_own_option
+from vomstudio.cli.common.reporting import reporting
 from vomstudio.cli.common.stop_signals import stop_signals_heard
 from vomstudio.errors import Cancelled, InputError, VomError
 from vomstudio.failures import (
@@ -54,6 +56,7 @@ def _progress_wanted(words: Sequence[str]) -> bool:
 
 
 def _run(words: list[str], channel: Channel) -> int:
+    begun_s = time.monotonic()
     # Read before they are parsed: wrong words too are answered in the form that was asked for.
     output = Output(as_json="--json" in words, as_events=_progress_wanted(words))
     failure: VomError | None = None
@@ -66,7 +69,11 @@ def _run(words: list[str], channel: Channel) -> int:
             check_first_word(words)
             args = _parser(words).parse_args(words)
             asked_to_stop.check()
-            args.run(args, output)
+            output.quiet = args.quiet
+            with reporting(
+                quiet=args.quiet, as_events=output.as_events, begun_s=begun_s
+            ) as args.reporter:
+                args.run(args, output)
             asked_to_stop.check()
         said = output.for_stdout()
     except HelpWanted as wanted:
@@ -153,5 +160,5 @@ def _parser(words: Sequence[str]) -> Parser:
     first = words[0] if words else ""
     for name in [first] if first in COMMANDS else [] if first in OWN_OPTIONS else COMMANDS:
         importlib.import_module(f"vomstudio.cli.{name}").add_parser(subparsers)
-    parser.set_defaults(run=run_own_option)
+    parser.set_defaults(run=run_own_option, quiet=False)
     return parser

@@ -18,8 +18,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, TextIO
 
-from vomstudio.errors import Cancelled, TargetError
-from vomstudio.progress import CancelToken
+from vomstudio.errors import TargetError
 from vomstudio.words import tr
 
 
@@ -30,11 +29,14 @@ class Output:
         self.as_json = as_json
         self.as_events = as_events
         """Stderr is JSON lines, all of it: whoever parses progress can't have prose between."""
+        self.quiet = False
+        """Notes and warnings are not shown; errors are."""
         self.failed = False
         """Set by a command that has a result and yet must not exit 0 (`info` of several files)."""
         self._result: Mapping[str, Any] | None = None
         self._text: list[str] = []
         self._notes: list[str] = []
+        self._errors: list[str] = []
 
     def result(self, value: Mapping[str, Any]) -> None:
         """The command's JSON object."""
@@ -48,6 +50,12 @@ class Output:
         """What was noticed on the way: for people, never part of the result."""
         self._notes.append(text)
 
+    def error(self, text: str) -> None:
+        """Report an item that failed while others have a result: exit code 2, shown if quiet."""
+        self.failed = True
+        self._errors.append(text)
+        self._notes.append(text)
+
     def warn(self, warnings: Sequence[str]) -> None:
         for warning in warnings:
             self.note(tr("warning: {warning}", warning=warning))
@@ -58,8 +66,10 @@ class Output:
         return for_terminal("".join(f"{text}\n" for text in self._text))
 
     def for_stderr(self) -> str:
-        said = self._notes + (self._text if self.as_json else [])
-        return "".join(f"{self.line_for_stderr(text)}\n" for text in said)
+        lines = self._notes + (self._text if self.as_json else [])
+        if self.quiet:
+            lines = self._errors
+        return "".join(f"{self.line_for_stderr(text)}\n" for text in lines)
 
     def line_for_stderr(self, text: str, **more: object) -> str:
         if self.as_events:
@@ -177,21 +187,20 @@ def _point_stdout_elsewhere() -> None:
         os.close(nowhere)
 
 
-class JsonProgress:
-    """Progress as JSON lines on stderr, for whoever drives the command."""
-
-    def __init__(self, token: CancelToken | None = None) -> None:
-        self._token = token
-        self._stage = ""
-
-    def stage(self, name: str, total: int | None = None) -> None:
-        self._stage = name
-        self._emit({"event": "stage", "stage": name, "total": total})
-
-    def step(self, done: int) -> None:
-        self._emit({"event": "step", "stage": self._stage, "done": done})
-
-    def _emit(self, event: Mapping[str, Any]) -> None:
-        if self._token is not None and self._token.cancelled:
-            raise Cancelled()
-        print(to_json(event), file=sys.stderr, flush=True)
+@contextlib.contextmanager
+def stderr_silenced() -> Iterator[None]:
+    """Discard all that is written to stdout and stderr within the block, from C as from Python."""
+    saved = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
+    try:
+        with (
+            open(os.devnull, "w", encoding="utf-8") as null,
+            contextlib.redirect_stdout(null),
+            contextlib.redirect_stderr(null),
+        ):
+            for number in saved:
+                os.dup2(null.fileno(), number)
+            yield
+    finally:
+        for number, copy in saved.items():
+            os.dup2(copy, number)
+            os.close(copy)

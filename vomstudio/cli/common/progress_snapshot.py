@@ -1,0 +1,91 @@
+"""State of a command's progress, and an estimate of the remaining time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.cli.common.output import for_terminal
+from vomstudio.words import tr
+
+MAX_COUNT = 9999
+"""Largest number of steps that is shown as a count; more (bytes, points) are shown as a share."""
+MIN_STEPS_FOR_ESTIMATE = 3
+MIN_TIME_FOR_ESTIMATE_S = 2.0
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """State of a command's progress at one moment.
+
+    Parameters
+    ----------
+    stage : str
+        Name of the stage, empty before the first one.
+    done, total : int
+        Completed steps and all steps of the stage; `total` is None if unknown.
+    part : tuple of int, optional
+        Number of the part and count of the parts.
+    elapsed_s : float
+        Time since the command started.
+    remaining_s : float, optional
+        Estimated time to the end of the stage; None before it can be measured.
+    """
+
+    stage: str
+    done: int
+    total: int | None
+    part: tuple[int, int] | None
+    elapsed_s: float
+    remaining_s: float | None
+
+    @property
+    def label(self) -> str:
+        """Name of the stage with the number of its part, safe to write to a terminal."""
+        name = for_terminal(" ".join(self.stage.split())) or tr("Working")
+        if self.part is None:
+            return name
+        number, count = self.part
+        return tr("Step {number}/{count}: {stage}", number=number, count=count, stage=name)
+
+
+class StepClock:
+    """Estimate of the time that a stage still needs, from the steps completed so far."""
+
+    def __init__(self, total: int | None) -> None:
+        self.total = total
+        self.done = 0
+        self._first: tuple[int, float] | None = None
+        self._last_s = 0.0
+        self._increases = 0
+
+    def step(self, done: int, now_s: float) -> None:
+        """Record that `done` steps are complete."""
+        if self._first is None:
+            # A resumed stage begins at a number above 0.
+            self._first, self._last_s = (done, now_s), now_s
+        elif done > self.done:
+            self._increases += 1
+            self._last_s = now_s
+        self.done = done
+
+    def remaining_s(self, now_s: float) -> float | None:
+        """Estimate the remaining time; None without a total or before enough steps are done."""
+        if self.total is None or self._first is None or self._increases < MIN_STEPS_FOR_ESTIMATE:
+            return None
+        if self.done >= self.total:
+            return None
+        first_done, first_s = self._first
+        steps = self.done - first_done
+        if steps <= 0 or self._last_s - first_s < MIN_TIME_FOR_ESTIMATE_S:
+            return None
+        # A step that takes longer than the mean of those before makes the rest slower too.
+        overdue = (now_s - first_s) / (steps + steps / self._increases)
+        per_step = max((self._last_s - first_s) / steps, overdue)
+        return max(0.0, per_step * (self.total - self.done) - (now_s - self._last_s))
+
+
+def clock(seconds: float) -> str:
+    """Format a duration as m:ss or h:mm:ss."""
+    minutes, second = divmod(int(seconds), 60)
+    hours, minute = divmod(minutes, 60)
+    return f"{hours}:{minute:02d}:{second:02d}" if hours else f"{minute}:{second:02d}"

@@ -1,0 +1,213 @@
+"""Progress of a command on stderr: a line updated in place, plain lines, or JSON lines."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from typing import Any, Protocol, TextIO
+
+from vomstudio.cli.common.output import stderr_silenced, to_json
+from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, StepClock, clock
+from vomstudio.errors import Cancelled
+from vomstudio.progress import CancelToken, Progress, Silent
+
+DELAY_VARIABLE = "VOMSTUDIO_PROGRESS_DELAY_S"
+"""Environment variable that replaces `DEFAULT_DELAY_S`; tests use it."""
+DEFAULT_DELAY_S = 2.0
+MIN_LINE_GAP_S = 3.0
+"""Minimum time between two plain lines."""
+PLAIN_PERIOD_S = 0.25
+
+
+class Reporter(Progress, Protocol):
+    """Progress of a command, which may consist of numbered parts with stages of their own."""
+
+    def part(self, number: int, count: int) -> None:
+        """Begin part `number` (from 1) of `count`; the stages that follow belong to it."""
+
+
+class NoReport(Silent):
+    """Reporter that shows nothing."""
+
+    def part(self, number: int, count: int) -> None:
+        """See `Reporter`."""
+
+
+class JsonProgress:
+    """Progress as JSON lines on stderr, for programs that start the command."""
+
+    def __init__(self, token: CancelToken | None = None) -> None:
+        self._token = token
+        self._stage = ""
+        self._part: dict[str, int] = {}
+
+    def part(self, number: int, count: int) -> None:
+        """See `Reporter`. Stage events carry the numbers as `part` and `parts`."""
+        self._part = {"part": number, "parts": count}
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        """See `Progress`."""
+        self._stage = name
+        self._emit({"event": "stage", "stage": name, "total": total, **self._part})
+
+    def step(self, done: int) -> None:
+        """See `Progress`."""
+        self._emit({"event": "step", "stage": self._stage, "done": done})
+
+    def _emit(self, event: Mapping[str, Any]) -> None:
+        if self._token is not None and self._token.cancelled:
+            raise Cancelled()
+        print(to_json(event), file=sys.stderr, flush=True)
+
+
+class Painter(Protocol):
+    """A way to show snapshots on a stream."""
+
+    period_s: float
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Show the present state."""
+
+    def close(self) -> None:
+        """Leave the stream ready for other text."""
+
+
+class PlainLines:
+    """Painter for files and pipes: one line for each stage, none for short stages."""
+
+    period_s = PLAIN_PERIOD_S
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._shown: tuple[object, str] | None = None
+        self._shown_s = -MIN_LINE_GAP_S
+
+    def show(self, snapshot: Snapshot) -> None:
+        """See `Painter`."""
+        stage = (snapshot.part, snapshot.stage)
+        if not snapshot.stage or stage == self._shown:
+            return
+        if snapshot.elapsed_s - self._shown_s < MIN_LINE_GAP_S:
+            return
+        self._shown, self._shown_s = stage, snapshot.elapsed_s
+        total = snapshot.total
+        count = f" ({total})" if total is not None and 1 < total <= MAX_COUNT else ""
+        self._stream.write(f"[{clock(snapshot.elapsed_s)}] {snapshot.label}{count}\n")
+        self._stream.flush()
+
+    def close(self) -> None:
+        """See `Painter`."""
+
+
+class ProgressDisplay:
+    """Reporter that shows progress on a stream once a command has run for `delay_s`.
+
+    A thread draws, so that the elapsed time advances during steps that report nothing. Nothing is
+    imported for drawing before the delay has passed.
+    """
+
+    def __init__(self, stream: TextIO, *, begun_s: float, delay_s: float) -> None:
+        self._stream, self._begun_s, self._delay_s = stream, begun_s, delay_s
+        self._lock = threading.Lock()
+        self._stage, self._clock = "", StepClock(None)
+        self._part: tuple[int, int] | None = None
+        self._finished = threading.Event()
+        self._thread = threading.Thread(target=self._draw, name="progress", daemon=True)
+
+    def __enter__(self) -> ProgressDisplay:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._finished.set()
+        self._thread.join()
+
+    def part(self, number: int, count: int) -> None:
+        """See `Reporter`."""
+        with self._lock:
+            self._part = (number, count)
+            self._stage, self._clock = "", StepClock(None)
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        """See `Progress`."""
+        with self._lock:
+            self._stage, self._clock = name, StepClock(total)
+
+    def step(self, done: int) -> None:
+        """See `Progress`."""
+        with self._lock:
+            self._clock.step(done, time.monotonic())
+
+    def _snapshot(self) -> Snapshot:
+        with self._lock:
+            now_s = time.monotonic()
+            steps = self._clock
+            return Snapshot(
+                self._stage,
+                steps.done,
+                steps.total,
+                self._part,
+                now_s - self._begun_s,
+                steps.remaining_s(now_s),
+            )
+
+    def _draw(self) -> None:
+        if self._finished.wait(max(0.0, self._begun_s + self._delay_s - time.monotonic())):
+            return
+        # Nobody reads stderr any more: the command goes on, its exit code is the message.
+        with contextlib.suppress(OSError, ValueError):
+            painter = choose_painter(self._stream)
+            while not self._finished.is_set():
+                painter.show(self._snapshot())
+                self._finished.wait(painter.period_s)
+            painter.close()
+
+
+def choose_painter(stream: TextIO) -> Painter:
+    """Choose a line that is updated in place if the stream is a terminal that can do so."""
+    if not stream.isatty() or (
+        os.name == "posix" and os.environ.get("TERM", "") in ("", "dumb", "unknown")
+    ):
+        return PlainLines(stream)
+    try:
+        from vomstudio.cli.common.terminal_line import TerminalLine
+
+        return TerminalLine(stream)
+    except ImportError:  # an incomplete installation, which is no reason to end the command
+        return PlainLines(stream)
+
+
+@contextlib.contextmanager
+def reporting(*, quiet: bool, as_events: bool, begun_s: float) -> Iterator[Reporter]:
+    """Yield the reporter of a command and end its display afterwards.
+
+    Parameters
+    ----------
+    quiet : bool
+        Show nothing, and suppress what libraries print.
+    as_events : bool
+        Write JSON lines.
+    begun_s : float
+        Start of the command, `time.monotonic`.
+    """
+    if quiet:
+        with stderr_silenced():
+            yield NoReport()
+    elif as_events:
+        yield JsonProgress()
+    elif sys.stderr is None:
+        yield NoReport()
+    else:
+        with ProgressDisplay(sys.stderr, begun_s=begun_s, delay_s=_delay_s()) as display:
+            yield display
+
+
+def _delay_s() -> float:
+    try:
+        return float(os.environ[DELAY_VARIABLE])
+    except (KeyError, ValueError):
+        return DEFAULT_DELAY_S

@@ -1,0 +1,126 @@
+"""A progress line on a terminal, drawn by rich and updated in place.
+
+`rich.live` hides the cursor while it draws, and a process that a library aborts leaves it hidden.
+One line that is written again after a carriage return needs no hidden cursor.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import TextIO
+
+from rich.cells import cell_len, set_cell_size
+from rich.console import Console
+from rich.control import Control
+from rich.progress_bar import ProgressBar
+from rich.segment import ControlType, Segment, Segments
+from rich.style import Style
+
+from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, clock
+from vomstudio.words import tr
+
+DEFAULT_COLUMNS = 80
+"""Width where a terminal reports none."""
+MIN_BAR_CELLS, MAX_BAR_CELLS = 10, 20
+_FRAMES, _ASCII_FRAMES = "⠋⠙⠹⠸⠼⠴⠦⠧⠇⠏", "|/-\\"
+_SPINNER, _FIGURES = Style(color="cyan"), Style(dim=True)
+
+
+class TerminalLine:
+    """Painter that rewrites one line: spinner, stage, bar, count, remaining and elapsed time."""
+
+    period_s = 0.1
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._console = Console(file=stream, force_terminal=True, highlight=False)
+        self._frames = _ASCII_FRAMES if self._console.options.ascii_only else _FRAMES
+        self._frame = 0
+        self._drawn = False
+
+    def show(self, snapshot: Snapshot) -> None:
+        """See `Painter`."""
+        if not self._is_in_foreground():
+            return
+        self._frame += 1
+        self._write(self._segments(snapshot, self._columns() - 1))
+        self._drawn = True
+
+    def close(self) -> None:
+        """Clear the line. See `Painter`."""
+        if self._drawn and self._is_in_foreground():
+            self._write([])
+
+    def _write(self, segments: list[Segment]) -> None:
+        erase = Control(ControlType.CARRIAGE_RETURN, (ControlType.ERASE_IN_LINE, 2))
+        with self._console as console:  # one write for both: nothing flickers
+            console.control(erase)
+            console.print(Segments(segments), end="", soft_wrap=True)
+
+    def _segments(self, snapshot: Snapshot, columns: int) -> list[Segment]:
+        """Fit the line into the width: the bar goes first, then the figures, then the name."""
+        spinner = self._frames[self._frame % len(self._frames)] + " "
+        label = snapshot.label
+        figures = _figures(snapshot)
+        space = columns - cell_len(spinner)
+        while figures and cell_len(label) + 2 + cell_len(", ".join(figures)) > space:
+            figures.pop()
+        text = ", ".join(figures)
+        if cell_len(label) > space:
+            label = set_cell_size(label, max(0, space - 3)) + "..."[: max(0, space)]
+        segments = [Segment(spinner, _SPINNER), Segment(label)]
+        space -= cell_len(label) + (2 + cell_len(text) if text else 0)
+        if (snapshot.total or 0) > 1 and space >= MIN_BAR_CELLS + 2:
+            segments += [Segment("  "), *self._bar(snapshot, min(space - 2, MAX_BAR_CELLS))]
+        if text:
+            segments += [Segment("  "), Segment(text, _FIGURES)]
+        return segments
+
+    def _bar(self, snapshot: Snapshot, cells: int) -> list[Segment]:
+        bar = ProgressBar(total=snapshot.total, completed=snapshot.done, width=cells)
+        options = self._console.options.update(width=cells)
+        drawn = [s for s in self._console.render(bar, options) if s.text != "\n"]
+        # Without colours, or in ASCII, the remaining part of a bar is left out.
+        missing = cells - sum(segment.cell_length for segment in drawn)
+        return [*drawn, Segment(" " * missing)]
+
+    def _columns(self) -> int:
+        try:
+            columns = os.get_terminal_size(self._stream.fileno()).columns
+        except (OSError, ValueError):
+            columns = 0
+        self._console.width = columns or DEFAULT_COLUMNS
+        return self._console.width
+
+    def _is_in_foreground(self) -> bool:
+        """Return False for a job in the background of a shell, which must not draw over it."""
+        try:
+            return os.tcgetpgrp(self._stream.fileno()) == os.getpgrp()
+        except (AttributeError, OSError, ValueError):  # Windows, or not the controlling terminal
+            return True
+
+
+def _figures(snapshot: Snapshot) -> list[str]:
+    """Count, remaining time and elapsed time, the most important first."""
+    figures = []
+    if snapshot.total is not None and snapshot.total > 1:
+        done = min(snapshot.done, snapshot.total)
+        if snapshot.total <= MAX_COUNT:
+            figures.append(tr("{done} of {total}", done=done, total=snapshot.total))
+        else:
+            figures.append(f"{100 * done // snapshot.total} %")
+    if snapshot.remaining_s is not None:
+        figures.append(tr("{time} left", time=rounded_time(snapshot.remaining_s)))
+    figures.append(tr("elapsed {time}", time=clock(snapshot.elapsed_s)))
+    return figures
+
+
+def rounded_time(seconds: float) -> str:
+    """Format an estimate without more figures than it is worth."""
+    if seconds < 57.5:
+        return tr("{count} s", count=max(5, 5 * math.ceil(seconds / 5)))
+    minutes = max(1, round(seconds / 60))
+    if minutes < 60:
+        return tr("{count} min", count=minutes)
+    return tr("{hours} h {minutes} min", hours=minutes // 60, minutes=minutes % 60)
