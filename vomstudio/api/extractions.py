@@ -252,7 +252,7 @@ def follow(
         raise InputError(tr("The name of a cost or of a field is needed."), field="cost")
     report = told(progress, cancel)
     given = model if is_array(model) else model_of(model)
-    report.stage("Following", None)
+    report.stage(tr("Following the contact"))
     with asked_of(wanted, maybe_path(onnx_model, "onnx_model"), report, cancel) as edges:
         return _followed(given, through, wanted, picture, lenses, edges)
 

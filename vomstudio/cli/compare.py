@@ -14,6 +14,7 @@ from vomstudio.cli.common.arguments import (
     add_command,
     add_output,
     progress_of,
+    report_reading,
 )
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
@@ -116,7 +117,12 @@ def _agreement(args: argparse.Namespace) -> Agreement:
     from vomstudio.geology.agreement import agreement
     from vomstudio.io.text.oriented_planes import read_planes
 
-    table, other = (read_planes(path, args.azimuth) for path in args.orientations)
+    tables = []
+    for path in args.orientations:
+        report_reading(args, path)
+        tables.append(read_planes(path, args.azimuth))
+    table, other = tables
+    progress_of(args).stage(tr("Comparing orientations"))
     return agreement(table, other)
 
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
@@ -48,8 +48,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     crs, unit = None, 1.0
     if args.crs is not None:
         crs, unit = typed_crs(args.crs)
-    progress = progress_of(args)
+    progress = report_reading(args, args.input)
     loaded = read_model(Path(args.input), progress)
+    progress.stage(tr("Preparing the model"))
     warnings = list(loaded.warnings)
     if crs is not None and loaded.crs not in (None, crs):
         warnings.append(

@@ -83,6 +83,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         figures = writing.figures_of(heights, plan, limit, model.crs)
     except InputError as error:
         raise error.of_file(args.model) from error
+    progress.stage(tr("Writing the results"))
     made = writing.write_elevation(
         heights,
         plan,

@@ -7,7 +7,7 @@ from typing import Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.angles import line_of, plane_of
-from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -50,7 +50,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     fault = plane_of(args.fault, "--fault")
     bed = None if args.bed is None else plane_of(args.bed, "--bed")
     slip = None if args.slip is None else line_of(args.slip, "--slip")
+    progress = report_reading(args, args.pairs)
     names, points = pairs_of(read_table(args.pairs))
+    progress.stage(tr("Computing displacements"))
     with numbers_of(args.pairs):
         found = displacements(
             names, points[:, :3], points[:, 3:], fault, bed=bed, rake_deg=args.rake,

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr, tr_n
 
@@ -35,7 +35,9 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.project.export import export_project
 
-    table = export_project(Path(args.project), args.to, Path(args.output), force=args.force)
+    table = export_project(
+        Path(args.project), args.to, Path(args.output), force=args.force, progress=progress_of(args)
+    )
     files = [str(path) for path in table.files]
     found: dict[str, Any] = {"files": files, "n": len(table.rows), "skipped": table.skipped}
     if table.layers:

@@ -74,7 +74,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.thickness is None and args.thickness_error is not None:
         raise UsageError(tr("--thickness-error is for --thickness."), field="--thickness-error")
     belief, said = _belief(args)
-    model = read_in_world(args.model, progress_of(args), declared_of(args))
+    progress = progress_of(args)
+    model = read_in_world(args.model, progress, declared_of(args))
+    progress.stage(tr("Extending the plane"))
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
     found = extend(
         model.data,
@@ -83,6 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         thickness_error_m=args.thickness_error or 0.0,
         spacing=spacing,
     )
+    progress.stage(tr("Writing the results"))
     write_traces(
         args.output, found, crs=model.crs, model=Path(args.model).name, force=args.force,
         axes=model.axes,

@@ -94,6 +94,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             frame=model.crs or "local",
             progress=progress,
         )
+    progress.stage(tr("Writing the results"))
     if not model.metric:
         warnings.append(
             tr("The file states no unit: what is said in metres is in the unit of the file.")

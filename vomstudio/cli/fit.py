@@ -7,7 +7,12 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import curved_beds, straight_traces, text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_command,
+    add_output,
+    report_reading,
+)
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr
@@ -88,18 +93,22 @@ def run(args: argparse.Namespace, out: Output) -> None:
     drawn = None if args.plot is None else _plot_of(args)
     priors = straight_traces.read_sets(args)
     limits = PROFILES[args.profile]
+    progress = report_reading(args, args.points)
     groups = read_points(args.points, args.by)
     fitted = fitted_planes(
         groups.ids, groups.points, groups.offsets, method=args.method, axis=args.axis,
-        thresholds=limits, words=groups.words,
+        thresholds=limits, words=groups.words, progress=progress,
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
+    if args.parallel or args.curved:
+        progress.stage(tr("Fitting all traces together"))
     together = _together(args, groups) if args.parallel else None
     curved = curved_beds.fitted(args.points, groups) if args.curved else None
     bands = straight_traces.bands_told(fitted.bands, priors)
     crossing = straight_traces.crossings(args.crossing, groups.ids, fitted.bands)
     if not rows and together is None and curved is None:
         raise _nothing_fitted(args.points, args.by, skipped)
+    progress.stage(tr("Writing the results"))
     result: dict[str, Any] = {
         "planes": rows,
         "skipped": skipped,

@@ -6,7 +6,12 @@ import argparse
 from typing import Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    report_reading,
+)
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
 
@@ -45,7 +50,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.table_folds import set_names, table_fold
     from vomstudio.io.text.orientation_reading import read_orientations
 
+    progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
+    progress.stage(tr("Finding the fold axis"))
     sets = None if args.sets is None else set_names(args.sets)
     found = table_fold(table, args.kind, sets, args.domain, args.waviness)
     out.result(found.as_dict())

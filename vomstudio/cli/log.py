@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.angles import plane_of
-from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_command,
+    add_output,
+    report_reading,
+)
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
@@ -160,7 +165,9 @@ def _of_table(args: argparse.Namespace, bed: Plane | None) -> _Made:
     from vomstudio.io.text.log_reading import read_boundaries
 
     assert bed is not None
+    progress = report_reading(args, args.table)
     read = read_boundaries(args.table)
+    progress.stage(tr("Measuring thicknesses"))
     sigma, error = args.sigma or 0.0, args.bed_error or 0.0
     with numbers_of(args.table):
         found = bed_log(
@@ -175,11 +182,13 @@ def _of_line(args: argparse.Namespace, bed: Plane | None) -> _Made:
     from vomstudio.products.section.kept_log import kept_question
     from vomstudio.products.section.line_log import TRACES, answer
 
+    progress = report_reading(args, args.table)
     question = kept_question(
         Path(args.table), args.line, of=args.of or TRACES, type_name=args.type or "bedding",
         bed=bed, bed95_deg=args.bed_error or 0.0, sigma_m=args.sigma, reach_m=args.reach,
         overturned=args.overturned,
     )  # fmt: skip
+    progress.stage(tr("Measuring thicknesses"))
     with numbers_of(args.table):
         found = answer(question)
         if isinstance(found, VomError):

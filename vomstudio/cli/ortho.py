@@ -11,7 +11,7 @@ from vomstudio.cli.common.arguments import (
     add_azimuth,
     add_command,
     add_output,
-    progress_of,
+    report_reading,
 )
 from vomstudio.cli.common.frames_of_models import add_project
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
@@ -126,8 +126,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     shown = items if only is None else only.features(items)
     features = None if args.draw is None else items_shown(shown, parts)
-    progress = progress_of(args)
+    progress = report_reading(args, args.model)
     loaded = read_model(args.model, progress)
+    progress.stage(tr("Preparing the model"))
     place = _place(args, loaded)
     asked = requests.request_picture(
         loaded.data,

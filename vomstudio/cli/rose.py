@@ -6,7 +6,13 @@ import argparse
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    add_output,
+    report_reading,
+)
 from vomstudio.cli.common.figure_look import add_look, colors_among, colors_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -66,7 +72,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     style.check("--width")
     colors = colors_of(args)
     check_target(args.output, force=args.force, inputs=[args.table])
+    progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
+    progress.stage(tr("Drawing the rose diagram"))
     of = args.of or ("strike" if table.is_plane.any() else "trend")
     found = roses_of_table(
         table,

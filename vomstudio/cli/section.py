@@ -94,6 +94,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     curtain, warnings = _curtain(asked, model)
     grazing = directions.checked(curtain)
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
+    progress_of(args).stage(tr("Intersecting the model"))
     cut = cut_model(model.data, curtain, args.slab, spacing if math.isfinite(spacing) else 0.0)
     flats, left_out = writing.project_items(read.items, curtain, directions, args.within)
     try:

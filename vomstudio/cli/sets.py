@@ -6,7 +6,13 @@ import argparse
 from typing import Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    add_output,
+    report_reading,
+)
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr, tr_n
@@ -49,6 +55,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     line = parse_scanline(args.scanline)
     check_target(args.output, force=args.force, inputs=[args.table])
+    progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     found = propose_sets(
         table,
@@ -57,7 +64,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         seeds=seeds,
         pieces=pieces_of(table),
         scanline=line,
+        progress=progress,
     )
+    progress.stage(tr("Writing the results"))
     text = table_with_sets(
         table,
         found.rows,

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr, tr_n
 
@@ -40,9 +40,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[args.table])
+    progress = report_reading(args, args.table)
     table = read_slips(Path(args.table))
+    progress.stage(tr("Computing kinematic axes"))
     found = table_slip(table)
     if args.plot is not None:
+        progress.stage(tr("Drawing the stereonets"))
         from vomstudio.products.net.slip_figure import write_slip_figure
 
         with atomic_write(args.plot, args.force) as temporary:

@@ -12,7 +12,7 @@ from vomstudio.cli.common.arguments import (
     add_azimuth,
     add_command,
     add_output,
-    progress_of,
+    report_reading,
 )
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
@@ -106,9 +106,11 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[args.table])
+    progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
-    found = table_slope(table, face)
+    found = table_slope(table, face, progress)
     if args.plot is not None:
+        progress.stage(tr("Drawing the stereonets"))
         from vomstudio.products.net.slope_figure import write_slope_figure
 
         with atomic_write(args.plot, args.force) as temporary:
@@ -140,8 +142,9 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     for target in (args.output, args.paint):
         if target is not None:
             check_target(target, force=args.force, inputs=inputs)
-    progress = progress_of(args)
+    progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
+    report_reading(args, args.facets)
     facets = read_orientations(args.facets, args.azimuth)
     model = None if args.labels is None else read_in_world(args.labels, progress)
     faces = faces_of(facets, None if model is None else model.data)

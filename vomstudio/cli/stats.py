@@ -6,7 +6,12 @@ import argparse
 from typing import Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    report_reading,
+)
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr, tr_n
 
@@ -34,7 +39,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import read_orientations
 
+    progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
+    progress.stage(tr("Computing statistics"))
     found = table_statistics(table, args.set_column, args.directed, args.weights)
     result = found.as_dict()
     out.result(result)

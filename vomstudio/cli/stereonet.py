@@ -5,7 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command, add_output
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    add_output,
+    report_reading,
+)
 from vomstudio.cli.common.figure_look import add_look, colors_among, colors_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
@@ -160,7 +166,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     look = Contouring(levels, args.filled, args.each_set, args.sigma)
     wishes = _wishes(args)
     check_target(args.output, force=args.force, inputs=[args.table])
+    progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
+    progress.stage(tr("Drawing the stereonet"))
     net = net_of_table(
         table,
         args.set_column,
@@ -178,6 +186,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             temporary, net, format=format_, style=style.of_net(),
             width_mm=style.width_mm, height_mm=style.height_mm,
         )  # fmt: skip
+    progress.stage(tr("Writing the results"))
     _tell(args, table, net, out)
 
 

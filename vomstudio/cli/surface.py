@@ -76,6 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     except VomError as error:
         raise type(error)(error.message, file=args.model, field=error.field) from error
     warnings = [*model.warnings, *found.warnings]
+    progress.stage(tr("Writing the results"))
     warnings += write_deviations(
         args.output, found, patch, crs=model.crs, force=args.force, axes=model.axes
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from vomstudio.cli.common.arguments import Subparsers, add_command
+from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -34,7 +34,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.notation import format_plane
     from vomstudio.io.text.log_reading import read_boundaries
 
+    progress = report_reading(args, args.points)
     read = read_boundaries(args.points)
+    progress.stage(tr("Fitting the plane"))
     with numbers_of(args.points):
         found = plane_of_three_points(read.points, args.sigma)
     found = found.of_table(read.dropped, read.warnings)

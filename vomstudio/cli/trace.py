@@ -139,6 +139,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
         if args.onnx_model is not None:
             edges = stack.enter_context(edges_by(args.onnx_model, progress_of(args)))
         try:
+            progress_of(args).stage(tr("Following the contact"))
             surface = SurfaceGraph(
                 model.data
                 if edges is None or args.photo is not None

@@ -364,7 +364,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     off = own - places[:, None]
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     inner = np.stack([(off[..., a] * off[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1)
-    progress.stage(tr("Normals"), None)
+    progress.stage(tr("Computing normals"), None)
     places = for_kernels(places, np.float64)
     normals, variation, quiet = _quiet_normals(
         for_kernels(normals, np.float64), for_kernels(areas, np.float64), starts, near, angle_deg,

@@ -189,6 +189,7 @@ def find_facets(
     found, labels = _facets(
         data, elements, labels, limits, fewest, least_area, thresholds, progress
     )
+    progress.stage(tr("Describing the facets"))
     bent = bending(elements, labels, _WAVY_TURN * limits.angle_deg)
     found = [_bent(facet) if one else facet for facet, one in zip(found, bent, strict=True)]
     return _told(data, elements, found, labels, usual, fewest, thresholds, colors)

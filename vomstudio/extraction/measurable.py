@@ -197,7 +197,7 @@ class _Surface:
 
 
 def _surface(data: Mesh | PointCloud, asked: Asked, progress: Progress) -> _Surface:
-    progress.stage(tr("Surface"), None)
+    progress.stage(tr("Analysing the surface"), None)
     if not isinstance(data, Mesh) or not len(data.faces):
         elements = elements_of(data, _NORMALS_DEG, progress)
         return _Surface(elements, np.asarray(elements.rows))
@@ -281,7 +281,7 @@ def _of_elements(
     known = np.isfinite(elements.normals[:, 0])
     cosine = np.abs(np.nan_to_num(elements.normals) @ normal)
     exposed = known & (cosine >= np.cos(np.radians(asked.angle_deg)))
-    progress.stage(tr("Patches"), None)
+    progress.stage(tr("Selecting patches"), None)
     patches, patch_deg, patch_extent = _patches(elements, exposed, resolution, noise, asked, weight)
     figures = lines_through(
         elements, normal, known & ~exposed, exposed, resolution, asked.length, progress

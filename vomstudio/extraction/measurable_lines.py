@@ -80,7 +80,7 @@ def lines_through(
     share = quarter[one] - np.floor(quarter[one])
     # Two sets of bands, so that every place is well inside one of them.
     middle = (share >= 0.25) & (share < 0.75)
-    progress.stage(tr("Lines through the places"), len(one))
+    progress.stage(tr("Measuring patches"), len(one))
     before = 0
     for bands, places_there in ((quarter, middle), (half_later, ~middle)):
         band = np.where(cut | exposed, np.floor(bands).astype(np.int64), -1)

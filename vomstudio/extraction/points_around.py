@@ -130,7 +130,7 @@ def seen_around(
         np.empty((k, kept), np.int32), np.empty(k), np.empty((k, 3)), np.empty(k),
         np.full(k, around),
     )  # fmt: skip
-    progress.stage(tr("Normals"), k)
+    progress.stage(tr("Computing normals"), k)
     if few is None or len(places) < MANY:
         _by_tree(whole, places, None, rows, np.arange(k), seen, progress)
         return around, seen

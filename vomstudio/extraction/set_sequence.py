@@ -113,7 +113,7 @@ def _normals(elements: Elements, progress: Progress) -> Array:
     tree = cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
     n, k = len(places), min(NEIGHBOURS, len(places))
     normals, variation = np.empty((n, 3)), np.empty(n)
-    progress.stage(tr("Normals"), n)
+    progress.stage(tr("Computing normals"), n)
 
     def work(block: slice) -> None:
         _, rows = tree.query(places[block], k=k)
@@ -205,7 +205,7 @@ def _clusters(
         return labels, np.zeros(0, np.int64)
     from scipy.spatial import cKDTree
 
-    progress.stage(tr("Telling planes apart"), count)
+    progress.stage(tr("Separating planes"), count)
     for number in range(count):
         progress.step(number)
         rows = np.flatnonzero(set_of == number)

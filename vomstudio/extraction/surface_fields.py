@@ -126,13 +126,13 @@ def surface_fields(
     if not 0.0 < radius_m < np.inf:
         raise UsageError(tr("The radius is a positive length in metres."), field="radius")
     progress = progress or Silent()
-    progress.stage(tr("Points of the surface"), None)
+    progress.stage(tr("Preparing surface points"), None)
     places = np.asarray(points_of(data), np.float64)
     said = _refused_or_told(data, radius_m)
     points = surface_points(data, radius_m / _SPACINGS)[0]
     support = _evenly(points, radius_m / _CELLS)
     grid = PointGrid(support, radius_m)
-    progress.stage(tr("Planes within the radius"), len(places))
+    progress.stage(tr("Fitting planes within the radius"), len(places))
     planes = grid.planes(places, radius_m, progress)
     enough = planes.count >= _FEWEST
     on_lines = enough & ~(planes.spread[:, 1] > _THIN * planes.spread[:, 2])
@@ -155,7 +155,7 @@ def surface_fields(
     normals, warnings = _outward(data, planes.normal)
     warnings = (*said, *warnings)
     normals[~enough] = np.nan
-    progress.stage(tr("Curvature"), len(places))
+    progress.stage(tr("Computing curvature"), len(places))
     curvature = grid.curvatures(places, normals, radius_m, progress)
     values = {**_attitudes(normals), "curvature": curvature, **_shapes(planes)}
     left = float(1.0 - enough.mean())

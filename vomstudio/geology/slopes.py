@@ -32,6 +32,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Array, Flags, Plane, sin_cos_deg
+from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
 LIMITS = ("curved", "straight")
@@ -215,15 +216,19 @@ class PairCounts(NamedTuple):
     oblique: npt.NDArray[np.int64]
 
 
-def count_pairs(face: SlopeFace, normals: Array) -> PairCounts:
+def count_pairs(face: SlopeFace, normals: Array, progress: Progress | None = None) -> PairCounts:
     """Of upward normals (k, n, 3) in the frame of the face; k times n (n - 1) / 2 intersections
-    are looked at, in portions."""
+    are looked at, in portions, which are the steps of `progress`."""
+    progress = progress or Silent()
     counts = np.zeros((6, len(normals)), np.int64)
+    done = 0
     for lines, sound, _ in intersections(normals):
         wedge, topple = wedge_sliding(face, lines), direct_toppling(face, lines)
         flags = (sound, ~sound, *(zone & sound for zone in (*wedge, *topple)))
         for row, flag in enumerate(flags):
             counts[row] += flag.sum(axis=1)
+        done += sound.size
+        progress.step(done)
     return PairCounts(*counts)
 
 

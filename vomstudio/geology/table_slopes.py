@@ -24,6 +24,7 @@ from vomstudio.geology.slopes import (
     planar_sliding,
 )
 from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
+from vomstudio.progress import Ahead, Progress, Silent
 from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
 
@@ -124,9 +125,12 @@ def slope_face(
     )
 
 
-def table_slope(table: OrientationRows, face: SlopeFace) -> TableSlope:
+def table_slope(
+    table: OrientationRows, face: SlopeFace, progress: Progress | None = None
+) -> TableSlope:
     """Planes, and intersections of all pairs of them, in the critical zones of a face. Raises
     GeometryError for a table without planes."""
+    progress = progress or Silent()
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
         raise GeometryError(
@@ -138,8 +142,9 @@ def table_slope(table: OrientationRows, face: SlopeFace) -> TableSlope:
     ids = [table.ids[row] for row in rows]
     normals = in_face_frame(face, planes.normals)
     zones = _plane_zones(face, normals)
-    pairs = count_pairs(face, normals[None])
-    expected = _expected(face, planes)
+    progress.stage(tr("Intersecting pairs of planes"), len(rows) * (len(rows) - 1) // 2)
+    pairs = count_pairs(face, normals[None], progress)
+    expected = _expected(face, planes, progress)
     of_planes = [
         PlanesMode(
             int(zone.critical.sum()), len(rows), float(zone.critical.mean()), share,
@@ -230,7 +235,7 @@ class _Expected:
     draws: tuple[int, int] | None = None
 
 
-def _expected(face: SlopeFace, planes: TiltedPlanes) -> _Expected:
+def _expected(face: SlopeFace, planes: TiltedPlanes, progress: Progress) -> _Expected:
     """By drawing the planes with their errors, with a fixed seed: many times where they are few.
     Planes without a known error stay as they are."""
     if not planes.known.any():
@@ -239,16 +244,21 @@ def _expected(face: SlopeFace, planes: TiltedPlanes) -> _Expected:
     draws = _draws(_PLANES, n)
     generator = np.random.default_rng(SEED)
     critical = np.zeros(3)
-    for portion in _portions(draws, n):
+    progress.stage(tr("Estimating probabilities of planes"), draws)
+    for done, portion in _portions(draws, n):
+        progress.step(done)
         normals = in_face_frame(face, planes.drawn(portion, generator))
         critical += [zone.critical.sum() for zone in _plane_zones(face, normals)]
     a, b, c = (critical / (draws * n)).tolist()
     if n < 2:
         return _Expected((a, b, c), draws=(draws, 0))
-    pair_draws = _draws(_PAIRS, n * (n - 1) // 2)
+    pairs = n * (n - 1) // 2
+    pair_draws = _draws(_PAIRS, pairs)
     of = wedge = topple = 0
-    for portion in _portions(pair_draws, n):
-        found = count_pairs(face, in_face_frame(face, planes.drawn(portion, generator)))
+    progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
+    for done, portion in _portions(pair_draws, n):
+        drawn = in_face_frame(face, planes.drawn(portion, generator))
+        found = count_pairs(face, drawn, Ahead(progress, done * pairs))
         of += int(found.of.sum())
         wedge += int(found.wedge.sum())
         topple += int(found.toppling.sum())
@@ -259,9 +269,10 @@ def _draws(budget: int, each: int) -> int:
     return int(np.clip(budget // each, _FEWEST_DRAWS, _MOST_DRAWS))
 
 
-def _portions(draws: int, n: int) -> list[int]:
+def _portions(draws: int, n: int) -> list[tuple[int, int]]:
+    """Return the number of draws before each portion, and that in it."""
     most = max(1, _TOGETHER // n)
-    return [min(most, draws - start) for start in range(0, draws, most)]
+    return [(start, min(most, draws - start)) for start in range(0, draws, most)]
 
 
 def _noticed(face: SlopeFace, n: int, rows: int, known: int, of: int, parallel: int) -> list[str]:

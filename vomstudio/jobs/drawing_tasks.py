@@ -93,7 +93,7 @@ def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
     progress.stage(tr("Reading {file}", file=asked.drawing.name))
     lines, said = read_drawing(asked.drawing, picture, progress)
     data = read_standing(asked.model, progress).data
-    progress.stage(tr("Looking for the surface under {count} lines", count=len(lines)))
+    progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
     try:
         brought = bring_back(lines, in_frame(picture, asked.model.to_world), data)
     except InputError as error:

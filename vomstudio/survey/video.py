@@ -214,7 +214,7 @@ def _choose_frames(
     report = FrameReport(target, source.width, source.height, source.fps, 0.0)
     window = max(1, round(source.fps / fps))
     stated = source.count
-    progress.stage(tr("Choosing frames"), stated)
+    progress.stage(tr("Selecting frames"), stated)
     last: Bytes | None = None
     sigmas: list[float] = []
     stem = in_unicode(source.path.stem)

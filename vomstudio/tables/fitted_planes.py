@@ -16,9 +16,12 @@ from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, fit_planes
+from vomstudio.progress import Progress, Silent
 from vomstudio.tables.orientation_table import Row, plane_row
+from vomstudio.words import tr
 
 NO_WORDS: Mapping[str, Mapping[Any, str]] = MappingProxyType({})
+_STEP = 100
 AS_GIVEN = "as given"
 """The frame of points that name none."""
 
@@ -43,6 +46,7 @@ def fitted_planes(
     resolution_m: float | None = None,
     thresholds: Thresholds = DEFAULTS,
     words: Mapping[str, Mapping[Any, str]] = NO_WORDS,
+    progress: Progress | None = None,
 ) -> FittedPlanes:
     """Fit and judge a plane to each group of points.
 
@@ -53,6 +57,8 @@ def fitted_planes(
     thresholds : of the profile by which the planes are judged
     words : what else is known of the groups, by column of the table and by id
     """
+    progress = progress or Silent()
+    progress.stage(tr("Fitting planes"))
     batch = fit_planes(points, offsets, method=method, axis=axis)
     fits = batch.rows()
     rows: list[Row] = []
@@ -60,7 +66,10 @@ def fitted_planes(
     bands: dict[Any, PlaneBand] = {}
     # All at once: single vectors cost a hundred times as much.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
-    for name, fit in zip(ids, fits, strict=True):
+    progress.stage(tr("Judging planes"), len(fits))
+    for number, (name, fit) in enumerate(zip(ids, fits, strict=True)):
+        if number % _STEP == 0:
+            progress.step(number)
         if fit.error is not None:
             skipped.append({"id": name, "reason": fit.error})
             continue

@@ -18,7 +18,7 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import scale_known
-from vomstudio.progress import Progress
+from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 
@@ -70,7 +70,11 @@ def read_in_world(
     InputError, UsageError, Cancelled."""
     declared = declared or DeclaredFrame()
     check_place(declared, project)
+    progress = progress or Silent()
+    # Readers begin a stage of their own once the libraries of the format are imported.
+    progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded = read_model(path, progress)
+    progress.stage(tr("Preparing the model"))
     if project is not None:
         return as_in_project(loaded, model_in(project, loaded))
     turned = loaded.turned_about is not None
@@ -89,7 +93,10 @@ def read_beside(
     else as its file says. Raises as `read_in_world`."""
     if project is None:
         return read_in_world(path, progress)
+    progress = progress or Silent()
+    progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded = read_model(path, progress)
+    progress.stage(tr("Preparing the model"))
     models = _models_of(project)
     if any(model.content_hash == loaded.content_hash for model in models):
         return as_in_project(loaded, model_in(project, loaded))

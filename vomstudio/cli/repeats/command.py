@@ -7,7 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.arguments import Subparsers, add_azimuth, add_command
+from vomstudio.cli.common.arguments import (
+    Subparsers,
+    add_azimuth,
+    add_command,
+    report_reading,
+)
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr, tr_n
 
@@ -40,7 +45,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.looked_at.table_repeats import table_repeats
     from vomstudio.io.project.repeated_picks import read_picks_again
 
+    progress = report_reading(args, args.table)
     table = read_picks_again(Path(args.table), args.azimuth)
+    progress.stage(tr("Comparing repeated picks"))
     found = table_repeats(table, args.by, args.interpreter)
     out.result(found.as_dict())
     out.note(tr("read as {convention}", convention=found.convention))

@@ -58,7 +58,7 @@ class EdgeNetwork:
         found = np.empty((height, width), np.float32)
         rows, columns = _starts(height, tall, up), _starts(width, wide, left)
         done = 0
-        progress.stage(tr("Looking for edges"), len(rows) * len(columns))
+        progress.stage(tr("Detecting edges"), len(rows) * len(columns))
         for row in rows:
             for column in columns:
                 progress.step(done)

@@ -108,7 +108,7 @@ def propose_traces(
         raise UsageError(tr("At least one line is proposed."), field="--most")
     Follower(surface, cost)
     least = LEAST_LENGTH * resolution if least_length is None else least_length
-    progress.stage(tr("Looking for lines"), None)
+    progress.stage(tr("Finding lines"), None)
     whole = surface
     warnings: tuple[str, ...] = ()
     if (count := len(surface.places)) > MOST_POINTS:
@@ -129,7 +129,7 @@ def propose_traces(
     lines = find_lines(graph, evidence, least, most)
     strongest = np.zeros(0)
     if lines:
-        progress.stage(tr("Looking in noise"), SURROGATES)
+        progress.stage(tr("Comparing with noise"), SURROGATES)
         strongest = strongest_in_noise(graph, evidence, called or cost, least, progress.step)
     near = near_surface(whole)
     found = []

@@ -181,7 +181,7 @@ def _counts(
     of_planes = np.zeros((len(slopes), 2), np.int64)
     of_pairs = np.zeros((len(slopes), 3), np.int64)
     n = len(normals)
-    progress.stage(tr("Slopes of the facets"), max(n * (n - 1) // 2, 1))
+    progress.stage(tr("Analysing slopes"), max(n * (n - 1) // 2, 1))
     for k, slope in enumerate(slopes):
         turned = in_face_frame(slope, normals)
         of_planes[k] = (

@@ -33,6 +33,7 @@ from vomstudio.geology.sets.discontinuities import (
 )
 from vomstudio.geology.sets.girdles import without_gap
 from vomstudio.geology.statistics import fisher
+from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
 
@@ -121,6 +122,7 @@ def propose_sets(
     seeds: Sequence[Plane] = (),
     pieces: Pieces | None = None,
     scanline: Floats | None = None,
+    progress: Progress | None = None,
 ) -> SetProposal:
     """most : sets looked for at most, MOST_SETS without it; exactly : this number; seeds : planes,
     one for each set, in place of a proposed number; pieces : of all rows of the table; scanline :
@@ -144,8 +146,11 @@ def propose_sets(
             field="--scanline",
         )
     poles = table.vectors()[rows]
+    progress = progress or Silent()
+    progress.stage(tr("Clustering planes"))
     found = sets_among(poles, most=most, exactly=exactly, seeds=seeds)
-    found = described(found, poles, None if pieces is None else pieces.rows(rows), scanline)
+    members = None if pieces is None else pieces.rows(rows)
+    found = described(found, poles, members, scanline, progress)
     warnings += found.warnings
     if not found.sets and not seeds:
         warnings.append(
@@ -195,7 +200,11 @@ def given_sets(means: Floats, poles: Sequence[Floats], group: npt.ArrayLike) -> 
 
 
 def described(
-    found: SetProposal, poles: Floats, pieces: Pieces | None, scanline: Floats | None = None
+    found: SetProposal,
+    poles: Floats,
+    pieces: Pieces | None,
+    scanline: Floats | None = None,
+    progress: Progress | None = None,
 ) -> SetProposal:
     """The proposal for poles (n, 3) with how well models fit its sets and how their planes stand in
     space. scanline : (2, 3) ends, m, only with pieces"""
@@ -204,7 +213,10 @@ def described(
     sets: list[DescribedSet] = []
     all_: list[Discontinuity] = []
     ids = np.full(len(poles), "", dtype=object)
-    for one in found.sets:
+    progress = progress or Silent()
+    progress.stage(tr("Describing the sets"), len(found.sets))
+    for done, one in enumerate(found.sets):
+        progress.step(done)
         own = np.flatnonzero(of == one.name)
         normal = Plane(one.dip_direction_deg, one.dip_deg).normal()
         arrangement, line = Arrangement(), None

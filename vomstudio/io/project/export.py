@@ -15,6 +15,7 @@ from vomstudio.files.atomic import check_target
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.io.exchange.columns import beside, write_tables
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.progress import Progress, Silent
 from vomstudio.tables.listed_tables import listed_tables
 from vomstudio.tables.orientation_table import write_orientation_csv
 from vomstudio.tables.project_table import ProjectTable, project_table
@@ -32,7 +33,13 @@ FORMATS = (
 
 
 def export_project(
-    folder: Path, format_: str, out: Path, *, with_map: bool = True, force: bool = False
+    folder: Path,
+    format_: str,
+    out: Path,
+    *,
+    with_map: bool = True,
+    force: bool = False,
+    progress: Progress | None = None,
 ) -> ProjectTable:
     """Export the project in `folder`, which may be open in a window; returns what was written.
     with_map : beside a GeoPackage its map of QGIS
@@ -42,17 +49,19 @@ def export_project(
     """
     # Around all that is made: else the collector looks through it before it is gone.
     with no_collection():
-        return _exported(folder, format_, out, with_map=with_map, force=force)
+        return _exported(folder, format_, out, with_map, force, progress or Silent())
 
 
 def _exported(
-    folder: Path, format_: str, out: Path, *, with_map: bool, force: bool
+    folder: Path, format_: str, out: Path, with_map: bool, force: bool, progress: Progress
 ) -> ProjectTable:
     from vomstudio.io.project.journal import own_files, read_replay
 
     format_ = _format_named(format_)
     check_target(out, force=force, inputs=own_files(folder))
+    progress.stage(tr("Reading {file}", file=folder.name))
     kept = read_replay(folder)
+    progress.stage(tr("Writing {file}", file=out.name))
     refuse_empty(kept.records, folder)
     return export_records(
         kept.records,

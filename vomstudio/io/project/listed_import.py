@@ -107,7 +107,7 @@ def read_listed(
     made: list[Feature] = []
     skipped: list[tuple[str, str]] = []
     unknown: set[str] = set()
-    watched.stage(tr("Placing what was read"), len(rows))
+    watched.stage(tr("Importing features"), len(rows))
     for number, row in enumerate(rows, 1):
         if not number % _LOOKED_AT:
             watched.step(number)

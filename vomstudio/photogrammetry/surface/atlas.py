@@ -107,7 +107,7 @@ def make_atlas(
         raise GeometryError(tr("The mesh has no triangles to be textured."))
     if not (texel > 0 and math.isfinite(texel)):
         raise GeometryError(tr("The size of a texel must be a positive number."), field="texel")
-    progress.stage(tr("Making charts"))
+    progress.stage(tr("Creating texture charts"))
     cross = cross_products(vertices, faces)
     area = float(np.linalg.norm(cross, axis=1).sum() / 2)
     wanted = texel
@@ -115,7 +115,7 @@ def make_atlas(
     texel = max(texel, math.sqrt(area / room))
     flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
     for _ in range(20):
-        progress.stage(tr("Packing charts"))
+        progress.stage(tr("Packing texture charts"))
         packed = _pack(flat / texel, chart, options, progress)
         if packed is not None:
             break

@@ -140,7 +140,7 @@ def blend(
     seen_by = np.bincount(at_faces.owner[well & ~doubtful], minlength=m).astype(np.int32)
     quality = np.where(well, quality, _POOR * quality)
     quality = np.where(doubtful, _POOR**2 * quality, quality).astype(np.float32)
-    progress.stage(tr("Choosing a photo for each triangle"))
+    progress.stage(tr("Selecting a photo for each triangle"))
     across = neighbours(faces)
     smooth_quality(at_faces.starts, at_faces.views, quality, across, 6, np.empty_like(quality))
     # What is smoothed must not bring back what was ruled out.

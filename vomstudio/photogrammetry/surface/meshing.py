@@ -121,7 +121,7 @@ def build_surface(
     # An open cell of the octree is what Poisson's method resolves; the cut must not fall below it.
     cell = 1.1 * float(np.ptp(points, axis=0).max()) / 2**depth
     facts: dict[str, Any] = {"points": len(points), "spacing_m": spacing, "depth": depth}
-    progress.stage(tr("Poisson surface (cannot be cancelled)"))
+    progress.stage(tr("Computing the Poisson surface (cannot be cancelled)"))
     vertices, faces = _poisson(points, normals, depth, options.threads)
     facts["faces_poisson"] = len(faces)
     progress.stage(tr("Trimming unsupported surface"))

@@ -89,6 +89,8 @@ def map_fractures(
         )
     else:
         sets = [sets[i - 1] for i in drawn.feature]
+    if progress is not None:
+        progress.stage(tr("Analysing the fracture network"))
     return fracture_network(
         drawn.shapes,
         counted,

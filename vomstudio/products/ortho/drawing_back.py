@@ -159,7 +159,7 @@ def fitting_sidecars(drawing: Path, progress: Progress | None = None) -> list[Pa
     found = []
     there = sorted(drawing.parent.glob("*.json"))
     for done, path in enumerate(there):
-        progress.stage(tr("Looking for the picture of the drawing"), len(there))
+        progress.stage(tr("Finding the orthophoto of the drawing"), len(there))
         progress.step(done)
         try:
             read_drawing(drawing, read_sidecar(path), progress)

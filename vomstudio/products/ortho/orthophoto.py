@@ -149,6 +149,7 @@ def write_orthophoto(
         ):
             tiles = drawn_tiles(source, grid, progress, threads)
             covered, filled = _draw(tiles, picture_file, depth_file, small)
+        progress.stage(tr("Writing the orthophoto"))
         _refuse_empty(covered, plan)
         warnings += source.warnings()
         facts |= {
@@ -165,6 +166,7 @@ def write_orthophoto(
         if small is not None:
             drawing = replace(drawing, picture=small.within())
         if drawings:
+            progress.stage(tr("Writing the drawing"))
             parts = {form: paths[target] for form, target in drawings.items()}
             write_drawings(parts, drawing, shown_crs, facts["picture_id"], raster_turn(plan))
             facts["drawn"] = len(drawing.shapes)
@@ -172,6 +174,7 @@ def write_orthophoto(
         paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         for page in chosen:
+            progress.stage(tr("Drawing the sheet"))
             write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
     shown, said = next(iter(chosen), None), tuple(warnings)
     return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)

@@ -52,7 +52,7 @@ def match(
     distances = [farthest]
     while distances[-1] > nearest and len(distances) < _STEPS:
         distances.append(max(distances[-1] / 2.0, nearest))
-    progress.stage(tr("Matching, from coarse to fine"), len(distances))
+    progress.stage(tr("Matching surfaces, coarse to fine"), len(distances))
     for number, distance in enumerate(distances):
         turn = _step(source, target, turn, distance)
         progress.step(number + 1)

@@ -80,7 +80,7 @@ def refine(
     scale : whether it is one of the unknowns
     Raises GeometryError where too little of the two overlaps, Cancelled through `progress`.
     """
-    progress.stage(tr("Fitting"), _STEPS)
+    progress.stage(tr("Refining the fit"), _STEPS)
     fit = start
     for number in range(_STEPS):
         found = _look(model, reference, fit, scale)

@@ -125,7 +125,7 @@ def compare(
     )  # fmt: skip
     progress.stage(tr("Preparing the benchmark"), None)
     sides, by = _sides(model, benchmark)
-    progress.stage(tr("Nearest distances"), len(places))
+    progress.stage(tr("Computing distances"), len(places))
     near = sides.opposite(places, progress)
     slack = _spacing(model)
     beyond = ~np.isfinite(near.distance) | (near.beside > (slack if by == "winding" else 0.0))
@@ -284,7 +284,7 @@ def _m3c2(
             )
     rows = np.flatnonzero(~beyond)
     core = np.asarray(places[rows], np.float64)
-    progress.stage(tr("Normals"), len(core))
+    progress.stage(tr("Computing normals"), len(core))
     normals = m3c2.normals_at(
         clouds[0], core, m3c2.NORMAL_SCALE * radius, near.normal[rows], progress
     )

@@ -279,7 +279,7 @@ def _are_normals(values: Array) -> bool:
 def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dict[int, Array]:
     """The columns of the table, those that hold more than numbers as objects. Raises InputError
     with the line that does not fit."""
-    progress.stage(tr("Reading the numbers"), len(data))
+    progress.stage(tr("Reading the points"), len(data))
     if len(data) <= FEW_BYTES and (few := plain_numbers(data, layout)) is not None:
         return few
     import pandas
