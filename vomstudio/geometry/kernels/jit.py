@@ -72,8 +72,9 @@ def _decorated(function: Callable[..., Any], source: Source, **options: Any) -> 
 @contextlib.contextmanager
 def _numba_cache(folder: Path) -> Iterator[None]:
     """Make numba use this cache folder for the functions that are compiled inside the block."""
-    from numba.core import config
+    import numba
 
+    config: Any = numba.config
     previous = config.CACHE_DIR
     config.CACHE_DIR = str(folder)
     try:
