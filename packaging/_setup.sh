@@ -13,7 +13,7 @@ unfinished="$venv/installation-unfinished"
 log="$venv/installation.log"
 # Measured by a fresh installation on Linux.
 needed_mb=2700
-size_text="700 MB to download, 2.5 GB on disk, a few minutes"
+size_text="700 MB to download, 2.6 GB on disk, a few minutes"
 
 say() { printf '%s\n' "$*" >&2; }
 die() {

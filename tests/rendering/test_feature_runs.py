@@ -1,6 +1,7 @@
 """The arrays that are kept in blocks are those of all features in their order."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

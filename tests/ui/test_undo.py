@@ -100,9 +100,16 @@ def test_nothing_is_said_where_nothing_can_be_undone(window, studio):
 # --- Esc is a step ---------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("name", "noun"),
-    first_in_default_tier([("trace", "trace"), ("line", "line"), ("measure", "measurement"), ("contact", "contact line"),
-     ("lithology", "rock area")]),
-)  # fmt: skip
+    first_in_default_tier(
+        [
+            ("trace", "trace"),
+            ("line", "line"),
+            ("measure", "measurement"),
+            ("contact", "contact line"),
+            ("lithology", "rock area"),
+        ]
+    ),
+)
 def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, noun):
     cliff.activate(name)
     if name == "measure":

@@ -337,6 +337,10 @@ def two_references(
     cloud = laspy.LasData(header)
     cloud.x, cloud.y, cloud.z = points.T
     cloud.write(path)
+    # laspy 2.5 sets the bit for every file with WKT.
+    content = bytearray(path.read_bytes())
+    content[6] = content[6] & ~0x10 | (0x10 if form >= 6 else 0)
+    path.write_bytes(content)
     return path
 
 

@@ -16,7 +16,7 @@ from vomstudio.io.gis.crs_names import matching, projected_systems
         ("wgs 84 utm 33n", "EPSG:32633"),
         ("British National Grid", "EPSG:27700"),
         ("lambert-93", "EPSG:2154"),
-        ("italy utm 32n etrs89", "EPSG:25832"),
+        ("germany utm 32n etrs89", "EPSG:25832"),
     ],
 )
 def test_every_word_is_looked_for_in_code_name_and_area(typed: str, code: str) -> None:

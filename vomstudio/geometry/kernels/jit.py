@@ -72,9 +72,9 @@ def _decorated(function: Callable[..., Any], source: Source, **options: Any) -> 
 @contextlib.contextmanager
 def _numba_cache(folder: Path) -> Iterator[None]:
     """Make numba use this cache folder for the functions that are compiled inside the block."""
-    import numba.core.config
+    import numba
 
-    config: Any = numba.core.config
+    config: Any = numba.config
     previous = config.CACHE_DIR
     config.CACHE_DIR = str(folder)
     try:
