@@ -173,7 +173,7 @@ def test_what_is_left_behind_in_the_window_of_the_journeys_is_found(inner, monke
     conftest = inner.path / "conftest.py"
     conftest.write_text(
         conftest.read_text("utf-8").replace("_PATIENCE_S = 0.1", "_PATIENCE_S = 5.0")
-        + "from tests.conftest import own_folders, state_folder\n",
+        + "\nfrom tests.conftest import own_folders, state_folder\n",
         "utf-8",
     )
     (folder / "conftest.py").write_text("from tests.journeys.conftest import *\n", "utf-8")

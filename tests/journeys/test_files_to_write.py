@@ -15,6 +15,8 @@ from tests import driver
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 
+pytestmark = pytest.mark.full
+
 ZIGZAG = tuple((float(i), (i % 3) * 0.7, 0.4 * i + (i % 2)) for i in range(9))
 
 
@@ -70,7 +72,6 @@ def replaced_only_when_asked(there: Path, ask: Callable[[], object], typed: str)
     driver.wait(lambda: there.read_bytes() != b"mine", "the file")
 
 
-@pytest.mark.full
 @pytest.mark.parametrize("ending", ["csv", "dxf"])
 def test_a_table_whose_ending_is_not_typed_is_replaced_only_when_that_was_asked(
     opened, tmp_path, ending
@@ -86,13 +87,11 @@ def test_a_figure_and_the_table_of_a_command_too(opened, tmp_path) -> None:
     replaced_only_when_asked(tmp_path / "planes.csv", run, str(tmp_path / "planes"))
 
 
-@pytest.mark.full
 def test_the_report_too(opened, tmp_path) -> None:
     run = opened.actions_table.all["save_report"].trigger
     replaced_only_when_asked(tmp_path / "report.txt", run, str(tmp_path / "report"))
 
 
-@pytest.mark.full
 def test_a_model_is_exported_in_the_format_that_is_chosen(opened, tmp_path) -> None:
     run = opened.actions_table.all["export_model"].trigger
     proposed = in_dialog(str(tmp_path / "cliff"), ".glb")
@@ -105,7 +104,6 @@ def test_a_model_is_exported_in_the_format_that_is_chosen(opened, tmp_path) -> N
     driver.wait((tmp_path / "other.ply").exists, "the model")
 
 
-@pytest.mark.full
 def test_files_for_other_programs_have_the_ending_of_the_chosen_one(opened, tmp_path) -> None:
     run = opened.actions_table.all["export_program"].trigger
     in_dialog(str(tmp_path / "beds"), ".tsv")

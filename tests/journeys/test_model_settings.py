@@ -16,6 +16,8 @@ from tests.journeys.test_photos import looked_at
 from vomstudio.paths import resource
 from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
+pytestmark = pytest.mark.full
+
 
 @pytest.fixture
 def sample(tmp_path) -> Path:
@@ -90,7 +92,6 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     dialog.close()
 
 
-@pytest.mark.full
 def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> None:
     marks = sample.parent / "marks.csv"
     lines = marks.read_text().splitlines()
@@ -122,7 +123,6 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     dialog.close()
 
 
-@pytest.mark.full
 def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample) -> None:
     window.open_path(sample)
     looked_at(window)
@@ -147,7 +147,6 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     dialog.close()
 
 
-@pytest.mark.full
 def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     window,
     photos,
@@ -214,7 +213,6 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     assert made["registered"] == 4
 
 
-@pytest.mark.full
 def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     marks = (sample.parent / "marks.csv").rename(sample.parent / "later.csv")
     window.open_path(sample)
@@ -228,7 +226,6 @@ def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     assert "registered by ground control" in findings(window)
 
 
-@pytest.mark.full
 def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:
     other = tmp_path / "elsewhere" / "photos"
     other.mkdir(parents=True)
@@ -242,7 +239,6 @@ def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample,
     assert window.survey.out() == made
 
 
-@pytest.mark.full
 @pytest.mark.usefixtures("new_window")
 def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None:
     folder = window.studio.project.folder
@@ -255,7 +251,6 @@ def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None
     assert stage.is_dir()
 
 
-@pytest.mark.full
 def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
     window.open_path(sample)
     looked_at(window)

@@ -137,6 +137,8 @@ def test_a_contact_line_follows_the_contact(opened, picks):
 
 
 @pytest.mark.full
+# Its clicks count to the pixel: in a window whose panels were reset the left ones are 3 wider.
+@pytest.mark.usefixtures("new_window")
 def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monkeypatch):
     """The newest outline counts; what is finished before its area has come waits for it."""
     window, studio = opened, opened.studio

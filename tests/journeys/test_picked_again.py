@@ -18,6 +18,8 @@ from vomstudio.ui.analyse.repeats_panel import RepeatsPanel
 from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
 from vomstudio.ui.shell.main_window import MainWindow
 
+pytestmark = pytest.mark.full
+
 
 def press(button) -> None:
     QTest.mouseClick(button, LEFT, NONE, button.rect().center())

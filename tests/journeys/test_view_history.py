@@ -11,6 +11,8 @@ from tests.driver import click, drag, key, wait
 from vomstudio.extraction.selecting.looking import count_of
 from vomstudio.tools.select import SelectTool
 
+pytestmark = pytest.mark.full
+
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
@@ -72,7 +74,6 @@ def test_each_change_of_the_view_is_gone_back_and_forth(opened):
     assert "no later view" in opened.actions_table.all["view_forward"].toolTip()
 
 
-@pytest.mark.full
 def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):
     before = view(opened)
     at = opened.viewport.rect().center()
@@ -83,7 +84,6 @@ def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):
     assert np.allclose(view(opened), before, atol=1e-9)
 
 
-@pytest.mark.full
 def test_a_new_view_ends_what_lay_ahead(opened):
     turn(opened)
     back(opened)
@@ -94,7 +94,6 @@ def test_a_new_view_ends_what_lay_ahead(opened):
     assert np.allclose(view(opened), there)
 
 
-@pytest.mark.full
 def test_views_and_work_are_undone_apart(opened):
     key(opened, Qt.Key.Key_T)
     at = opened.viewport.rect().center() + QPoint(-60, 0)
@@ -112,7 +111,6 @@ def test_views_and_work_are_undone_apart(opened):
     assert len(opened.studio.tool.vertices) == 1, "back in the view leaves the pick"
 
 
-@pytest.mark.full
 def test_another_project_has_no_earlier_view(opened):
     turn(opened)
     opened.studio.new_project()
@@ -121,7 +119,6 @@ def test_another_project_has_no_earlier_view(opened):
     assert not opened.actions_table.all["view_forward"].isEnabled()
 
 
-@pytest.mark.full
 def test_what_was_isolated_is_shown_again_by_going_back(opened):
     elements = opened.studio.workspace.elements
     (model_id,) = elements.shown()

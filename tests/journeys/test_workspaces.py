@@ -10,6 +10,8 @@ from tests import driver
 from tests.driver import CTRL, key, look_at, pick, wait
 from vomstudio.ui.workspaces.table import WORKSPACES
 
+pytestmark = pytest.mark.full
+
 
 def test_workspaces_leave_camera_work_and_keyboard_alone(window, outcrop, picks):
     driver.open_outcrop(window, outcrop)
@@ -36,7 +38,6 @@ def test_workspaces_leave_camera_work_and_keyboard_alone(window, outcrop, picks)
     assert len(trace.vertices) == 3
 
 
-@pytest.mark.full
 def test_a_model_can_be_picked_in_every_workspace(window, outcrop, picks):
     """The outcrop is drawn anew at its new size: a click still hits what is under it."""
     driver.open_outcrop(window, outcrop)
@@ -50,7 +51,6 @@ def test_a_model_can_be_picked_in_every_workspace(window, outcrop, picks):
         key(window, Qt.Key.Key_N)
 
 
-@pytest.mark.full
 @pytest.mark.parametrize("size", [(1280, 688), (960, 540)])
 def test_photos_take_the_middle_and_give_it_to_a_model(window, outcrop, photos, size):
     window.resize(*size)

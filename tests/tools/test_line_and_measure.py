@@ -17,7 +17,7 @@ from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
 from vomstudio.tools.interaction_types import Button, Pointer
-from vomstudio.tools.line import LineTool
+from vomstudio.tools.line import LineTool, NextLine
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.tools.trace import TraceTool
 
@@ -379,10 +379,10 @@ def test_a_click_that_cannot_be_written_is_not_there(context, cls):
     assert "disk full" in context.said[-1]
 
 
-def test_the_plane_of_a_closed_project_is_forgotten(line: LineTool, context: Context) -> None:
-    line.choose(plane_id="f1", slip="normal")
+def test_the_attributes_of_a_closed_project_are_forgotten(line: LineTool, context: Context) -> None:
+    line.choose(type_id="own-1", set_name="S2", plane_id="f1", slip="normal")
     line.forget()
-    assert (line.next.plane_id, line.next.slip) == ("", "")
+    assert line.next == NextLine()
     measure = MeasureTool(context)
     measure.next_plane_id = "f1"
     measure.forget()

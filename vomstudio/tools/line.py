@@ -130,9 +130,9 @@ class LineTool(PolylineTool[Lineation]):
         }
 
     def forget(self) -> None:
-        """The next project does not have this project's planes."""
+        """Return to the default attributes: types, sets and planes belong to a project."""
         super().forget()
-        self.next = replace(self.next, plane_id="", slip="")
+        self.next = NextLine()
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
         # A sense that is not known is no draft of this tool.
