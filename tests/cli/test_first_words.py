@@ -262,57 +262,6 @@ def test_a_file_that_cannot_be_removed_is_named(
     assert (both.code, both.json["error"]["code"]) == (2, "usage")
 
 
-def test_uninstalling_removes_what_was_installed_and_nothing_else(
-    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    data = tmp_path / "data"
-    monkeypatch.setenv("XDG_DATA_HOME", str(data))
-    monkeypatch.setenv("PATH", str(_indexers(tmp_path)))
-    none = run("--uninstall-desktop", "--json")
-    assert (none.code, none.json["files"]) == (0, [])
-    assert not (tmp_path / "calls").exists()
-    installed = run("--install-desktop", "--json").json["files"]
-    other = data / "applications" / "other.desktop"
-    other.write_text("[Desktop Entry]")
-    (tmp_path / "calls").unlink()
-    done = run("--uninstall-desktop")
-    assert (done.code, done.out.splitlines()) == (0, installed)
-    assert [path for path in data.rglob("*") if path.is_file()] == [other]
-    assert (tmp_path / "calls").read_text().split() == [
-        "update-desktop-database", str(data / "applications"),
-        "update-mime-database", str(data / "mime"),
-    ]  # fmt: skip
-    # A part of it is removed too, and again there is nothing.
-    run("--install-desktop")
-    Path(installed[0]).unlink()
-    assert run("--uninstall-desktop", "--json").json["files"] == installed[1:]
-    again = run("--uninstall-desktop")
-    assert (again.code, "removed" in again.out) == (0, True)
-
-
-def _indexers(folder: Path) -> Path:
-    """A folder of programs that record how they are called in place of refreshing indexes."""
-    programs = folder / "bin"
-    programs.mkdir()
-    for name in ("update-desktop-database", "update-mime-database"):
-        script = f'#!/bin/sh\necho {name} "$@" >> "{folder / "calls"}"\n'
-        (programs / name).write_text(script)
-        (programs / name).chmod(0o755)
-    return programs
-
-
-def test_a_file_that_cannot_be_removed_is_named(
-    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    entry = tmp_path / "applications" / "vomstudio.desktop"
-    entry.mkdir(parents=True)
-    done = run("--uninstall-desktop", "--json")
-    assert (done.code, done.json["error"]["file"]) == (2, str(entry))
-    both = run("--install-desktop", "--uninstall-desktop", "--json")
-    assert (both.code, both.json["error"]["code"]) == (2, "usage")
-
-
 def test_a_folder_that_cannot_be_made_is_named(
     run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
