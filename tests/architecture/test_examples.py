@@ -33,7 +33,6 @@ AFFECTED = (
     "tests/specimens",
     "tests/ui/test_menu_paths.py",
     "tests/ui/test_panels.py",
-    "tests/ui/test_workspaces.py",
     "tests/test_words.py",
     "tests/test_messages.py",
     "tests/test_languages.py",
