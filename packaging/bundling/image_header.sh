@@ -3,7 +3,7 @@
 #
 #   ./@NAME@ [ARGUMENTS]    the same as `vomstudio [ARGUMENTS]`
 #
-# It needs squashfuse (the file system is mounted while the program runs) or unsquashfs
+# It needs squashfuse and fuse3 (the file system is mounted while the program runs) or unsquashfs
 # (the file system is unpacked to the user's cache once, 2 GB). By hand:
 #   sudo mount -o loop,ro,offset=@OFFSET@ @NAME@ FOLDER
 #   unsquashfs -offset @OFFSET@ -dest FOLDER @NAME@
@@ -25,7 +25,8 @@ fail() {
 }
 
 runtime="${XDG_RUNTIME_DIR:-${TMPDIR:-/tmp}}"
-mounted="$runtime/vomstudio-$(id -u)-@DIGEST@"
+mounts="$runtime/vomstudio-$(id -u)"
+mounted="$mounts/@DIGEST@"
 cache="${XDG_CACHE_HOME:-$HOME/.cache}/vomstudio"
 unpacked="$cache/bundle-@DIGEST@"
 
@@ -35,25 +36,32 @@ unpacked="$cache/bundle-@DIGEST@"
 if command -v squashfuse >/dev/null && [ -w /dev/fuse ]; then
     # A second window uses the mount of the first. A folder of that name that belongs to somebody
     # else is not trusted.
-    mkdir -m 700 "$mounted" 2>/dev/null || [ -O "$mounted" ] || fail \
-        "Cannot mount VOM Studio at $mounted: it belongs to another user. Set XDG_RUNTIME_DIR."
+    mkdir -m 700 "$mounts" 2>/dev/null || [ -O "$mounts" ] || fail \
+        "Cannot mount VOM Studio in $mounts: it belongs to another user. Set XDG_RUNTIME_DIR."
+    mkdir "$mounted" 2>/dev/null || true
     [ -e "$mounted/vomstudio" ] ||
         squashfuse -o offset=@OFFSET@,ro "$image" "$mounted" >/dev/null 2>&1 || true
     if [ -e "$mounted/vomstudio" ]; then
-        # Unmounts after this process, which becomes the program. As long as another window uses
-        # the mount it is busy and stays.
+        # Unmounts after this process, which becomes the program; it is not a child of it. As long
+        # as another window uses the mount it is busy and stays.
         (
             trap '' HUP INT TERM
-            tail --pid="$$" -s 5 -f /dev/null
-            sleep 2
-            fusermount -u "$mounted" || fusermount3 -u "$mounted"
-        ) </dev/null >/dev/null 2>&1 &
+            {
+                tail --pid="$$" -s 5 -f /dev/null
+                for _ in 1 2 3 4 5; do
+                    sleep 2
+                    fusermount3 -u "$mounted" || fusermount -u "$mounted" && break
+                done
+                rmdir "$mounted" "$mounts"
+            } </dev/null >/dev/null 2>&1 &
+        )
         start "$mounted" "$@"
     fi
+    rmdir "$mounted" "$mounts" 2>/dev/null || true
 fi
 
 command -v unsquashfs >/dev/null || fail \
-    "Cannot open the file system in $image. Install squashfuse or squashfs-tools."
+    "Cannot open the file system in $image. Install squashfuse and fuse3, or squashfs-tools."
 mkdir -p "$cache"
 printf 'Unpacking VOM Studio to %s (2 GB, once)\n' "$unpacked" >&2
 part="$(mktemp -d "$cache/bundle.XXXXXX")"
