@@ -2,8 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Self
+from typing import Protocol, Self
+
+
+class _Finding(Protocol):
+    """What an error takes from a finding (`vomstudio.core.findings.Finding`)."""
+
+    @property
+    def code(self) -> str: ...
+
+    @property
+    def message(self) -> str: ...
+
+    @property
+    def values(self) -> Mapping[str, object]: ...
 
 
 class VomError(Exception):
@@ -26,6 +40,7 @@ class VomError(Exception):
     ) -> None:
         super().__init__(message)
         self.message = message
+        self.values: dict[str, object] = {}
         self.file = None if file is None else str(file)
         self.line = line
         self.field = field
@@ -38,9 +53,23 @@ class VomError(Exception):
             place += f", {self.field}" if place else self.field
         return f"{place}: {self.message}" if place else self.message
 
+    @classmethod
+    def of_finding(
+        cls,
+        finding: _Finding,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        field: str | None = None,
+    ) -> Self:
+        """Return the error whose code, sentence and values are those of a finding."""
+        error = cls(finding.message, file=file, line=line, field=field)
+        error.code, error.values = finding.code, dict(finding.values)
+        return error
+
     def as_dict(self) -> dict[str, object]:
         """The `error` object of the command line's JSON."""
-        return {
+        return self.values | {
             "code": self.code,
             "file": self.file,
             "line": self.line,
@@ -60,7 +89,9 @@ class InputError(VomError):
         """The same, said of `file` where it names no place yet."""
         if self.file is not None or self.field is not None:
             return self
-        return type(self)(self.message, file=file, line=self.line)
+        same = type(self)(self.message, file=file, line=self.line)
+        same.code, same.values = self.code, self.values
+        return same
 
 
 class UsageError(InputError):
@@ -105,7 +136,23 @@ class WorkerError(VomError):
 
 
 class VomWarning(UserWarning):
-    """Something was noticed that does not stop the work: what a command says as a warning."""
+    """Python warning about something that does not stop the work.
+
+    Parameters
+    ----------
+    message : str
+    code : str
+        Stable code of the finding, such as ``frame.assumed``; ``uncoded`` if it has none.
+    values : dict, optional
+        The values of the finding by name.
+    """
+
+    def __init__(
+        self, message: str, code: str = "uncoded", values: Mapping[str, object] | None = None
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.values = dict(values or {})
 
 
 def from_dict(error: dict[str, object], exit_code: int) -> VomError:
@@ -125,4 +172,6 @@ def from_dict(error: dict[str, object], exit_code: int) -> VomError:
     if error.get("code") == Cancelled.code:
         return Cancelled(again.message)
     again.code, again.exit_code = str(error.get("code", again.code)), exit_code
+    known = ("code", "file", "line", "field", "message")
+    again.values = {name: value for name, value in error.items() if name not in known}
     return again

@@ -35,28 +35,51 @@ def test_a_model_is_what_info_says(command: Any, cliff: vs.Mesh) -> None:
 
 
 def test_a_file_without_a_frame_is_local_and_says_so(triangle: Path) -> None:
-    with pytest.warns(vs.errors.VomWarning, match="taken as local, in metres"):
+    with pytest.warns(vs.errors.VomWarning) as warned:
         model = vs.read(triangle)
     assert model.crs is None
-    assert any("taken as local" in said for said in model.warnings)
+    assert [each.message.code for each in warned] == ["frame.assumed"]
+    (finding,) = model.warnings
+    assert finding.code == "frame.assumed"
+    assert finding.values == {"file": "triangle.obj", "up": "z", "unit": "m", "crs": None}
     assert model.points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]
 
 
 def test_what_is_declared_is_applied(triangle: Path) -> None:
-    assert vs.read(triangle, unit="cm").points[1].tolist() == pytest.approx([0.04, 0.02, 0.03])
+    small = vs.read(triangle, unit="cm", up="z")
+    assert small.points[1].tolist() == pytest.approx([0.04, 0.02, 0.03])
     # x East, y Up, z South.
-    assert vs.read(triangle, up="y").points[1].tolist() == [4, -3, 2]
-    assert vs.read(triangle, crs="32633").crs == "EPSG:32633"
-    feet = vs.read(triangle, crs="EPSG:2225")
-    assert feet.points[1] == pytest.approx(np.array([4, 2, 3]) * 1200 / 3937)
+    assert vs.read(triangle, up="y", unit="m").points[1].tolist() == [4, -3, 2]
 
 
-def test_a_model_in_feet_is_saved_in_feet(triangle: Path, tmp_path: Path) -> None:
-    made = vs.read(triangle, crs="EPSG:2225").save(tmp_path / "feet.ply")
+def test_a_declared_crs_is_applied(tmp_path: Path) -> None:
+    path = tmp_path / "zone.obj"
+    path.write_text("v 500001 5000002 3\nv 500004 5000002 3\nv 500001 5000006 5\nf 1 2 3\n")
+    assert vs.read(path, crs="32633").crs == "EPSG:32633"
+
+
+@pytest.fixture
+def in_california(tmp_path: Path) -> Path:
+    """A triangle in feet of California's zone 1."""
+    path = tmp_path / "feet.obj"
+    path.write_text("v 6561671 1968502 3\nv 6561674 1968502 3\nv 6561671 1968506 5\nf 1 2 3\n")
+    return path
+
+
+def test_feet_of_a_crs_become_metres(in_california: Path) -> None:
+    with pytest.warns(vs.errors.VomWarning, match="US survey feet"):
+        feet = vs.read(in_california, crs="EPSG:2225")
+    assert feet.points[1] == pytest.approx(np.array([6561674, 1968502, 3]) * 1200 / 3937)
+
+
+def test_a_model_in_feet_is_saved_in_feet(in_california: Path, tmp_path: Path) -> None:
+    with pytest.warns(vs.errors.VomWarning, match="US survey feet"):
+        made = vs.read(in_california, crs="EPSG:2225").save(tmp_path / "feet.ply")
     with pytest.warns(vs.errors.VomWarning, match="US survey feet"):
         again = vs.read(made)
     assert again.crs == "EPSG:2225"
-    assert again.points == pytest.approx(np.array([[1, 2, 3], [4, 2, 3], [1, 6, 5]]) * 1200 / 3937)
+    expected = [[6561671, 1968502, 3], [6561674, 1968502, 3], [6561671, 1968506, 5]]
+    assert again.points == pytest.approx(np.array(expected) * 1200 / 3937)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +147,7 @@ def test_pyvista_has_one_textured_block_for_each_material(cliff: vs.Mesh) -> Non
 
 
 def test_a_model_of_one_material_is_one_data_set(triangle: Path) -> None:
-    data = vs.read(triangle, unit="m").to_pyvista()
+    data = vs.read(triangle, unit="m", up="z").to_pyvista()
     assert data.n_cells == 1
     assert data.points + data.field_data["origin"] == pytest.approx(
         np.array([[1, 2, 3], [4, 2, 3], [1, 6, 5]])

@@ -205,8 +205,9 @@ def test_a_model_without_a_frame_comes_with_a_warning(folder: Path, tmp_path: Pa
     path = tmp_path / "triangle.obj"
     path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 5\nf 1 2 3\n")
     with vs.Project.create(folder) as project:
-        with pytest.warns(vs.errors.VomWarning, match="taken as local, in metres"):
+        with pytest.warns(vs.errors.VomWarning) as warned:
             first = project.add_model(path)
+        assert [each.message.code for each in warned] == ["frame.assumed"]
         with pytest.warns(vs.errors.VomWarning, match="already contains this file"):
             assert project.add_model(path) == first
         assert project.models[0].read().points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]

@@ -94,15 +94,15 @@ def trace(number: int, model: Any) -> Any:
 def make_project(folder: Path, count: int) -> Path:
     from vomstudio.document import edits
     from vomstudio.document.edit import change
+    from vomstudio.io.gate.frame_options import FrameOptions
     from vomstudio.io.project.folder import Project
     from vomstudio.io.settings import read_settings
-    from vomstudio.workspace.frame_declaration import DeclaredFrame
     from vomstudio.workspace.headless_project import HeadlessProject
 
     path = folder / f"{count}.vom"
     project = Project.create(path, settings=read_settings()[0].affecting_results)
     head = HeadlessProject(project)
-    model = head.add_model(cliff(folder), DeclaredFrame(crs="EPSG:32633")).model
+    model = head.add_model(cliff(folder), FrameOptions(crs="EPSG:32633")).model
     session = head.session
     if count <= 2 * BULK + 1000:
         for number in range(count):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import messages
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
@@ -50,7 +51,7 @@ def test_tables_are_clouds(run, write: Write) -> None:
     assert told["lod95_m"] is None
     assert told["significant_share"] is None
     assert told["positive_toward"]["plunge_deg"] == pytest.approx(-90.0)
-    assert any("unit" in said for said in told["warnings"])
+    assert any("unit" in said for said in messages(told))
 
 
 def test_accuracy_and_precision_stand_apart_in_words(run, write: Write) -> None:
@@ -128,7 +129,7 @@ def test_the_error_that_a_reconstruction_states_of_itself_is_taken(
     assert told["registration_error_m"] == pytest.approx(0.06 / np.sqrt(3))
     told = run("compare", bench, bench, "--m3c2", 0.4, "--json").json
     assert told["registration_error_m"] == 0.0
-    assert any("--registration-error" in said for said in told["warnings"])
+    assert any("--registration-error" in said for said in messages(told))
 
 
 def test_orientations_of_both_are_held_beside_their_errors(run, write: Write) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import messages
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
 
@@ -33,7 +34,7 @@ def test_a_conversion_is_reported_as_promised(run, write, tmp_path: Path) -> Non
 def test_what_a_format_cannot_hold_is_a_warning(run, write, tmp_path: Path) -> None:
     ran = run("convert", write(OBJ, "a.obj"), tmp_path / "b.laz", "--json")
     assert ran.code == 0
-    assert "faces" in ran.json["warnings"][0]
+    assert "faces" in messages(ran.json)[0]
     assert "faces" in ran.err
 
 
@@ -133,7 +134,7 @@ def test_a_cloud_becomes_a_drawing_and_a_shapefile(run, write, tmp_path: Path) -
         ran = run("convert", points, target, "--crs", "32615", "--json")
         assert ran.code == 0
         assert ran.json["out"] == str(target)
-        assert any("depth" in warning for warning in ran.json["warnings"]) == (ending == "dxf")
+        assert any("depth" in warning for warning in messages(ran.json)) == (ending == "dxf")
         info = pyogrio.read_info(target, force_feature_count=True, force_total_bounds=True)
         assert info["features"] == 2
         assert info["total_bounds"] == (576000.5, 5188000.25, 576001.0, 5188001.0)

@@ -123,7 +123,7 @@ def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> N
     mesh.write_text(table.read_text().replace("1,1,nan\n", ""))
     folder = tmp_path / "p.vom"
     with vs.Project.create(folder) as project:
-        project.add_model(mesh, unit="m")
+        project.add_model(mesh, unit="m", up="z")
         project.save()
     turn = ((0.0, -2.0, 0.0, 1000.0), (2.0, 0.0, 0.0, 500.0), (0.0, 0.0, 2.0, 0.0), (0, 0, 0, 1.0))
     opened = Project.open(folder)

@@ -6,6 +6,8 @@ import math
 
 import pytest
 
+from tests.messages import messages
+
 HEAD = "name,hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
 # Ten metres down a fault of 090/60, seen at two places.
 STEP = (5.0, 0.0, -10 * math.sin(math.radians(60)))
@@ -98,20 +100,20 @@ def test_a_motion_out_of_the_fault_is_told(run, write) -> None:
     """Five metres east across a fault that dips 65 to 080: 4.46 m of them leave it."""
     table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
     told = run("displacement", table, "--fault", "80/65", "--json").json
-    assert any("leaves the fault" in said and "4.46 m" in said for said in told["warnings"])
+    assert any("leaves the fault" in said and "4.46 m" in said for said in messages(told))
     along = write(PAIRS + "1000.8,1999,97.4,1000,2000,100\n")
-    assert not run("displacement", along, "--fault", "90/73", "--json").json["warnings"]
+    assert not messages(run("displacement", along, "--fault", "90/73", "--json").json)
     # What the error of the points explains is no doubt about them.
     again = run("displacement", table, "--fault", "80/65", "--sigma", "3", "--json").json
-    assert again["warnings"] == []
+    assert messages(again) == []
 
 
 def test_a_slip_out_of_the_fault_is_told(run, write) -> None:
     table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
     words = ("displacement", table, "--fault", "80/65", "--bed", "330/25", "--slip")
     told = run(*words, "0/80", "--json").json
-    assert any("leaves the fault by 22" in said for said in told["warnings"])
-    assert run(*words, "80/66", "--json").json["warnings"] == []
+    assert any("leaves the fault by 22" in said for said in messages(told))
+    assert messages(run(*words, "80/66", "--json").json) == []
 
 
 def test_a_rake_needs_a_strike(run, write) -> None:
@@ -124,8 +126,8 @@ def test_a_rake_needs_a_strike(run, write) -> None:
     nearly = run(*words, "--fault", "100/0.01", "--rake", "90", "--json").json
     assert level["mean_net_m"] == pytest.approx(nearly["mean_net_m"], rel=1e-3)
     upright = run(*words, "--fault", "290/90", "--rake", "30", "--json").json
-    assert any("vertical" in said and "020" in said for said in upright["warnings"])
-    assert run(*words, "--fault", "110/90", "--rake", "30", "--json").json["warnings"] == []
+    assert any("vertical" in said and "020" in said for said in messages(upright))
+    assert messages(run(*words, "--fault", "110/90", "--rake", "30", "--json").json) == []
 
 
 def test_a_rake_on_a_level_plane_of_the_net_counts_from_the_typed_strike() -> None:

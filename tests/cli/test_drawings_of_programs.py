@@ -17,6 +17,7 @@ import rasterio
 import shapely
 
 from tests.cli.test_trace_drawing import check, drawn, scene, truth
+from tests.messages import messages
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 
@@ -318,7 +319,7 @@ def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) 
     check(run, scene, path)
     ran = run("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar", scene / "o.json",
               "-o", tmp_path / "e.csv", "--json")  # fmt: skip
-    said = " ".join(ran.json["warnings"])
+    said = " ".join(messages(ran.json))
     assert "beds of the other picture, roads" in said
     assert "2 lines without length" in said
     assert "1 shape is neither" in said

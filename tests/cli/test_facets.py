@@ -9,6 +9,7 @@ import pytest
 import shapely
 
 from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
+from tests.messages import messages
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.text.orientation_reading import read_orientations
 
@@ -111,7 +112,7 @@ def test_nothing_found_is_a_plain_answer(run, cloud: Path, tmp_path: Path) -> No
     assert ran.code == 0
     assert ran.json["facets"] == 0
     assert ran.json["coverage"] == 0.0
-    assert "No facet" in ran.json["warnings"][-1]
+    assert "No facet" in messages(ran.json)[-1]
 
 
 @pytest.mark.parametrize(

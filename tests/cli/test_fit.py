@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import messages
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.paths import resource
@@ -75,7 +76,7 @@ def test_without_by_a_column_of_groups_is_warned_of_and_all_points_make_one_plan
     ran = run("fit", write(text), "--json")
     (row,) = ran.json["planes"]
     assert (row["id"], row["n_points"]) == ("1", 6)
-    assert "--by trace" in ran.json["warnings"][0]
+    assert "--by trace" in messages(ran.json)[0]
     assert "--by trace" in ran.err
 
 
@@ -197,7 +198,7 @@ def test_planes_keep_kind_and_set_of_their_points(run, write) -> None:
     ran = run("fit", write("\n".join(["pick,kind,set,x,y,z", *rows])), "--by", "pick", "--json")
     said = {row["id"]: (row["kind"], row["set"]) for row in ran.json["planes"]}
     assert said == {"B1": ("bedding", "west"), "J1": ("joint", None), "M1": (None, "a")}
-    assert "M1 have more than one kind" in " ".join(ran.json["warnings"])
+    assert "M1 have more than one kind" in " ".join(messages(ran.json))
     by_set = run("fit", write("\n".join(["pick,kind,set,x,y,z", *rows[:5]])), "--by", "set")
     assert by_set.code == 0
 

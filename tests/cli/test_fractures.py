@@ -12,6 +12,8 @@ import pyogrio
 import pytest
 import shapely
 
+from tests.messages import messages
+
 CRS = "EPSG:32633"
 AT = np.array([500_000.0, 5_200_000.0])
 
@@ -66,7 +68,7 @@ def test_the_formats_of_gis_programs(run, tmp_path: Path, ending: str) -> None:
     # Both ends of the stile are on the edge.
     assert ran.json["nodes"] == {"I": 18, "Y": 0, "X": 9, "E": 2, "L": 0, "other": 0}
     assert ran.json["P10_1_per_m"] is None
-    assert ran.json["warnings"] == []
+    assert messages(ran.json) == []
 
 
 def test_a_drawing_in_millimetres(run, tmp_path: Path) -> None:
@@ -82,7 +84,7 @@ def test_a_drawing_in_millimetres(run, tmp_path: Path) -> None:
     assert ran.json["nodes"]["X"] == 2
     total = 8 + 2.5 + math.hypot(0.5, 0.5)
     assert ran.json["P21_1_per_m"] == pytest.approx(total / (math.pi * 100))
-    assert "0.001 m" in ran.json["warnings"][0]
+    assert "0.001 m" in messages(ran.json)[0]
 
 
 def test_along_a_scanline(run, tmp_path: Path) -> None:
@@ -171,7 +173,7 @@ def test_feet_become_metres(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", [shapely.LineString([(0, 0), (0, 10)])], "EPSG:2225")
     found = run("fractures", traces, "--json").json
     assert found["length"]["naive_mean_m"] == pytest.approx(10 * 1200 / 3937)
-    assert "US survey feet" in found["warnings"][0]
+    assert "US survey feet" in messages(found)[0]
 
 
 def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> None:
@@ -190,7 +192,7 @@ def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> Non
     assert ran.code == 0, ran.err
     assert ran.json["traces"] == 4
     assert ran.json["length"]["naive_mean_m"] == pytest.approx((4 + 2 + 1 + 1) / 4)
-    said = " ".join(ran.json["warnings"])
+    said = " ".join(messages(ran.json))
     for word in ("finite", "feature 2", "another kind", "do not join", "drawn twice"):
         assert word in said
 
@@ -289,4 +291,4 @@ def test_closed_lines_are_the_outline_where_there_is_no_polygon(run, tmp_path, e
     assert ran.code == 0, ran.err
     assert ran.json["area_m2"] == pytest.approx(100)
     assert ran.json["P21_1_per_m"] == pytest.approx((8 + 6) / 100)
-    assert "1 closed line was taken as the outline" in " ".join(ran.json["warnings"])
+    assert "1 closed line was taken as the outline" in " ".join(messages(ran.json))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import messages
 
 LOG = (
     "name,x,y,z,lithology,notes\na,0,0,0,sandstone,=1+1\nb,10,0,0,limestone,\nc,20,0,0,,\nd,,,,,\n"
@@ -180,7 +181,7 @@ def test_rows_without_a_place_are_told(run, write, empty: str) -> None:
         table = write("\n".join(rows))
         ran = run(words[0], table, *words[1:], "--json")
         assert ran.json["dropped_lines"] == [3]
-        assert any("line 3" in said for said in ran.json["warnings"])
+        assert any("line 3" in said for said in messages(ran.json))
         assert "line 3" in run(words[0], table, *words[1:]).err
 
 
@@ -215,6 +216,6 @@ def test_a_line_along_a_rough_face_does_not_make_the_boundaries_uncertain(run, t
     for interval in ran.json["intervals"]:
         assert abs(interval["thickness_m"]["value"] - 2.0) < interval["thickness_m"]["error95"]
         assert interval["thickness_m"]["error95"] < 0.06
-    assert "2 of the boundaries are on beds that are marked" in ran.json["warnings"][0]
+    assert "2 of the boundaries are on beds that are marked" in messages(ran.json)[0]
     turned = run("log", tmp_path / "p.vom", "--line", "log", "--reach", 1, "--overturned", "--json")
-    assert not turned.json["warnings"]
+    assert not messages(turned.json)

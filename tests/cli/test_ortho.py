@@ -10,6 +10,7 @@ import pytest
 import rasterio
 
 from tests.marked import UTM, found_dots, marked_mesh
+from tests.messages import messages
 
 PROMISED = (
     "image", "sidecar", "depth", "width", "height", "gsd_m", "trend_deg", "plunge_deg",
@@ -64,7 +65,7 @@ def test_a_map_has_the_models_crs_and_a_chosen_pixel_is_said(run, model, tmp_pat
     found = ran.json
     assert found["world_file"] == str(tmp_path / "map.tfw")
     assert found["crs"] == "EPSG:32615"
-    assert any("texture" in warning for warning in found["warnings"])
+    assert any("texture" in warning for warning in messages(found))
     assert "Ground sampling distance" in ran.err
     with rasterio.open(tmp_path / "map.tif") as file:
         assert file.crs.to_epsg() == 32615
@@ -180,4 +181,4 @@ def test_a_model_of_photos_that_knows_no_north_claims_none(
     facts = json.loads(Path(ran.json["sidecar"]).read_text("utf-8"))
     assert facts["north"].startswith("not known") != scaled
     assert ("metre" in facts["unit"]) == scaled
-    assert any("north is unknown" in text for text in ran.json["warnings"]) != scaled
+    assert any("north is unknown" in text for text in messages(ran.json)) != scaled

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Run
+from tests.messages import codes, messages
 from tests.specimens import figures
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
@@ -163,7 +164,7 @@ def test_a_model_that_says_nothing_is_taken_as_local_with_a_warning(
 ) -> None:
     ran = run("project", empty, "add-model", write(OBJ, "face.obj"), "--json")
     assert ran.json["models"][0]["frame"] == "local, north known"
-    assert "states no frame" in " ".join(ran.json["warnings"])
+    assert codes(ran.json) == ["frame.assumed"]
 
 
 @pytest.mark.parametrize(
@@ -176,7 +177,7 @@ def test_a_model_that_says_nothing_is_taken_as_local_with_a_warning(
 )
 def test_a_frame_is_declared_in_words(run, empty: Path, write, words, frame: Frame) -> None:
     ran = run("project", empty, "add-model", write(OBJ, "face.obj"), *words, "--json")
-    assert ran.json["warnings"] == []
+    assert set(codes(ran.json)) <= {"frame.assumed", "frame.outside-area"}
     (model,) = [r for r in read_replay(empty).records.values() if isinstance(r, Model)]
     assert model.frame == frame
 
@@ -240,7 +241,7 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
               "--by", "bed", "--json")  # fmt: skip
     assert [item["name"] for item in ran.json["added"]] == ["good"]
     assert [item["id"] for item in ran.json["skipped"]] == ["short"]
-    assert "was not found" in " ".join(ran.json["warnings"])
+    assert "was not found" in " ".join(messages(ran.json))
     only = run("project", project, "add-picks", write("x,y,z\n0,0,0\n1,1,1\n"), "--type", "fault")
     assert only.code == 2
     assert "plane" in only.said

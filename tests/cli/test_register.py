@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.messages import messages
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.models.opening import read_model
@@ -106,13 +107,13 @@ def test_a_wrong_point_is_named_with_its_size(run, write: Write) -> None:
     (found,) = told["blunders"]
     assert found["label"] == "P4"
     assert found["error_m"] == pytest.approx(2.0, abs=0.1)
-    assert any("P4" in said and "Look the value up" in said for said in told["warnings"])
+    assert any("P4" in said and "Look the value up" in said for said in messages(told))
 
 
 def test_exchanged_easting_and_northing_are_recognised(run, write: Write) -> None:
     there = world(CORNERS)[:, [1, 0, 2]]
     told = run("register", "-", "--pairs", write(pairs_text(CORNERS, there, HEADER)), "--json").json
-    assert any("mirror image" in said and "easting" in said for said in told["warnings"])
+    assert any("mirror image" in said and "easting" in said for said in messages(told))
     assert np.linalg.det(turn_of(told)) == pytest.approx(1.0)
 
 
@@ -191,7 +192,7 @@ def test_scale_bars_place_or_judge(run, write: Write) -> None:
     bars = write(f"from,to,length_m,sigma_m,use\nP0,P1,{longer},0.01,check\n", "bars.csv")
     told = run("register", "-", "--pairs", table, "--scale-bars", bars, "--json").json
     assert told["scale"] == pytest.approx(SCALE, rel=1e-6)
-    assert any("P0 - P1" in said and "2.25 m too short" in said for said in told["warnings"])
+    assert any("P0 - P1" in said and "2.25 m too short" in said for said in messages(told))
     unknown = write("from,to,length_m\nP0,Q,3\n", "bars.csv")
     ran = run("register", "-", "--pairs", table, "--scale-bars", unknown)
     assert ran.code == 2
@@ -252,7 +253,7 @@ def test_camera_positions_place_the_model_and_wrong_ones_are_left_out(
     told = run("register", model, "--cameras", table, "--json").json
     worst = told["rotation_error_95_deg"]["weakest"]["error_deg"]
     assert off_deg(told) < worst < 1.0
-    assert any("IMG_03" in said and "left out" in said for said in told["warnings"])
+    assert any("IMG_03" in said and "left out" in said for said in messages(told))
 
 
 def test_positions_in_degrees_need_a_crs_and_use_it(run, write: Write, stations) -> None:
@@ -270,7 +271,7 @@ def test_positions_in_degrees_need_a_crs_and_use_it(run, write: Write, stations)
     assert "--crs" in ran.said
     told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
     assert off_deg(told) < 0.01
-    assert any("ellipsoid" in said for said in told["warnings"])
+    assert any("ellipsoid" in said for said in messages(told))
 
 
 def test_cameras_on_a_line_and_noise_as_large_as_the_baseline_are_refused(

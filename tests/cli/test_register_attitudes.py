@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from tests.cli.test_register_cameras import TURN, VIEWS, degrees, off_deg, world
 from tests.io.photos import camera_files as files
 from tests.io.photos import photo_maker as maker
+from tests.messages import messages
 from vomstudio.geometry.cameras import View
 
 Array = npt.NDArray[np.float64]
@@ -117,7 +118,7 @@ def test_gimbals_turn_the_model(run, model: Path) -> None:
     errors = told["rotation_error_95_deg"]
     assert errors["about_up"] == pytest.approx(19.6, abs=0.2)
     assert errors["about_east"] < 0.1
-    assert any("doubted" in said for said in told["warnings"])
+    assert any("doubted" in said for said in messages(told))
     sure = run("register", model, "--attitudes", folder, "--north-sigma", "2", "--json").json
     assert sure["rotation_error_95_deg"]["about_up"] == pytest.approx(3.92, abs=0.1)
 
@@ -129,7 +130,7 @@ def test_true_north_is_turned_to_that_of_the_map(run, model: Path) -> None:
     drones(model.parent / "photos", VIEWS, convergence, gps=True)
     told = run("register", model, "--attitudes", "--crs", "EPSG:32633", "--json").json
     assert off_deg(told) < 0.01
-    assert any(f"{-convergence:+.1f}°" in said for said in told["warnings"])
+    assert any(f"{-convergence:+.1f}°" in said for said in messages(told))
 
 
 def test_some_photos_in_portrait_are_named(run, model: Path) -> None:
@@ -141,7 +142,7 @@ def test_some_photos_in_portrait_are_named(run, model: Path) -> None:
     table = model.parent / "table.csv"
     table.write_text("\n".join(rows))
     told = run("register", model, "--attitudes", table, "--json").json
-    (said,) = [s for s in told["warnings"] if "left out" in s]
+    (said,) = [s for s in messages(told) if "left out" in s]
     assert "IMG_02.jpg, IMG_05.jpg" in said
     assert "portrait" in said
     assert off_deg(told) < 1e-4
@@ -212,14 +213,14 @@ def test_a_compass_that_is_off_is_told_by_what_else_is_known(
     told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
                "--json").json  # fmt: skip
     assert off_deg(told) < 0.1
-    assert any("turned by +15.0°" in said for said in told["warnings"])
+    assert any("turned by +15.0°" in said for said in messages(told))
     phones(folder, VIEWS, 90.0, "T")
     told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
                "--json").json  # fmt: skip
     assert [p["yaw_deg"] for p in told["attitudes"]] == pytest.approx([-90.0] * 9, abs=0.1)
     for photo in told["attitudes"]:
         assert (photo["pitch_deg"], photo["roll_deg"]) == pytest.approx((0, 0), abs=0.1)
-    assert any("quarter" in said and "Add -90°" in said for said in told["warnings"])
+    assert any("quarter" in said and "Add -90°" in said for said in messages(told))
 
 
 def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
@@ -228,7 +229,7 @@ def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
     for number, view in enumerate(VIEWS):
         phones(folder, [view], 40.0 if number == 3 else float(rng.normal() * 2.0), "T")
     told = run("register", model, "--attitudes", folder, "--json").json
-    (said,) = [s for s in told["warnings"] if "left out" in s]
+    (said,) = [s for s in messages(told) if "left out" in s]
     assert "IMG_03.jpg" in said
     assert "+40°" in said
     assert off_deg(told) < 3.0
@@ -259,13 +260,13 @@ def test_one_photo_that_was_turned_is_told_by_its_vertical(run, model: Path) -> 
     odd = [portrait(v) if number == 4 else v for number, v in enumerate(VIEWS)]
     folder = phones(model.parent / "photos", odd)
     told = run("register", model, "--attitudes", folder, "--json").json
-    (said,) = [s for s in told["warnings"] if "left out" in s]
+    (said,) = [s for s in messages(told) if "left out" in s]
     assert "IMG_04.jpg" in said
-    assert any("would agree if the photos were turned by 90°" in s for s in told["warnings"])
+    assert any("would agree if the photos were turned by 90°" in s for s in messages(told))
     np.testing.assert_allclose(up_of(told), TURN[2], atol=1e-5)
     phones(folder, [portrait(v) for v in VIEWS])
     told = run("register", model, "--attitudes", folder, "--json").json
-    assert any("turned by 90°. Check" in said for said in told["warnings"])
+    assert any("turned by 90°. Check" in said for said in messages(told))
 
 
 # --- tables ---------------------------------------------------------------------------------------
@@ -304,7 +305,7 @@ def test_geo_txt_has_the_angles_of_an_aircraft(run, write: Write, model: Path) -
     table = write("\n".join(rows), "geo.txt")
     told = run("register", model, "--attitudes", table, "--json").json
     assert off_deg(told) < 1e-4
-    assert any("OpenDroneMap" in said for said in told["warnings"])
+    assert any("OpenDroneMap" in said for said in messages(told))
 
 
 @pytest.mark.parametrize(
@@ -327,7 +328,7 @@ def test_angles_of_other_conventions_are_named(
     if told.code:
         assert "subtract 90" in told.said
     else:
-        assert any(said in each for each in told.json["warnings"])
+        assert any(said in each for each in messages(told.json))
 
 
 @pytest.mark.parametrize(
@@ -396,7 +397,7 @@ def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
     told = run(*words, "--crs", "EPSG:32633", "--json").json
     # It agrees with the points to some thousandths of a degree.
     assert off_deg(told) < 0.01
-    assert any(f"{declination - convergence:+.1f}°" in said for said in told["warnings"])
+    assert any(f"{declination - convergence:+.1f}°" in said for said in messages(told))
     assert not told["blunders"]
     # Without a CRS nobody knows where that is.
     assert "--crs" in run(*words).said
@@ -411,6 +412,6 @@ def test_a_magnetic_table_without_a_day_is_taken_as_it_is_and_said(
     table = write("\n".join(rows))
     told = run("register", model, "--attitudes", table, "--json").json
     assert off_deg(told) < 1e-4
-    assert any("place or day is not known" in said for said in told["warnings"])
+    assert any("place or day is not known" in said for said in messages(told))
     corrected = run("register", model, "--attitudes", table, "--declination", "5", "--json").json
     assert off_deg(corrected) == pytest.approx(5.0, abs=1e-3)

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.io.photos import camera_files as files
 from tests.io.photos.photo_maker import at, text, write_photo
+from tests.messages import messages
 
 Array = npt.NDArray[np.float64]
 Write = Callable[..., Path]
@@ -144,7 +145,7 @@ def test_geo_txt_in_another_crs_is_converted(run, write: Write, model: Path) -> 
     assert "EPSG:32633" in ran.said
     told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
     assert off_deg(told) < 0.01
-    assert any("no geoid model is installed" in said for said in told["warnings"])
+    assert any("no geoid model is installed" in said for said in messages(told))
     stated = write("# EPSG:4326\n" + table_of(degrees(THERE), "photo,x,y,z", 9), "in.csv")
     again = run("register", model, "--cameras", stated, "--crs", "EPSG:32633", "--json").json
     np.testing.assert_allclose(again["matrix"], told["matrix"], rtol=1e-6)
@@ -188,7 +189,7 @@ def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -
         write_photo(folder / view.name, seed=number, main={0x0110: text("A")}, gps=gps)
     told = run("register", model, "--cameras", folder, "--crs", "EPSG:32633", "--json").json
     assert off_deg(told) < 0.1
-    said = told["warnings"]
+    said = messages(told)
     assert any("IMG_05" in s and "without a height" in s for s in said)
     assert any("IMG_04" in s and "something else" in s for s in said)
     assert any("above the sea, as the photos say" in s for s in said)
@@ -207,7 +208,7 @@ def test_positions_that_mean_something_else_are_named(
 ) -> None:
     colmap(model.parent)
     told = run("register", model, "--cameras", write(table_of(changed, "photo,x,y,z")), "--json")
-    assert any(said in each for each in told.json["warnings"])
+    assert any(said in each for each in messages(told.json))
 
 
 def test_longitude_and_latitude_exchanged_are_refused(run, write: Write, model: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import messages
 from tests.registration.test_compass_checks import normals
 
 
@@ -34,7 +35,7 @@ def test_the_command_names_it_and_leaves_it_out_when_asked(run, tmp_path) -> Non
     assert "B4" in run("register", "-", "--orientations", str(table)).out
     left = run("register", "-", "--orientations", str(table), "--without", "B4", "--json")
     assert left.code == 0, left.err
-    assert any("Left out as asked: B4" in text for text in left.json["warnings"])
+    assert any("Left out as asked: B4" in text for text in messages(left.json))
     assert "without" not in left.json
     turn = np.array(left.json["matrix"])[:3, :3]
     assert turn == pytest.approx(np.eye(3), abs=0.05)
@@ -72,9 +73,7 @@ def test_what_readings_look_like_is_said(run, tmp_path) -> None:
 
     def warned(lines: list[str]) -> str:
         table.write_text("\n".join([*lines, ""]))
-        return " ".join(
-            run("register", "-", "--orientations", str(table), "--json").json["warnings"]
-        )
+        return " ".join(messages(run("register", "-", "--orientations", str(table), "--json").json))
 
     assert "radians" not in warned(rows)
     small = [",".join([c[0], f"{np.radians(float(c[1])):.5f}", f"{np.radians(float(c[2])):.5f}",

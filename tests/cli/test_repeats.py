@@ -11,6 +11,7 @@ import pandas
 import pytest
 
 import vomstudio as vs
+from tests.messages import messages
 from vomstudio.document import edits, repeats
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -101,7 +102,8 @@ def test_repeats_are_counted_nowhere(run, write, tmp_path, words: str) -> None:
         assert ran.code == 0, ran.err
         answers.append((ran.json, ran.err))
     (found, err), (wanted, _) = answers
-    left_out = [w for w in found.pop("warnings") if "4 repeated picks were left out" in w]
+    left_out = [w for w in messages(found) if "4 repeated picks were left out" in w]
+    found.pop("warnings")
     assert len(left_out) == 1
     assert "vomstudio repeats" in err
     wanted.pop("warnings")
@@ -144,7 +146,7 @@ def test_a_repeated_trace_is_no_further_fracture(run, write) -> None:
     traces = write(layer(None, "", "t0"), "traces.geojson")
     found = run("fractures", traces, "--area", area, "--json").json
     assert (found["traces"], found["P21_1_per_m"]) == (2, pytest.approx(8 / 20))
-    assert any("1 repeated pick was left out" in w for w in found["warnings"])
+    assert any("1 repeated pick was left out" in w for w in messages(found))
     ran = run("fractures", write(layer("a", "b"), "again.geojson"), "--json")
     assert (ran.code, ran.json["error"]["field"]) == (2, "repeat_of")
 

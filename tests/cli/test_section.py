@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.messages import messages
+
 WEDGE = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nv 0 0 5\nv 0 10 5\nf 5 2 3\nf 5 3 6\n"
 
 
@@ -147,7 +149,7 @@ def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> 
     ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o",
               tmp_path / "s.csv", "--features", planes, "--json")  # fmt: skip
     assert ran.code == 0, ran.err
-    said = " ".join(ran.json["warnings"])
+    said = " ".join(messages(ran.json))
     assert "line 3" in said.lower()
     assert "'maybe'" in said
     assert "1 row of the table is a line" in said

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import messages
 
 CHANCE = np.random.default_rng(1)
 TRUE = {"bed": (120.0, 30.0), "joint": (30.0, 86.0)}
@@ -65,7 +66,7 @@ def test_without_places_there_is_no_spacing(run, write, tmp_path: Path) -> None:
     bare = "\n".join(",".join(line.split(",")[1:3]) for line in table().splitlines()[1:])
     found = run("sets", write(bare), "-o", tmp_path / "o.csv", "--json").json
     assert [s["spacing_m"] for s in found["sets"]] == [None, None]
-    assert not found["warnings"]
+    assert not messages(found)
 
 
 def test_picks_of_which_only_the_place_is_known_are_said_to_be_counted_each(
@@ -80,12 +81,10 @@ def test_picks_of_which_only_the_place_is_known_are_said_to_be_counted_each(
     ]
     asked = ("-o", tmp_path / "o.csv", "--force", "--json")
     found = run("sets", write("\n".join([head, *wide])), *asked).json
-    assert ["counted as a discontinuity of its own" in words for words in found["warnings"]] == [
-        True
-    ]
+    assert ["counted as a discontinuity of its own" in words for words in messages(found)] == [True]
     assert [s["p32_low95_1_per_m"] for s in found["sets"]] == [None, None]
     told = run("sets", write(table()), *asked).json
-    assert not told["warnings"]
+    assert not messages(told)
     assert all(s["p32_low95_1_per_m"] < s["p32_high95_1_per_m"] for s in told["sets"])
 
 
@@ -139,7 +138,7 @@ def test_tables_without_planes_and_with_few(run, write, tmp_path: Path) -> None:
     assert (lines.code, "no planes" in lines.said) == (2, True)
     few = run("sets", write("dipdir,dip\n10,20\n30,40\n"), "-o", out, "--json")
     assert (few.code, few.json["sets"], few.json["unassigned"]) == (0, [], 2)
-    assert "No set stands out" in few.json["warnings"][0]
+    assert "No set stands out" in messages(few.json)[0]
 
 
 def test_the_interface_gives_the_same_with_a_table(write) -> None:

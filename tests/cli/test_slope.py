@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import messages
 
 TABLE = "id,dipdir,dip\na,100,45\nb,120,60\nc,280,80\nd,100,20\n"
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
@@ -43,7 +44,7 @@ def test_one_plane_has_no_intersections_and_that_is_said(run, write) -> None:
     )
     assert ran.code == 0
     assert (ran.json["wedge"]["of"], ran.json["wedge"]["share"]) == (0, None)
-    assert "two planes" in ran.json["warnings"][-1]
+    assert "two planes" in messages(ran.json)[-1]
 
 
 def test_rows_without_angles_are_dropped_and_named(run, write) -> None:
@@ -55,7 +56,7 @@ def test_rows_without_angles_are_dropped_and_named(run, write) -> None:
 def test_a_face_flatter_than_friction_lets_nothing_slide(run, write) -> None:
     ran = run("slope", write(TABLE), "--face", "100/25", "--friction", 30, "--json")
     assert [ran.json[mode]["critical"] for mode in MODES[:3]] == [0, 0, 0]
-    assert "no steeper" in ran.json["warnings"][0]
+    assert "no steeper" in messages(ran.json)[0]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import messages
+
 
 def test_the_published_folds_tensor_and_shape(run, data_dir: Path) -> None:
     path = data_dir / "planes" / "big_elk_strike_dip.txt"
@@ -68,10 +70,10 @@ def test_kinds_pooled_in_one_set_are_named(run, write) -> None:
     path = write("kind,strike,dip\nbedding,30,40\nbedding,33,42\njoint,200,80\n")
     ran = run("stats", path, "--json")
     assert set(ran.json["sets"]) == {"all"}
-    assert "2 kinds (bedding, joint)" in ran.json["warnings"][0]
+    assert "2 kinds (bedding, joint)" in messages(ran.json)[0]
     apart = run("stats", path, "--set", "kind", "--json").json
     assert {name: s["n"] for name, s in apart["sets"].items()} == {"bedding": 2, "joint": 1}
-    assert not apart["warnings"]
+    assert not messages(apart)
 
 
 def test_poles_and_lines_are_never_averaged_together(run, write) -> None:
@@ -81,7 +83,7 @@ def test_poles_and_lines_are_never_averaged_together(run, write) -> None:
         "all (poles)": (2, "poles"),
         "all (lines)": (1, "lines"),
     }
-    assert "described separately" in ran.json["warnings"][0]
+    assert "described separately" in messages(ran.json)[0]
 
 
 def test_people_read_the_same_figures(run, write) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import messages
+
 TABLE = "kind,dipdir,dip\n" + "".join(f"bedding,{80 + i},{30 + i}\n" for i in range(8))
 MAGIC = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
 
@@ -44,7 +46,7 @@ def test_contours_are_as_asked_and_their_figures_are_told(run, write, tmp_path: 
     # Rows along a line: their middle is densest, the pole of 83.5/33.5.
     assert bedding["trend_deg"] == pytest.approx(263.5, abs=1)
     assert bedding["plunge_deg"] == pytest.approx(56.5, abs=1)
-    assert ran.json["warnings"] == []
+    assert messages(ran.json) == []
     text = run("stereonet", write(table), "-o", tmp_path / "m.svg", *words)
     assert "densest: bedding 26" in text.out
     plain = run("stereonet", write(table), "-o", tmp_path / "o.svg", "--json")
@@ -55,7 +57,7 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
     words = ["--contour", "kamb", "--levels", "900"]
     ran = run("stereonet", write(TABLE), "-o", tmp_path / "n.svg", *words, "--json")
     assert ran.code == 0
-    few, none = ran.json["warnings"]
+    few, none = messages(ran.json)
     assert "8 orientations are few" in few
     assert "Nothing is dense enough" in none
 

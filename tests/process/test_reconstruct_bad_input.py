@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.messages import messages
 from tests.photogrammetry import photo_set, rock_face
 from tests.process.reconstruction_runs import End, reconstruct, refused, whole
 from tests.small_disk import small_disk
@@ -137,7 +138,7 @@ def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) ->
     assert end.code == 0, end.err
     assert "Traceback" not in end.err
     assert end.json["registered"] >= 5
-    said = "\n".join(end.json["warnings"])
+    said = "\n".join(messages(end.json))
     for name in ("cut off.jpg", "no picture.jpg", "empty.jpg", "cut off.png", "photo 1 again.jpg",
                  "raw.nef"):  # fmt: skip
         assert name in said, name

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message, as_finding
 from vomstudio.errors import InputError, VomError, VomWarning
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane
@@ -30,10 +31,14 @@ _MOST_COUNT = 2**53
 """What lies beyond is no count of anything, and not a whole number in floating point."""
 
 
-def warn(sentences: Iterable[str], depth: int = 3) -> None:
-    """Each sentence as a Python warning at the user's line. depth : of the call from there"""
-    for sentence in sentences:
-        python_warnings.warn(sentence, VomWarning, stacklevel=depth)
+def warn(messages: Iterable[Message], depth: int = 3) -> None:
+    """Issue each message as a Python warning at the user's line.
+
+    depth : of the call from there
+    """
+    for finding in map(as_finding, messages):
+        warning = VomWarning(finding.message, finding.code, finding.values)
+        python_warnings.warn(warning, stacklevel=depth)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from vomstudio.api.checking import flag, path_of, single_number
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.heights import draw_heights
@@ -46,7 +47,7 @@ class ElevationModel:
 
     heights: npt.NDArray[np.float32]
     figures: ElevationFigures
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     _model: Mesh | PointCloud = field(repr=False)
     _plan: HeightPlan = field(repr=False)
 

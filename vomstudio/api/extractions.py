@@ -25,6 +25,7 @@ from vomstudio.api.comparisons import is_array, placed
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
@@ -66,7 +67,7 @@ class Facets(Shown):
     max_distance_m: float
     min_points: int
     min_area_m2: float | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """All but the table and the labels."""

@@ -22,11 +22,13 @@ from vomstudio.api.checking import (
     words_of,
 )
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import METRES, Axes
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.progress import Progress
 from vomstudio.reprs import html_table, in_lines
 from vomstudio.words import tr
@@ -34,7 +36,6 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.document.records import Model
     from vomstudio.io.models.reader import LoadedModel
-    from vomstudio.workspace.frame_declaration import DeclaredFrame
 
 Floats = npt.NDArray[np.float64]
 
@@ -52,7 +53,7 @@ class Source:
 
     path: Path
     crs: str | None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     unit_m: float = 1.0
     placed: bool = True
     metric: bool = True
@@ -86,7 +87,7 @@ class _Model:
         return self._source.crs
 
     @property
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[Message, ...]:
         """What was noticed in reading, a sentence each."""
         return self._source.warnings
 
@@ -288,6 +289,7 @@ def read(
     crs: str | None = None,
     up: Literal["y", "z"] | None = None,
     unit: str | None = None,
+    to_crs: str | None = None,
     project: str | Path | None = None,
     progress: Reported = None,
 ) -> Mesh | PointCloud:
@@ -299,6 +301,7 @@ def read(
     crs : the projected CRS that its x and y are in, such as "EPSG:32633"; None for what it says
     up : the axis of the file that points up; None for what is usual in its format
     unit : of its coordinates: m, cm, mm, km, ft or us-ft
+    to_crs : convert the coordinates to this projected CRS in metres
     project : folder of a project that has this file; it then stands as it does there, registered
         or declared, also while a window has the project open. In place of crs, up and unit
     progress : called with (stage, steps done, all steps or None), or a Progress
@@ -325,16 +328,18 @@ def read(
         one_of(up, ("y", "z"), "up")
     if unit is not None:
         one_of(unit, METRES, "unit")
-    from vomstudio.workspace.frame_declaration import DeclaredFrame
     from vomstudio.workspace.world_models import check_place
 
     file, folder = path_of(path, "path"), maybe_path(project, "project")
-    declared, report = DeclaredFrame(words_of(crs, "crs"), up, unit), told(progress)
+    options = FrameOptions(
+        crs=words_of(crs, "crs"), up=up, unit=unit, to_crs=words_of(to_crs, "to_crs")
+    )
+    report = told(progress)
     if folder is None:
         with naming("crs", "--crs"):
-            made = _read(file, declared, report)
+            made = _read(file, options, report)
     else:
-        check_place(declared, folder)
+        check_place(options, folder)
         made = _read_of_project(file, folder, report)
     warn(made.warnings)
     return made
@@ -352,30 +357,29 @@ def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
         raise InputError(
             tr("A model or the path of its file is needed, not a {kind}.", kind=kind), field=name
         )
-    from vomstudio.workspace.frame_declaration import DeclaredFrame
 
-    made = _read(path_of(given, name), DeclaredFrame(None, None, None), None)
+    made = _read(path_of(given, name), AS_STATED, None)
     warn(made.warnings, 4)
     return made
 
 
-def _read(path: Path, declared: DeclaredFrame, progress: Progress | None) -> Mesh | PointCloud:
+def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh | PointCloud:
+    from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.photos.cameras_file import scale_known
     from vomstudio.io.project.reconstructions import placing_error_m
-    from vomstudio.workspace.frame_declaration import declared_frame
 
-    loaded = read_model(path, progress)
-    stands = declared_frame(path, loaded.crs, loaded.turned_about is not None, declared)
-    frame = stands.frame
-    unknown = loaded.crs is None and declared.crs is None and scale_known(loaded.path) is False
+    loaded = read_model(path, progress, options)
+    established = establish_frame(loaded, options)
+    frame = established.frame
+    unknown = frame.crs is None and scale_known(loaded.path) is False
     source = Source(
         loaded.path,
         frame.crs,
-        (*loaded.warnings, *stands.warnings),
+        (*loaded.warnings, *established.findings),
         frame.unit_m if frame.crs is not None else 1.0,
         not unknown,
-        declared.unit is not None,
+        options.unit is not None,
         loaded.content_hash,
         placing_error_m(loaded.path),
     )

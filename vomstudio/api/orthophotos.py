@@ -14,6 +14,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
+from vomstudio.core.findings import Message
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
@@ -53,7 +54,7 @@ class Orthophoto:
     depth: npt.NDArray[np.float32]
     figures: OrthophotoFigures
     fold: FoldView | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     _model: Mesh | PointCloud = field(repr=False)
     _asked: Requested = field(repr=False)
     _drawn: DrawnPicture = field(repr=False)

@@ -16,6 +16,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
 from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.project.export import export_records, refuse_empty
 from vomstudio.io.project.folder import Project as ProjectFolder
 from vomstudio.io.project.journal import own_files
@@ -23,7 +24,6 @@ from vomstudio.io.project.verify import Verification, verify
 from vomstudio.io.settings import read_settings
 from vomstudio.reprs import html_table, in_lines
 from vomstudio.words import tr
-from vomstudio.workspace.frame_declaration import DeclaredFrame
 from vomstudio.workspace.headless_project import HeadlessProject, Picks
 from vomstudio.workspace.layer_export import written_layers
 from vomstudio.workspace.project_summary import fitted_records
@@ -297,7 +297,7 @@ class Project:
             one_of(unit, METRES, "unit")
         with naming("crs", "--crs"):
             added = self._open_desk().add_model(
-                path_of(path, "path"), DeclaredFrame(words_of(crs, "crs"), up, unit)
+                path_of(path, "path"), FrameOptions(crs=words_of(crs, "crs"), up=up, unit=unit)
             )
         warn(added.warnings)
         return added.model.id

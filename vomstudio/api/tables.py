@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vomstudio.api.checking import is_path, looks_like_radians, one_of, pairs, path_of, warn
+from vomstudio.core.findings import Message
 from vomstudio.document import catalogue
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
@@ -134,7 +135,7 @@ def text_of(table: Any, name: str = "table") -> TextTable:
     return table_of_cells(names, cells, _IN_MEMORY)
 
 
-def _noticed(table: OrientationTable) -> list[str]:
+def _noticed(table: OrientationTable) -> list[Message]:
     angles = (
         (table.dip_direction_deg, table.dip_deg),
         (table.trend_deg, table.plunge_deg),
@@ -220,7 +221,7 @@ def _column(values: list[Any], form: str) -> Any:
     return pandas.Series(floats)
 
 
-def frame_of_table(table: OrientationTable, warnings: Sequence[str]) -> Any:
+def frame_of_table(table: OrientationTable, warnings: Sequence[Message]) -> Any:
     """All rows of a table that was read, with its other columns behind."""
     import pandas
 

@@ -16,9 +16,11 @@ from vomstudio.cli.common.arguments import (
     progress_of,
     report_reading,
 )
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message, as_finding
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -54,6 +56,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("planes measured on the model and on the benchmark: the angles between them"),
     )
     add_azimuth(parser)
+    add_frame(parser)
     parser.add_argument(
         "--project",
         metavar="PROJECT",
@@ -77,12 +80,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
     agreed = None if args.orientations is None else _agreement(args)
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, project=args.project)
-    benchmark = read_beside(args.benchmark, progress, args.project)
+    options = frame_options(args)
+    model = read_in_world(args.model, progress, options, args.project)
+    benchmark = read_beside(args.benchmark, progress, args.project, options)
     names = (Path(args.model).name, Path(args.benchmark).name)
-    warnings = [
-        *(f"{name}: {said}" for name, one in zip(names, (model, benchmark), strict=True)
-          for said in one.warnings),
+    warnings: list[Message] = [
+        *(as_finding(warning).of_file(name)
+          for name, one in zip(names, (model, benchmark), strict=True) for warning in one.warnings),
         *crs_doubts(model.crs, benchmark.crs, names),
     ]  # fmt: skip
     if not (model.metric or benchmark.metric):
@@ -163,7 +167,7 @@ def _agreement_in_words(found: Agreement) -> str:
 
 def _written(
     args: argparse.Namespace, model: WorldModel, benchmark: WorldModel, found: Comparison
-) -> list[str]:
+) -> list[Message]:
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    from vomstudio.core.findings import Message
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.geometry.units import Axes
@@ -25,11 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("input", metavar="IN", help=tr("model or cloud in any format that is read"))
     parser.add_argument("output", metavar="OUT", help=tr("the file to write; its ending says what"))
-    parser.add_argument("--crs", metavar="EPSG", help=tr("the projected CRS that IN is in"))
-    parser.add_argument("--up", choices=["y", "z"], help=tr("the axis of IN that points up"))
-    parser.add_argument(
-        "--unit", choices=sorted(METRES), default=None, help=tr("the unit of IN's coordinates")
-    )
+    add_frame(parser)
     parser.add_argument(
         "--force", action="store_true", help=tr("replace OUT if it is there already")
     )
@@ -37,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
-    from vomstudio.io.gis.crs import parse_crs, typed_crs
+    from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.models.writing import choose_writer, write_model
@@ -45,32 +44,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
     target = Path(args.output)
     choose_writer(target)
     check_target(target, force=args.force, inputs=[args.input])
-    crs, unit = None, 1.0
-    if args.crs is not None:
-        crs, unit = typed_crs(args.crs)
+    options = frame_options(args)
+    if options.up == "z":
+        # It undoes the rotation of a format that is Y-up by definition, see `_in_world`.
+        options = replace(options, up=None)
     progress = report_reading(args, args.input)
-    loaded = read_model(Path(args.input), progress)
-    progress.stage(tr("Preparing the model"))
-    warnings = list(loaded.warnings)
-    if crs is not None and loaded.crs not in (None, crs):
-        warnings.append(
-            tr(
-                "The file names {file_crs}. {crs} was given and is written.",
-                file_crs=loaded.crs,
-                crs=crs,
-            )
-        )
-    if crs is None and loaded.crs is not None:
-        try:
-            crs, unit = parse_crs(loaded.crs)
-        except InputError:
-            crs = loaded.crs
-            warnings.append(
-                tr(
-                    "The coordinate reference system of the file is not a projected one. It is "
-                    "written unchanged."
-                )
-            )
+    loaded = read_model(Path(args.input), progress, options)
+    warnings: list[Message] = list(loaded.warnings)
+    crs, unit = loaded.crs, 1.0
+    if crs is not None:
+        established = establish_frame(loaded, replace(options, unit=None))
+        unit = established.frame.unit_m
+        warnings += established.findings
     if args.unit is not None:
         if crs is not None and METRES[args.unit] != unit:
             raise UsageError(
@@ -116,8 +101,6 @@ def _axes(loaded: LoadedModel, crs: str | None, unit: str | None) -> Axes:
 def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:
     """The model with z up and in metres. Of a format that is Y-up by itself, "z" takes back what
     its reader has turned."""
-    from dataclasses import replace
-
     import numpy as np
 
     from vomstudio.geometry.mesh import Mesh

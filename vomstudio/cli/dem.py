@@ -52,7 +52,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     import numpy as np
 
-    from vomstudio.cli.common.frames_of_models import declared_of
+    from vomstudio.cli.common.frames_of_models import frame_options
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.products.elevation import writing
     from vomstudio.products.elevation.heights import draw_heights
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     wanted.check()
     writing.check_targets(args.output, wanted, force=args.force)
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, declared_of(args), args.project)
+    model = read_in_world(args.model, progress, frame_options(args), args.project)
     if args.limit is not None and not isinstance(model.data, PointCloud):
         raise UsageError(
             tr("A mesh is not interpolated. --limit is for point clouds and tables."),

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr, tr_n
 
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         raise UsageError(tr("--thickness-error is for --thickness."), field="--thickness-error")
     belief, said = _belief(args)
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, declared_of(args))
+    model = read_in_world(args.model, progress, frame_options(args))
     progress.stage(tr("Extending the plane"))
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
     found = extend(
@@ -101,7 +102,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(in_words(found, unit_of(model.in_metres)))
 
 
-def _belief(args: argparse.Namespace) -> tuple[PlaneBelief, tuple[str, ...]]:
+def _belief(args: argparse.Namespace) -> tuple[PlaneBelief, tuple[Message, ...]]:
     from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.text.tables import read_points

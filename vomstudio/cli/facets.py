@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import add_project
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
@@ -57,6 +57,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--sets", action="store_true", help=tr("propose sets among the facets' planes")
     )
+    add_frame(parser)
     add_project(parser)
     parser.add_argument(
         "--preset",
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         choose_writer(Path(args.labels))
         check_target(args.labels, force=args.force, inputs=[args.model, args.output])
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, project=args.project)
+    model = read_in_world(args.model, progress, frame_options(args), args.project)
     warnings = list(model.warnings)
     with numbers_of(args.model):
         found = search(

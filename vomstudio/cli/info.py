@@ -14,6 +14,7 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message, as_finding
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             found = {**NOTHING, "error": error.as_dict()}
         else:
             out.text(_in_words(name, found))
-            out.warn([f"{name}: {warning}" for warning in found.get("warnings", ())])
+            out.warn([as_finding(each).of_file(name) for each in found.get("warnings", ())])
         files.append({**NOTHING, **found, "path": name})
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
@@ -143,7 +144,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
             file=path,
             line=table.header_line,
         )
-    warnings = list(table.notes)
+    warnings: list[Message] = list(table.notes)
     bounds = None
     try:
         points = table.numbers(coordinate_columns(table))
@@ -175,7 +176,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     return found if bounds is None else found | _place(path, warnings, progress)
 
 
-def _place(path: Path, warnings: list[str], progress: Progress) -> dict[str, Any]:
+def _place(path: Path, warnings: list[Message], progress: Progress) -> dict[str, Any]:
     """Of points with a NAME.prj beside them, as a cloud has it; nothing without."""
     from vomstudio.io.gis.crs import sidecar_path
     from vomstudio.io.models.opening import describe

@@ -13,16 +13,16 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.frames_of_models import add_project
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
 from vomstudio.errors import UsageError
-from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.document.records import Matrix, UpAxis
+    from vomstudio.core.findings import Finding
+    from vomstudio.document.records import Matrix
     from vomstudio.geology.table_folds import TableFold
     from vomstudio.io.models.reader import LoadedModel
 
@@ -74,14 +74,7 @@ def add_parser(subparsers: Subparsers) -> None:
             "direction is given"
         ),
     )
-    parser.add_argument(
-        "--up",
-        choices=["y", "z"],
-        help=tr("the model's axis that points up (default z)"),
-    )
-    parser.add_argument(
-        "--unit", choices=list(METRES), help=tr("unit of the model's coordinates (default m)")
-    )
+    add_frame(parser)
     add_project(parser)
     parser.add_argument(
         "--around",
@@ -105,6 +98,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     from vomstudio.products.ortho.one_domain import territory
     from vomstudio.products.ortho.sheet import format_of
+    from vomstudio.workspace.world_models import check_place
 
     own_axis = _checked(args)
     requests.check_gsd(args.gsd)
@@ -127,7 +121,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     shown = items if only is None else only.features(items)
     features = None if args.draw is None else items_shown(shown, parts)
     progress = report_reading(args, args.model)
-    loaded = read_model(args.model, progress)
+    check_place(frame_options(args), args.project)
+    loaded = read_model(args.model, progress, frame_options(args))
     progress.stage(tr("Preparing the model"))
     place = _place(args, loaded)
     asked = requests.request_picture(
@@ -155,7 +150,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         legend=LEGEND in parts,
         only=None if only is None else only.seen_in(items, asked.plan),
     )
-    found = requests.written(made, asked, args.output, args.sheet, loaded.warnings)
+    found = requests.written(
+        made, asked, args.output, args.sheet, (*loaded.warnings, *place.findings)
+    )
     out.result(named_by_unit(found.as_dict(), metric=place.in_metres))
     out.warn(found.warnings)
     out.text(_in_words(found.as_dict(), unit_of(place.in_metres)))
@@ -170,11 +167,6 @@ def _checked(args: argparse.Namespace) -> bool:
     own_axis = args.domain is not None and all(word is None for word in given)
     if not own_axis:
         check_direction(*given)
-    if args.project is not None and (args.up is not None or args.unit is not None):
-        raise UsageError(
-            tr("With --project the model stands as it does there. Leave out the other option."),
-            field="--unit" if args.up is None else "--up",
-        )
     for word, field in ((args.show, "--show"), (args.domain, "--domain")):
         if word is not None and args.draw is None:
             raise UsageError(
@@ -193,11 +185,12 @@ class _Place(NamedTuple):
     placed: bool
     metric: bool
     in_metres: bool
+    findings: tuple[Finding, ...]
 
 
 def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
-    from vomstudio.document.records import Frame
     from vomstudio.io.gis.crs import world_crs
+    from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.photos.cameras_file import scale_known
     from vomstudio.workspace.world_models import model_in
 
@@ -206,18 +199,18 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
         frame = model.frame
         crs = world_crs(frame.crs, frame.unit_m)
         metric = frame.has_metres
-        return _Place(model.to_world, crs, frame.has_north, metric, metric)
-    stated = loaded.unit_m or 1.0
-    unit = stated if args.unit is None else METRES[args.unit]
-    up: UpAxis = args.up or "z"
-    placed = loaded.crs is not None or scale_known(loaded.path) is not False
+        return _Place(model.to_world, crs, frame.has_north, metric, metric, ())
+    options = frame_options(args)
+    established = establish_frame(loaded, options)
+    frame = established.frame
+    placed = frame.crs is not None or scale_known(loaded.path) is not False
     return _Place(
-        Frame(unit_m=unit, up_axis=up).to_world(),
-        # Other axes or units than the file's are no longer coordinates of its CRS.
-        world_crs(loaded.crs, unit) if up == "z" and unit == stated else None,
+        frame.to_world(),
+        world_crs(frame.crs, frame.unit_m),
         placed,
-        unit != 1.0,
-        placed or args.unit is not None,
+        frame.unit_m != 1.0,
+        placed or options.unit is not None,
+        established.findings,
     )
 
 

@@ -9,15 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import (
+    Parser,
     Run,
     Subparsers,
     add_command,
     add_shared_options,
     progress_of,
 )
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import DocumentError, UsageError
-from vomstudio.geometry.units import METRES
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
-    def add(name: str, act: Run, help_: str) -> argparse.ArgumentParser:
+    def add(name: str, act: Run, help_: str) -> Parser:
         # What all commands share may stand before or after the action.
-        made: argparse.ArgumentParser = actions.add_parser(
+        made: Parser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
         )
         add_shared_options(made)
@@ -44,13 +45,7 @@ def add_parser(subparsers: Subparsers) -> None:
     add("list", _list, tr("List the contents of the project"))
     model = add("add-model", _add_model, tr("Add a model to the project"))
     model.add_argument("file", metavar="FILE", help=tr("model or cloud in any format that is read"))
-    model.add_argument("--crs", metavar="EPSG", default=None, help=tr("the projected CRS of FILE"))
-    model.add_argument(
-        "--up", choices=["y", "z"], default=None, help=tr("the axis of FILE that points up")
-    )
-    model.add_argument(
-        "--unit", choices=sorted(METRES), default=None, help=tr("the unit of FILE's coordinates")
-    )
+    add_frame(model)
     register = add("register", _register, tr("Place a model by points that were found on it"))
     _add_register(register)
     picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
@@ -103,7 +98,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
 
 
-def _add_register(register: argparse.ArgumentParser) -> None:
+def _add_register(register: Parser) -> None:
     register.add_argument(
         "pairs",
         metavar="PAIRS",
@@ -210,10 +205,8 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
 # --- changing ------------------------------------------------------------------------------------
 def _add_model(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.frame_declaration import DeclaredFrame
-
     with _changing(args, out) as desk:
-        added = desk.add_model(Path(args.file), DeclaredFrame(args.crs, args.up, args.unit))
+        added = desk.add_model(Path(args.file), frame_options(args))
     out.warn(added.warnings)
     what = {"model": added.model.id, "added": added.new, "warnings": list(added.warnings)}
     _report(args, out, what, f"{added.model.name}: {added.model.frame.name()}")

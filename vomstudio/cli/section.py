@@ -13,9 +13,10 @@ from vomstudio.cli.common.arguments import (
     add_output,
     progress_of,
 )
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr
 
@@ -88,7 +89,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     read = ReadFeatures() if args.features is None else read_features(args.features, args.azimuth)
     own = args.along == DOMAINS
     directions = by_domain(read.items, "--along") if own else Directions(along)
-    model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
+    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     if args.slab is not None and isinstance(model.data, Mesh):
         raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
     curtain, warnings = _curtain(asked, model)
@@ -147,7 +148,9 @@ def _asked(args: argparse.Namespace) -> Curtain | ProfileLine:
     return read_profile_line(args.profile, progress_of(args))
 
 
-def _curtain(asked: Curtain | ProfileLine, model: WorldModel) -> tuple[Curtain, tuple[str, ...]]:
+def _curtain(
+    asked: Curtain | ProfileLine, model: WorldModel
+) -> tuple[Curtain, tuple[Message, ...]]:
     """In World, and what must be said of a line. Raises InputError."""
     import numpy as np
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame, declared_of
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError, VomError
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.profiles is not None:
         check_target(args.profiles, force=args.force, inputs=[args.model, args.output])
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, declared_of(args))
+    model = read_in_world(args.model, progress, frame_options(args))
     try:
         patch = _patch(args, model.data, place)
         found = analyse(

@@ -19,9 +19,10 @@ from vomstudio.cli.common import (
     trace_proposals,
 )
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import declared_of
+from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.words import tr
 
@@ -132,7 +133,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
         raise InputError(
             tr("A trace is followed between at least two way-points."), file=args.through
         )
-    model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
+    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     spacing = resolution(model.data)
     with ExitStack() as stack:
         edges = None
@@ -161,7 +162,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
     out.text(in_words(found, unit_of(model.in_metres)))
 
 
-def _way_points(args: argparse.Namespace) -> tuple[npt.NDArray[np.float64], Sequence[str]]:
+def _way_points(args: argparse.Namespace) -> tuple[npt.NDArray[np.float64], Sequence[Message]]:
     """(n, 3) in World, or (n, 2) pixels where the table has columns and rows of a photo; and what
     was noticed in reading."""
     from vomstudio.io.text.pixel_tables import read_pixels

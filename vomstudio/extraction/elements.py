@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.kernels import agreement, smoothed
 from vomstudio.extraction.points_around import (
@@ -118,7 +119,7 @@ class Elements:
     near: Rows
     rows: Ints
     row_of: Ints
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     begun: Labels | None = None
     around: int = 0
     fewer: Bools | None = None

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.extraction.facets import Facets, Limits
 from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.reprs import Shown
@@ -48,7 +49,7 @@ class FacetTable(Shown):
     max_distance_m: float
     min_points: int
     min_area_m2: float | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     @property
     def more(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
@@ -113,7 +114,7 @@ class Facets:
     min_points: int
     exposure: Exposure
     covers: Labels
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def require_limits(limits: Limits) -> None:

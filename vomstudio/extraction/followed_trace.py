@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
@@ -51,7 +52,7 @@ class FollowedTrace(Shown):
     way_points: int
     cost: str
     vertices: int
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     tried: tuple[Tried, ...] = field(default=(), kw_only=True)
 
     def as_dict(self) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.finer_faces import finer
@@ -88,7 +89,7 @@ class Measurable:
     length: float
     resolution: float
     noise: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     nodes: Ints | None = None
 
     @property

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
@@ -112,7 +113,7 @@ class SurfaceFields:
     radius_m: float
     values: Mapping[str, Values]
     typical_count: int
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def surface_fields(

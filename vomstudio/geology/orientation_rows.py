@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Message
 from vomstudio.geology.common_turns import Turns
 
 Floats = NDArray[np.float64]
@@ -51,7 +52,7 @@ class OrientationRows(Protocol):
     @property
     def dropped(self) -> tuple[int, ...]: ...
     @property
-    def warnings(self) -> tuple[str, ...]: ...
+    def warnings(self) -> tuple[Message, ...]: ...
     @property
     def turns(self) -> Turns | None: ...
     @property

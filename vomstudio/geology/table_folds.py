@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
@@ -50,7 +51,7 @@ class _Domains:
 class _Reading:
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 # The last of the bases has the first of the fields.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Message
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, read_standing
 from vomstudio.progress import Progress
@@ -77,7 +78,7 @@ class DrawnLines:
     lines: tuple[DrawnLine, ...]
     skipped: tuple[str, ...]
     content_hash: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:

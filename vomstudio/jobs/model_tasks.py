@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from vomstudio.core.findings import Message
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.progress import Progress
@@ -76,7 +77,7 @@ class CachedModel:
     kind: Literal["mesh", "cloud"]
     crs: str | None
     content_hash: str
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     resolution: float | None
 
 
@@ -188,7 +189,7 @@ class ModelExport:
 class ExportedModel:
     """warnings : sentences on what the format cannot hold"""
 
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
@@ -235,7 +236,7 @@ class CutModel:
     """path : of the piece; warnings : sentences on what the format cannot hold"""
 
     path: Path
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def _cut_model(asked: ModelCut, progress: Progress) -> CutModel:

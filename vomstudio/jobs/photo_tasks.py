@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.inside import make_folder
 from vomstudio.files.regular import open_regular
@@ -55,7 +56,7 @@ class PhotoList:
     """left_out : sentences on what is no usable photo"""
 
     rows: tuple[ListedPhoto, ...]
-    left_out: tuple[str, ...]
+    left_out: tuple[Message, ...]
 
 
 def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Message
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.model_tasks import Matrix
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
@@ -54,7 +55,7 @@ class WrittenOrthophoto:
     unit: str
     coverage: float
     drawing: tuple[Path, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Message
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, in_world
 from vomstudio.progress import Progress
@@ -60,7 +61,7 @@ class FoundTraces:
     cost: str
     least_length_m: float
     surrogates: int
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     out: Path
 
 

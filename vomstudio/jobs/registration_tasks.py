@@ -202,7 +202,9 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     with atomic_write(asked.out, True) as temporary, temporary.open("wb") as file:
         np.savez(file, **arrays)
     figures = found.as_dict()
-    return ComparedModels(figures | {"warnings": [*said, *found.warnings]}, asked.out)
+    return ComparedModels(
+        figures | {"warnings": [str(each) for each in (*said, *found.warnings)]}, asked.out
+    )
 
 
 COMPARE_MODELS = Job("compare_models", Lane.PRODUCTS, CompareOrder, ComparedModels, _compare, _PART)

@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import WorkerError
 from vomstudio.words import tr
 
@@ -24,6 +25,8 @@ T = TypeVar("T")
 
 def encode(value: Any, place: str = "") -> Any:
     """Plain JSON values. Raises WorkerError that names the field that cannot cross."""
+    if isinstance(value, Finding):
+        return value.to_dict()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         inside = f"{place}." if place else ""
         return {
@@ -73,6 +76,8 @@ def _hints(cls: type[Any]) -> Mapping[str, Any]:
 def _decode(wanted: Any, plain: Any, place: str) -> Any:
     if wanted is Any:
         return plain
+    if wanted is Finding:
+        return _finding(plain, place)
     if dataclasses.is_dataclass(wanted):
         return _dataclass(wanted, plain, place)
     origin = typing.get_origin(wanted)
@@ -100,6 +105,16 @@ def _decode(wanted: Any, plain: Any, place: str) -> Any:
 def _is_array(kind: Any) -> bool:
     """Told by its name: what sends no arrays need not load NumPy."""
     return getattr(kind, "__module__", "") == "numpy" and kind.__name__ == "ndarray"
+
+
+def _finding(plain: Any, place: str) -> Finding:
+    if not isinstance(plain, Mapping):
+        misfit: Finding = _misfit(Finding, plain, place)
+        return misfit
+    try:
+        return Finding.from_dict(plain)
+    except (KeyError, TypeError, IndexError):
+        raise WorkerError(tr("The field '{field}' is not a valid finding.", field=place)) from None
 
 
 def _dataclass(cls: Any, plain: Any, place: str) -> Any:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, in_world
 from vomstudio.progress import Progress
@@ -42,7 +44,7 @@ class ComputedFields:
 
     out: Path
     typical_count: int
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def _compute(asked: FieldsOrder, progress: Progress) -> ComputedFields:
@@ -59,7 +61,7 @@ def _compute(asked: FieldsOrder, progress: Progress) -> ComputedFields:
     arrays |= {
         "mark": np.array(mark),
         "count": np.array(found.typical_count),
-        "said": np.array(found.warnings, np.str_),
+        "warnings": np.array(json.dumps([as_finding(each).to_dict() for each in found.warnings])),
     }
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     part = asked.out.with_name(f"{asked.out.stem}.part.npz")
@@ -77,8 +79,9 @@ def _kept(out: Path, mark: str) -> ComputedFields | None:
         with open_arrays(out) as arrays:
             if str(arrays["mark"]) != mark or not set(KINDS) <= set(arrays.files):
                 return None
-            said = tuple(str(each) for each in arrays["said"])
-            return ComputedFields(out, int(arrays["count"]), said)
+            rows = json.loads(str(arrays["warnings"]))
+            warnings = tuple(Finding.from_dict(row) for row in rows)
+            return ComputedFields(out, int(arrays["count"]), warnings)
     except (OSError, ValueError, KeyError, EOFError):
         return None
 
@@ -104,7 +107,7 @@ class MappedMeasurable:
     """said : how much of the surface would tell the plane, and what else is to be known"""
 
     out: Path
-    said: tuple[str, ...]
+    said: tuple[Message, ...]
 
 
 def _map_measurable(asked: MeasurableOrder, progress: Progress) -> MappedMeasurable:
@@ -121,7 +124,10 @@ def _map_measurable(asked: MeasurableOrder, progress: Progress) -> MappedMeasura
         progress=progress,
     )
     said = (*shares_in_words(found), *found.warnings)
-    arrays: dict[str, Any] = {**found.as_fields(), "said": np.array(said, np.str_)}
+    arrays: dict[str, Any] = {
+        **found.as_fields(),
+        "said": np.array([str(each) for each in said], np.str_),
+    }
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     part = asked.out.with_name(f"{asked.out.stem}.part.npz")
     np.savez(part, **arrays)
@@ -172,7 +178,7 @@ class FoundFacets:
     exposed_m2: float
     vegetation_share: float
     debris_share: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     out: Path
 
 

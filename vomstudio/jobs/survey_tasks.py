@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Message
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
@@ -31,7 +32,7 @@ class TakenFrames:
     skipped: Mapping[str, int]
     good_enough: bool
     verdict: str
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     width: int
     height: int
     video_fps: float
@@ -95,7 +96,7 @@ class ControlFacts:
     crs_reason: str
     summary: str
     problem: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geometry.places import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
@@ -35,7 +36,7 @@ ToGrid = Callable[[float, float], tuple[float, float] | None]
 
 
 def in_metres(
-    positions: Positions, crs: str | None, said: list[str]
+    positions: Positions, crs: str | None, said: list[Message]
 ) -> tuple[Positions, str | None, tuple[float, float] | None]:
     """The positions in metres, the CRS of the model, and a longitude and latitude among them where
     they are known. Those without a height are left out, and those whose height is above something
@@ -192,7 +193,7 @@ def _refuse_exchanged(positions: Positions, degrees: Array, crs: str | None) -> 
 
 
 # --- heights ----------------------------------------------------------------------------------
-def _with_heights(positions: Positions, said: list[str]) -> Positions:
+def _with_heights(positions: Positions, said: list[Message]) -> Positions:
     keep = np.isfinite(positions.places[:, 2])
     if not keep.any():
         raise InputError(

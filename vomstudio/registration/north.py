@@ -8,6 +8,7 @@ from datetime import date
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.io.control.attitude_tables import AttitudeTable
 from vomstudio.words import tr
@@ -72,7 +73,7 @@ class North:
         return 0.0 if found is None else found
 
 
-def on_grid(table: AttitudeTable, north: North, said: list[str]) -> AttitudeTable:
+def on_grid(table: AttitudeTable, north: North, said: list[Message]) -> AttitudeTable:
     """The same with all yaws from the north of the map.
 
     said : gets what was added. Raises InputError.

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
@@ -456,6 +457,6 @@ def register_points(
     return (place_robustly if robust else place)(kinds, judges)
 
 
-def with_warnings(placed: Placed, warnings: Sequence[str]) -> Placed:
+def with_warnings(placed: Placed, warnings: Sequence[Message]) -> Placed:
     """The same with what was said before it was found."""
     return replace(placed, warnings=(*warnings, *placed.warnings))

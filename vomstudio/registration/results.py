@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.registration.blunders import Blunder, Without
@@ -114,7 +115,7 @@ class Placed(Shown):
     worth_adding: WorthAdding | None
     known: Known
     blunders: tuple[Blunder, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     covariance: tuple[tuple[float, ...], ...]
     centre: tuple[float, float, float]
     reach_m: float | None = None

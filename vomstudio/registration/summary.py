@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.document.records import ReadNorth, Registration
 from vomstudio.document.registration_errors import bowing_of_registration
 from vomstudio.geology.notation import format_azimuth
@@ -48,7 +49,7 @@ class Summary:
 
     sentence: str
     facts: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def summary_of(registration: Registration) -> Summary:
@@ -135,8 +136,8 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
     return facts
 
 
-def _warnings(registration: Registration) -> list[str]:
-    said = []
+def _warnings(registration: Registration) -> list[Message]:
+    said: list[Message] = []
     control = [p for p in registration.control if not p.check]
     # Of a model that was fitted to another one the surfaces judge the points.
     by_points = registration.method != "reference"

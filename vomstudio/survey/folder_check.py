@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
@@ -27,7 +28,7 @@ class FolderCheck(Shown):
     folder: str
     report: SurveyReport
     skipped: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     aligned: SurveyReport | None = None
 
     @property

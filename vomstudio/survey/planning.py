@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.reprs import Shown
@@ -117,7 +118,7 @@ class SurveyPlan(Shown):
     control_points: tuple[ControlPoint, ...]
     views_least: int
     views_median: float
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[Message, ...] = field(default=())
     registration: tuple[Forecast, ...] = ()
 
     @property
@@ -229,7 +230,7 @@ def plan_survey(
             "--aperture": f_number,
         },
     )
-    warnings: list[str] = []
+    warnings: list[Message] = []
     aperture, kept = _aperture(camera, f_number)
     warnings += kept
     distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
@@ -454,8 +455,8 @@ def _warnings(
     height: float,
     footprint: tuple[float, float],
     least: int,
-) -> list[str]:
-    found = []
+) -> list[Message]:
+    found: list[Message] = []
     highest = max(station.up_m for station in stations)
     if manner == "handheld" and highest > _REACH_M:
         one_row = distance * height / footprint[1]

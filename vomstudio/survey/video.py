@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_in_project
@@ -78,7 +79,7 @@ class FrameReport:
     frames: list[Frame] = field(default_factory=list)
     skipped: dict[str, int] = field(default_factory=dict)
     gaps: list[float] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[Message] = field(default_factory=list)
     good_enough: bool = True
     verdict: str = ""
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record
@@ -28,7 +29,7 @@ class DrawnTraces:
 
     traces: tuple[Trace, ...]
     skipped: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def trace_through(

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
@@ -34,9 +35,13 @@ from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.places import why_not_at
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.models import model_cache
+from vomstudio.io.models.frames import establish_frame
+from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
-from vomstudio.io.project.folder import Project
+from vomstudio.io.models.writing import write_model
+from vomstudio.io.project.folder import MODELS, Project
 from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.evidence import Evidence, register
@@ -46,7 +51,6 @@ from vomstudio.registration.surface_points import some_points
 from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
 from vomstudio.words import tr
 from vomstudio.workspace.drawn_traces import trace_through
-from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
     placed_by_points,
@@ -81,7 +85,7 @@ class AddedModel:
 
     model: Model
     new: bool
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ class AddedPicks:
 
     traces: tuple[Trace, ...]
     skipped: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 class HeadlessProject:
@@ -168,16 +172,25 @@ class HeadlessProject:
         )
 
     # --- changes -----------------------------------------------------------------------------
-    def add_model(self, path: Path, declared: DeclaredFrame | None = None) -> AddedModel:
-        """Read a model and make it part of the project. Raises InputError, UsageError."""
+    def add_model(self, path: Path, options: FrameOptions = AS_STATED) -> AddedModel:
+        """Read a model and make it part of the project.
+
+        With `options.to_crs` a converted copy is written into the project and added.
+
+        Raises
+        ------
+        InputError, UsageError
+        """
         path = path.resolve()
+        if options.to_crs is not None:
+            converted, findings = self._write_converted(path, options)
+            added = self.add_model(converted)
+            return replace(added, warnings=(*findings, *added.warnings))
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         models = self.session.of(Model)
         # Looked at first: what cannot be is refused of a file that is there already, too.
-        placement = declared_frame(
-            path, loaded.crs, loaded.turned_about is not None, declared or DeclaredFrame()
-        )
+        established = establish_frame(replace(loaded, path=path), options)
         same = [m for m in models if m.content_hash == loaded.content_hash]
         if same:
             warning = tr("The project already contains this file, as {model}.", model=same[0].name)
@@ -187,13 +200,26 @@ class HeadlessProject:
             self.project.model_path(path),
             loaded.kind,
             loaded.content_hash or "",
-            placement.frame,
+            established.frame,
         )
         self.session.apply(edits.add_model(self.session.records, model))
         self._surfaces[model.id] = surface_of(loaded.data)
         self._bounds[model.id] = loaded.data.bounds
         self._extents[model.id] = some_points(loaded.data)
-        return AddedModel(model, True, (*loaded.warnings, *placement.warnings))
+        return AddedModel(model, True, (*loaded.warnings, *established.findings))
+
+    def _write_converted(
+        self, path: Path, options: FrameOptions
+    ) -> tuple[Path, tuple[Message, ...]]:
+        """Write a model in another CRS into the folder of the project's models."""
+        loaded = read_model(path, self._progress, options)
+        code = "".join(c for c in (loaded.crs or "").casefold() if c.isalnum())[:16]
+        target = self.project.folder / MODELS / f"{path.stem}_{code}{path.suffix}"
+        target.parent.mkdir(exist_ok=True)
+        findings = write_model(
+            loaded.data, loaded.crs, target, force=True, inputs=[path], progress=self._progress
+        )
+        return target, (*loaded.warnings, *findings)
 
     def add_picks(
         self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""

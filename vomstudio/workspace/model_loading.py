@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
@@ -43,7 +44,7 @@ class OpenModel:
 
     data: Mesh | PointCloud
     surface: MeshSurface | CloudSurface
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     resolution: float | None
     crs: str | None
     content_hash: str

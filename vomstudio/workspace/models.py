@@ -9,10 +9,11 @@ from typing import Literal
 from vomstudio.document import edits
 from vomstudio.document.photo_edits import reconstruction_in, registration_by
 from vomstudio.document.records import Frame, Model, Record, Registration
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.io.gis.crs import metres_of, world_crs
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.models.frames import check_frame, frame_of_file
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
@@ -175,7 +176,15 @@ class Models:
                 self._attach(same[0].id, path, opened)
             self._notices.info(tr("{file} is already open.", file=path.name))
             return
-        placement: Frame | Registration = frame_of(path, opened.crs)
+        frame = frame_of_file(path, opened.crs)
+        try:
+            findings = check_frame(frame, opened.data.bounds, file=path.name)
+        except InputError as error:
+            self._notices.fail(error)
+            return
+        for finding in findings:
+            self._notices.warn(str(finding.of_file(path.name)))
+        placement: Frame | Registration = frame
         stored = self._projects.project.model_path(path)
         found = registration_of_file(self._projects.records, stored)
         placement = placement if found is None else found
@@ -198,7 +207,7 @@ class Models:
         self.open[model_id] = opened
         if opened.warnings:
             # One notice: the bar shows the newest only.
-            self._notices.warn(f"{path.name}: " + "\n".join(opened.warnings))
+            self._notices.warn(f"{path.name}: " + "\n".join(map(str, opened.warnings)))
         self.loaded.emit(model_id)
 
 
@@ -238,11 +247,3 @@ def name_of(path: Path) -> str:
     if not path.with_name(cameras_file.FILE_NAME).is_file():
         return path.stem
     return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"
-
-
-def frame_of(path: Path, crs: str | None) -> Frame:
-    """The frame that a file states; undeclared where it states none. A model reconstructed with
-    control in a local system is in metres and knows north."""
-    if crs:
-        return Frame("crs", crs, metres_of(crs))
-    return Frame("local") if cameras_file.scale_known(path) else Frame()

@@ -100,4 +100,4 @@ def _said(path: object) -> str:
     from vomstudio.extraction.photo_following import PhotoPath
 
     assert isinstance(path, PhotoPath)
-    return " ".join(path.warnings)
+    return " ".join(map(str, path.warnings))

@@ -8,19 +8,22 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
+from vomstudio.core.options import given_options
 from vomstudio.document.records import Model
 from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
 from vomstudio.geometry.units import Axes
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
-from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,7 @@ class WorldModel:
     data: Mesh | PointCloud
     crs: str | None
     metric: bool
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     loaded: LoadedModel
     to_world: npt.NDArray[np.float64]
     in_project: Model | None = None
@@ -62,37 +65,40 @@ class WorldModel:
 def read_in_world(
     path: str | Path,
     progress: Progress | None = None,
-    declared: DeclaredFrame | None = None,
+    options: FrameOptions = AS_STATED,
     project: str | Path | None = None,
 ) -> WorldModel:
     """The model in a file, as its file says that it stands; one that says nothing as declared, else
     as local, in metres, z up. project : a folder; the model then stands as it does there. Raises
     InputError, UsageError, Cancelled."""
-    declared = declared or DeclaredFrame()
-    check_place(declared, project)
+    check_place(options, project)
     progress = progress or Silent()
     # Readers begin a stage of their own once the libraries of the format are imported.
     progress.stage(tr("Reading {file}", file=Path(path).name))
-    loaded = read_model(path, progress)
+    loaded = read_model(path, progress, options)
     progress.stage(tr("Preparing the model"))
     if project is not None:
         return as_in_project(loaded, model_in(project, loaded))
-    turned = loaded.turned_about is not None
-    frame = declared_frame(loaded.path, loaded.crs, turned, declared).frame
+    established = establish_frame(loaded, options)
+    frame = established.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
-    metric = loaded.unit_m is not None or frame.crs is not None or declared.unit is not None
+    metric = loaded.unit_m is not None or frame.crs is not None or options.unit is not None
     matrix = np.asarray(frame.to_world(), np.float64)
     data = moved(loaded.data, matrix)
-    return WorldModel(data, crs, metric, loaded.warnings, loaded, matrix)
+    warnings = (*loaded.warnings, *established.findings)
+    return WorldModel(data, crs, metric, warnings, loaded, matrix)
 
 
 def read_beside(
-    path: str | Path, progress: Progress | None = None, project: str | Path | None = None
+    path: str | Path,
+    progress: Progress | None = None,
+    project: str | Path | None = None,
+    options: FrameOptions = AS_STATED,
 ) -> WorldModel:
     """The model that another one is held against: as it stands in the project where that has it,
     else as its file says. Raises as `read_in_world`."""
     if project is None:
-        return read_in_world(path, progress)
+        return read_in_world(path, progress, options)
     progress = progress or Silent()
     progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded = read_model(path, progress)
@@ -103,11 +109,11 @@ def read_beside(
     return read_in_world(path, progress)
 
 
-def check_place(declared: DeclaredFrame, project: str | Path | None) -> None:
-    """Raises UsageError where a model would stand in two ways."""
-    if project is None or declared == DeclaredFrame():
+def check_place(options: FrameOptions, project: str | Path | None) -> None:
+    """Raise UsageError if both a project and options define the frame of a model."""
+    if project is None or not options.is_given:
         return
-    given = [name for name in ("crs", "up", "unit") if getattr(declared, name) is not None]
+    given = [name.replace("_", "-") for name in given_options(options)]
     raise UsageError(
         tr("With --project the model stands as it does there. Leave out the other option."),
         field=f"--{given[0]}",

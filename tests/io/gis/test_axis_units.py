@@ -14,6 +14,7 @@ from pyproj import CRS
 
 import vomstudio as vs
 from tests.io.models.copc_maker import write_copc
+from tests.messages import messages
 from tests.tiers import first_in_default_tier
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
@@ -21,10 +22,9 @@ from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.gis.geo_keys import Keys, name_keys
 from vomstudio.io.models import copc, model_cache
+from vomstudio.io.models.frames import establish_frame, frame_of_file
 from vomstudio.io.models.opening import describe, read_model
 from vomstudio.io.models.preview import preview
-from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
-from vomstudio.workspace.models import frame_of
 
 FT, US_FT = 0.3048, 1200 / 3937
 PROJECTED, LINEAR, VERTICAL, VERTICAL_UNIT = 3072, 3076, 4096, 4099
@@ -38,10 +38,14 @@ CAROLINA_NUMBERS = (36.166666666666664, 34.333333333333336, 33.75, -79.0, 200000
 
 
 def slope(dip: float, flat_m: float, high_m: float, n: int = 400) -> np.ndarray:
-    """(n, 3) points of a plane that dips east, in a file's units."""
+    """Return (n, 3) points of a plane that dips east, in a file's units.
+
+    In feet they lie in North Carolina, else in UTM zone 17.
+    """
+    north = 200_000 if flat_m == US_FT else 4_200_000
     rng = np.random.default_rng(1)
     x, y = rng.uniform(0, 30, (2, n))
-    metres = np.column_stack([x + 500_000, y + 200_000, 400 - np.tan(np.radians(dip)) * x])
+    metres = np.column_stack([x + 500_000, y + north, 400 - np.tan(np.radians(dip)) * x])
     return metres / [flat_m, flat_m, high_m]
 
 
@@ -165,12 +169,13 @@ def test_every_axis_has_the_unit_that_the_system_states(version, code, units) ->
 def write_tif(path: Path, flat_m: float, high_m: float, crs: str | None, **more) -> Path:
     unit, kind = more.pop("unit", None), more.pop("kind", "float32")
     column = np.arange(60.0)
+    north = 2e5 if flat_m == US_FT else 4.2e6
     heights = np.tile(400 - np.tan(np.radians(30)) * column, (50, 1)) / high_m
     with (
         rasterio.Env(**more.pop("env", {})),
         rasterio.open(
             path, "w", driver="GTiff", width=60, height=50, count=1, dtype=kind, crs=crs,
-            transform=rasterio.Affine(1 / flat_m, 0, 5e5 / flat_m, 0, -1 / flat_m, 2e5 / flat_m),
+            transform=rasterio.Affine(1 / flat_m, 0, 5e5 / flat_m, 0, -1 / flat_m, north / flat_m),
             **more,
         ) as dataset,
     ):  # fmt: skip
@@ -240,7 +245,7 @@ def test_degrees_are_refused_and_described(tmp_path: Path) -> None:
         assert found["resolution_m"] is None
         assert found["resolution"] > 0
         assert found["bounds"][0] == pytest.approx([10, 45, 100])
-        assert any("degrees" in said for said in found["warnings"])
+        assert any("degrees" in said for said in messages(found))
 
 
 def test_a_local_system_in_feet_becomes_metres(tmp_path: Path) -> None:
@@ -293,9 +298,9 @@ def test_damaged_keys_leave_the_points(tmp_path: Path, content: bytes) -> None:
 
 def test_the_window_and_the_project_take_the_unit_of_the_system(tmp_path: Path) -> None:
     path = write_las(tmp_path / "a.las", slope(30, US_FT, US_FT), keys=[(PROJECTED, 0, 1, 2264)])
-    frame = frame_of(path, read_model(path).crs)
+    frame = frame_of_file(path, read_model(path).crs)
     assert frame.unit_m == pytest.approx(US_FT)
-    assert frame == declared_frame(path, read_model(path).crs, False, DeclaredFrame()).frame
+    assert frame == establish_frame(read_model(path)).frame
 
 
 def test_a_cache_keeps_units_and_sees_a_prj_that_came_later(tmp_path: Path) -> None:
@@ -350,7 +355,7 @@ def test_of_wkt_and_keys_that_differ_the_header_chooses(tmp_path: Path, form, wa
     wkt = CRS.from_epsg(32633).to_wkt()
     found = describe(two_references(tmp_path / "a.las", wkt, [(PROJECTED, 0, 1, 32632)], form=form))
     assert found["crs"] == wanted
-    (said,) = found["warnings"]
+    (said,) = messages(found)
     assert "zone 33N" in said
     assert "zone 32N" in said
 
@@ -360,7 +365,7 @@ def test_two_references_to_the_same_place_are_one(tmp_path: Path, other: int) ->
     """WGS 84 and ETRS89 lie some decimetres apart."""
     wkt = CRS.from_epsg(32633).to_wkt()
     found = describe(two_references(tmp_path / "a.las", wkt, [(PROJECTED, 0, 1, other)]))
-    assert found["warnings"] == []
+    assert messages(found) == []
 
 
 @pytest.mark.parametrize("more", [(VERTICAL, 0, 1, 6360), (VERTICAL_UNIT, 0, 1, 9003)])
@@ -387,7 +392,7 @@ def test_keys_without_a_known_system_state_the_unit_that_they_name(tmp_path, key
     assert found["units"] == [unit] * 3
     assert found["crs"] is None
     if keys and keys[0][0] != LINEAR and keys[0][3] != 32767:
-        assert any(f"EPSG:{keys[0][3]}" in said for said in found["warnings"])
+        assert any(f"EPSG:{keys[0][3]}" in said for said in messages(found))
 
 
 @pytest.mark.parametrize(
@@ -407,13 +412,13 @@ def test_a_geotiff_of_an_unknown_code_states_its_own_unit(tmp_path: Path, keys, 
     Image.fromarray(heights).save(tmp_path / "a.tif", tiffinfo=tags)
     found = describe(tmp_path / "a.tif")
     assert found["units"] == [unit] * 3
-    assert any("EPSG:9999" in said for said in found["warnings"])
+    assert any("EPSG:9999" in said for said in messages(found))
 
 
 def test_a_vertical_system_alone_says_nothing_of_x_and_y(tmp_path: Path) -> None:
     found = describe(write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(6360).to_wkt()))
     assert found["units"] == ["unknown", "unknown", "us-ft"]
-    assert any("no unit of x and y" in said for said in found["warnings"])
+    assert any("no unit of x and y" in said for said in messages(found))
 
 
 def test_depths_are_refused_and_not_taken_for_heights(tmp_path: Path) -> None:
@@ -434,7 +439,7 @@ def test_axes_to_the_west_and_south_are_refused(tmp_path: Path, code: int) -> No
 
 
 def test_coordinates_below_zero_in_such_a_system_count_to_the_north(tmp_path: Path) -> None:
-    points = slope(30, 1, 1) - [600_000, 1_400_000, 0]
+    points = slope(30, 1, 1) - [600_000, 5_400_000, 0]
     loaded = read_model(write_las(tmp_path / "a.las", points, CRS.from_epsg(5513).to_wkt()))
     assert loaded.crs is None
     assert loaded.units == ("m", "m", "m")

@@ -1,39 +1,29 @@
-"""How a model stands in World, as the user says it on the command line."""
+"""How a model is placed in World, by options of a command."""
 
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Parser
-from vomstudio.geometry.units import METRES
+from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.words import tr
-
-if TYPE_CHECKING:
-    from vomstudio.workspace.frame_declaration import DeclaredFrame
 
 
 def add_frame(parser: Parser) -> None:
-    parser.add_argument(
-        "--crs", metavar="EPSG", help=tr("coordinate reference system of the model")
-    )
-    parser.add_argument(
-        "--up", choices=["y", "z"], help=tr("the model's axis that points up (default z)")
-    )
-    parser.add_argument(
-        "--unit", choices=list(METRES), help=tr("unit of the model's coordinates (default m)")
-    )
+    """Add the options that define the frame of a model."""
+    add_options(parser, FrameOptions)
 
 
 def add_project(parser: Parser) -> None:
+    """Add --project, which places a model as in a project."""
     parser.add_argument(
         "--project",
         metavar="PROJECT",
-        help=tr("the model stands as it does in this project, registered or declared"),
+        help=tr("place the model as in this project, registered or declared"),
     )
 
 
-def declared_of(args: argparse.Namespace) -> DeclaredFrame:
-    from vomstudio.workspace.frame_declaration import DeclaredFrame
-
-    return DeclaredFrame(args.crs, args.up, args.unit)
+def frame_options(args: argparse.Namespace) -> FrameOptions:
+    """Return the frame options of a command."""
+    return options_from(args, FrameOptions)

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Parser, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr, tr_n
 
@@ -74,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(args.output, force=args.force, inputs=[args.model, args.from_ortho, args.sidecar])
     sidecar = drawing_back.read_sidecar(args.sidecar)
     lines, said = drawing_back.read_drawing(args.from_ortho, sidecar, progress_of(args))
-    model = read_in_world(args.model, progress_of(args), declared_of(args), args.project)
+    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     try:
         brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)
     except InputError as error:
@@ -144,7 +145,7 @@ def _types(args: argparse.Namespace, brought: Brought, desk: HeadlessProject) ->
     return kinds
 
 
-def _add(args: argparse.Namespace, brought: Brought) -> tuple[list[dict[str, str]], list[str]]:
+def _add(args: argparse.Namespace, brought: Brought) -> tuple[list[dict[str, str]], list[Message]]:
     """One undoable edit of the project. What was added, and what was left out in words."""
     from vomstudio.io.settings import read_settings
     from vomstudio.workspace.headless_project import HeadlessProject, Picks

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.cli.common.arguments import Parser, progress_of
-from vomstudio.cli.common.frames_of_models import declared_of
+from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_of(args)
     by_network = args.onnx_model is not None
-    model = read_in_world(args.model, progress, declared_of(args), args.project)
+    model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
     with ExitStack() as stack:
         if by_network:

@@ -15,10 +15,11 @@ from vomstudio.cli.common.arguments import (
     add_output,
     progress_of,
 )
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, declared_of
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
@@ -100,7 +101,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.gsd is not None and not raster:
         raise UsageError(tr("--gsd is for a raster, -o NAME.tif."), field="--gsd")
     progress = progress_of(args)
-    model = read_in_world(args.model, progress, declared_of(args), args.project)
+    model = read_in_world(args.model, progress, frame_options(args), args.project)
     with numbers_of(args.model):
         found = measurable_map(
             model.data,
@@ -134,7 +135,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(in_words(found))
 
 
-def _plane(args: argparse.Namespace) -> tuple[Plane, tuple[str, ...]]:
+def _plane(args: argparse.Namespace) -> tuple[Plane, tuple[Message, ...]]:
     """As typed, or the mean of a table's planes, and what is to be said of it."""
     if (args.plane is None) == (args.mean is None):
         raise UsageError(tr("Give the plane as --plane DD/D, or --mean TABLE."), field="--plane")

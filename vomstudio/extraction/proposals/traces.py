@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.extraction.followed_trace import near_surface, plane_of
 from vomstudio.extraction.following import Follower
@@ -66,7 +67,7 @@ class ProposedTraces(Shown):
     cost: str
     least_length_m: float
     surrogates: int
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
@@ -110,7 +111,7 @@ def propose_traces(
     least = LEAST_LENGTH * resolution if least_length is None else least_length
     progress.stage(tr("Finding lines"), None)
     whole = surface
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     if (count := len(surface.places)) > MOST_POINTS:
         surface = SurfaceGraph(few_enough(surface.data, MOST_POINTS))
         if least_length is None:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.measured import CONE95, Measured
@@ -54,7 +55,7 @@ class BedLog(Shown):
     intervals: tuple[Interval, ...]
     total_m: Measured
     reordered: tuple[str, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""

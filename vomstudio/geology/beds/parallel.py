@@ -20,6 +20,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import joint_quantile, quantiles
@@ -88,7 +89,7 @@ class ParallelBeds:
     p_parallel: float | None
     beds: tuple[Bed, ...]
     same: tuple[SamePlane, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -398,8 +399,8 @@ def _widened(traces: _Traces) -> tuple[_Traces, float | None]:
     return wide, p
 
 
-def _warnings(p_parallel: float | None, known: bool) -> list[str]:
-    said = []
+def _warnings(p_parallel: float | None, known: bool) -> list[Message]:
+    said: list[Message] = []
     if not known:
         said.append(
             tr("No trace has more than three points, so that the errors are unknown. Add points.")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.faults.displacement import (
     NO_ERRORS,
@@ -59,7 +60,7 @@ class Displacements(Shown):
     mean_heave_m: float
     std_heave_m: float | None
     skipped: tuple[dict[str, str], ...]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -102,7 +103,7 @@ def displacements(
             "--rake-error": errors.rake95_deg,
         },
     )
-    warnings: list[str] = []
+    warnings: list[Message] = []
     if slip is not None:
         rake_deg = rake_of(slip, fault)
         warnings += _said_of_slip(slip, fault)

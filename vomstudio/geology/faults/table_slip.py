@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.geology.faults.kinematics import (
     kinematic_axes,
     movements,
@@ -36,7 +37,7 @@ class SlipRows(Protocol):
     @property
     def dropped(self) -> tuple[int, ...]: ...
     @property
-    def warnings(self) -> tuple[str, ...]: ...
+    def warnings(self) -> tuple[Message, ...]: ...
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class TableSlip(Shown):
     right_dihedra: DihedraFound
     faults: tuple[FaultSlip, ...]
     dropped_lines: tuple[int, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
@@ -51,7 +52,7 @@ class ThreePoints(Shown):
     n: int = 3
     rms_m: float | None = None
     sigma_m: float | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     dropped_lines: tuple[int, ...] = ()
 
     @property
@@ -66,7 +67,7 @@ class ThreePoints(Shown):
     def strike_rhr_deg(self) -> float:
         return self.plane.strike_rhr_deg
 
-    def of_table(self, dropped: tuple[int, ...], warnings: tuple[str, ...]) -> ThreePoints:
+    def of_table(self, dropped: tuple[int, ...], warnings: tuple[Message, ...]) -> ThreePoints:
         """The same, with what the table said that its points are from."""
         return replace(self, dropped_lines=dropped, warnings=(*warnings, *self.warnings))
 

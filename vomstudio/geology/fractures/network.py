@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.length_laws import LEAST_COMPLETE, Fit, Parameter, fit_laws
 from vomstudio.geology.fractures.nodes import Mended, NodeCounts, nodes_of
@@ -47,7 +48,7 @@ class Counted:
     area: Any = None
     circle: tuple[float, float, float] | None = None
     scanlines: Shapes | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class FractureNetwork(Shown):
     scanline: Spacing | None
     scanline_m: float | None
     terzaghi_cap: float | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     notes: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -151,7 +152,7 @@ def fracture_network(
     sets: Sequence[str] | None = None,
     snap_m: float = 0.0,
     terzaghi_cap: float | None = None,
-    warnings: Sequence[str] = (),
+    warnings: Sequence[Message] = (),
 ) -> Mapped:
     """The figures of traces (n,), shapely lines in metres, x East and y North.
 

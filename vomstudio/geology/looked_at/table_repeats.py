@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.geology.looked_at.spread import (
     Between,
@@ -93,7 +94,7 @@ class TableRepeats(Shown):
     pairs: tuple[RepeatedPick, ...]
     left_out: tuple[LeftOut, ...]
     convention: str
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Message
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.populations.error_weights import WEIGHTINGS, Errors, errors_of
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
@@ -27,7 +28,7 @@ class TableStatistics(Shown):
     sets: Mapping[str, SetStatistics]
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -60,7 +61,7 @@ def table_statistics(
 
 
 def _sets(
-    table: OrientationRows, column: str | None, warnings: list[str]
+    table: OrientationRows, column: str | None, warnings: list[Message]
 ) -> dict[str, NDArray[np.int64]]:
     """Rows of each set, in order of appearance. Poles and lines are not averaged together: a set
     of both becomes two."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
@@ -99,7 +100,7 @@ class SetProposal(Shown):
     criteria: tuple[float, ...]
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     assignment: tuple[str, ...] = field(default=())
     probability: tuple[float, ...] = field(default=())
     rows: tuple[int, ...] = field(default=())
@@ -280,7 +281,7 @@ def sets_among(
     """Of poles (n, 3), unit vectors either end up, n > 0. exactly : this number of sets, in place
     of a proposed one; where fewer can be told apart a warning says so. The others as in
     `propose_sets`, places (n, 3). Raises UsageError for numbers that cannot be."""
-    warnings: list[str] = []
+    warnings: list[Message] = []
     mixture, criteria = _mixture(poles, most, exactly, seeds)
     group = mixture.assigned()
     cones = cones95_deg(poles, mixture)

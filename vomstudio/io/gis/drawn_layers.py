@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
@@ -42,7 +43,7 @@ class DrawnLayer:
     feature: npt.NDArray[np.int64]
     columns: Mapping[str, npt.NDArray[Any]]
     crs: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     fields: tuple[str, ...] = ()
 
     def column(self, name: str, field: str) -> list[str]:

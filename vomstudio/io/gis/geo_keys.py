@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
@@ -45,7 +46,7 @@ class NamedKeys:
 
     crs: str | None = None
     height_unit: str | None = None
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
 
 def name_keys(keys: Keys) -> NamedKeys:

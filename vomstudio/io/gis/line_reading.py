@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, features_of, why_unreadable
 from vomstudio.io.gis.layer_reading import symbol_layers
@@ -49,7 +50,7 @@ class ReadLines:
     lines: tuple[ReadLine, ...]
     systems: tuple[str, ...]
     described: Mapping[str, str]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 @np.errstate(all="ignore")
@@ -62,7 +63,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     found: list[ReadLine] = []
     described: dict[str, str] = {}
     systems: list[str] = []
-    warnings: list[str] = []
+    warnings: list[Message] = []
     skipped = 0
 
     def unreadable() -> InputError:

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import make_folder
@@ -81,7 +82,9 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         "version": VERSION,
         "kind": loaded.kind,
         "crs": loaded.crs,
-        "warnings": list(loaded.warnings),
+        "warnings": [
+            each.to_dict() if isinstance(each, Finding) else each for each in loaded.warnings
+        ],
         "path": os.fspath(Path(loaded.path).absolute()),
         "content_hash": loaded.content_hash,
         "materials": materials,
@@ -302,7 +305,9 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         if kind.hasobject:
             raise _damaged(folder, tr("{file} holds Python objects", file=file.name))
         arrays[name] = _read_array(folder, file, shape, kind)
-    warnings = [str(w) for w in meta["warnings"]]
+    warnings: list[Message] = [
+        row if isinstance(row, str) else Finding.from_dict(row) for row in meta["warnings"]
+    ]
     fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
     data: Mesh | PointCloud
     if meta["kind"] == "mesh":
@@ -397,7 +402,7 @@ def _mesh(
     meta: dict[str, Any],
     arrays: dict[str, npt.NDArray[Any]],
     fields: dict[str, npt.NDArray[Any]],
-    warnings: list[str],
+    warnings: list[Message],
 ) -> Mesh:
     vertices = _checked(folder, arrays, "vertices", np.float64, 3)
     faces = _checked(folder, arrays, "faces", np.int32, 3)

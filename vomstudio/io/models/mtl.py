@@ -11,6 +11,7 @@ import os
 import posixpath
 from pathlib import Path
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.pictures import open_picture
 from vomstudio.files.regular import read_small
@@ -163,10 +164,10 @@ def check_image(path: Path) -> str | None:
     return None
 
 
-def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[str]]:
+def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Message]]:
     """Materials of one MTL file by name, and warnings. Images are sought from the MTL's own folder,
     then from `folder`, the OBJ's, and never outside of `folder`."""
-    said: list[str] = []
+    said: list[Message] = []
     try:
         raw = as_utf8(read_small(path, MAX_LIBRARY_BYTES))
         if b"\0" in raw:

@@ -13,13 +13,18 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError
+from vomstudio.core.findings import Finding, Message
+from vomstudio.document.records import Frame
+from vomstudio.errors import InputError, UsageError
 from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.moving import moved
 from vomstudio.geometry.resolution import FewPoints, effective_resolution
 from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
     UNKNOWN,
     StatedAxes,
@@ -28,7 +33,8 @@ from vomstudio.io.gis.axis_units import (
     what_is_said,
     why_refused,
 )
-from vomstudio.io.gis.crs import sidecar_crs
+from vomstudio.io.gis.crs import crs_name, sidecar_crs, typed_crs
+from vomstudio.io.models.frames import frame_findings
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registry import choose_reader, read_head
 from vomstudio.io.photos.cameras_file import scale_known
@@ -44,17 +50,32 @@ FEW_POINTS = 300
 MOST_FIELDS = 300
 
 
-def read_model(path: str | Path, progress: Progress | None = None) -> LoadedModel:
-    """The model in a file, by whichever reader knows it.
+def read_model(
+    path: str | Path, progress: Progress | None = None, options: FrameOptions = AS_STATED
+) -> LoadedModel:
+    """Read the model in a file, by whichever reader knows it, in a metric frame.
 
-    What is unsound in the file is left out and said in `warnings`. A CRS that the file does not
-    name is taken from `NAME.prj` beside it. x, y and z are in one unit, that of the CRS's
-    horizontal axes: heights in another one are converted, which is said. `content_hash` is the
-    sha256 of the file itself (of an OBJ file without its MTL and images: geometry is what
-    measurements hang on). Raises InputError, also where x and y are in degrees; or Cancelled
-    through `progress`.
+    Damaged parts of the file are left out and reported in `warnings`. A CRS that neither options
+    nor file name is taken from `NAME.prj` beside it. x, y and z are in one unit, that of the CRS's
+    horizontal axes: heights in another one are converted, which is reported. `content_hash` is the
+    sha256 of the file itself (of an OBJ file without its MTL and images: measurements depend on
+    the geometry).
+
+    Parameters
+    ----------
+    path : str or Path
+    progress : Progress, optional
+    options : FrameOptions
+        Its CRS replaces the one that the file names; with `to_crs` the coordinates are converted.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, and for coordinates in degrees that are not converted.
+    Cancelled
+        Through `progress`.
     """
-    loaded, refused = with_axes(_read(Path(path), progress))
+    loaded, refused = with_axes(_read(Path(path), progress), options)
     if refused is not None:
         raise InputError(refused, file=path, field="CRS")
     return loaded
@@ -274,25 +295,28 @@ def _first_positive(distance: npt.NDArray[np.float64]) -> npt.NDArray[np.float64
     return np.where(positive.any(axis=1), nearest, np.nan)
 
 
-def with_axes(loaded: LoadedModel) -> tuple[LoadedModel, str | None]:
-    """What a reader gave with its CRS settled and x, y, z in one unit, and why it cannot be used
-    as a model: None where it can."""
-    text, said = loaded.crs, list(loaded.warnings)
-    if text is None:
-        text, problem = sidecar_crs(loaded.path, np.asarray(loaded.data.bounds, np.float64))
-        said += [problem] if problem else []
-    try:
-        axes = stated_axes(text, loaded.height_unit)
-    except InputError:
-        said.append(unreadable_crs(" ".join((text or "").split())[:80]))
-        axes = stated_axes(None, loaded.height_unit)
+def with_axes(
+    loaded: LoadedModel, options: FrameOptions = AS_STATED
+) -> tuple[LoadedModel, str | None]:
+    """Settle the CRS of what a reader returned, with x, y, z in one unit.
+
+    Returns
+    -------
+    loaded : LoadedModel
+    refused : str or None
+        Why the data cannot be used as a model.
+    """
+    messages: list[Message] = list(loaded.warnings)
+    axes = _stated(loaded, options, messages)
     if axes.kind == "none" and loaded.units != UNKNOWN:
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
+    if options.to_crs is not None and not axes.grows:
+        return _reprojected(loaded, axes, options, messages), None
     refused = why_refused(axes, loaded.data.bounds)
-    said += what_is_said(axes) if refused is None else ()
-    unknown = axes.kind != "none" and text is not None and refused is None
-    if axes.crs is None and unknown and not axes.grows:
-        said.append(
+    messages += what_is_said(axes) if refused is None else ()
+    named = axes.kind != "none" and refused is None
+    if axes.crs is None and named and not axes.grows:
+        messages.append(
             tr(
                 "The coordinate reference system (CRS) is not a known projected one. Declare it "
                 "yourself."
@@ -301,9 +325,82 @@ def with_axes(loaded: LoadedModel) -> tuple[LoadedModel, str | None]:
     data = _scaled(loaded.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
     settled = replace(
-        loaded, data=data, crs=axes.crs, warnings=tuple(said), units=axes.units, unit_m=unit_m
+        loaded, data=data, crs=axes.crs, warnings=tuple(messages), units=axes.units, unit_m=unit_m
     )
     return settled, refused
+
+
+def _stated(loaded: LoadedModel, options: FrameOptions, messages: list[Message]) -> StatedAxes:
+    """Return the axes by the options, else the file, else the file beside it."""
+    text = loaded.crs
+    if text is None:
+        text, problem = sidecar_crs(loaded.path, np.asarray(loaded.data.bounds, np.float64))
+        if problem is not None and options.crs is None:
+            messages.append(problem)
+    try:
+        axes = stated_axes(text, loaded.height_unit)
+    except InputError:
+        if options.crs is None:
+            messages.append(unreadable_crs(" ".join((text or "").split())[:80]))
+        axes = stated_axes(None, loaded.height_unit)
+    if options.crs is None:
+        return axes
+    try:
+        given = stated_axes(options.crs, loaded.height_unit)
+    except InputError as error:
+        raise UsageError(error.message, field="--crs") from error
+    if options.to_crs is None:
+        typed_crs(options.crs)
+    if axes.crs is not None and axes.crs != given.crs:
+        messages.append(
+            Finding(
+                "frame.crs-replaced",
+                file=loaded.path.name,
+                file_crs=crs_name(axes.crs),
+                crs=crs_name(given.crs or options.crs),
+            )
+        )
+    return given
+
+
+def _reprojected(
+    loaded: LoadedModel, axes: StatedAxes, options: FrameOptions, messages: list[Message]
+) -> LoadedModel:
+    """Return the model with its coordinates converted to another CRS, in metres."""
+    assert options.to_crs is not None
+    if axes.crs is None:
+        raise UsageError(
+            tr("The file states no coordinate reference system to convert from. Give --crs too."),
+            file=loaded.path,
+            field="--to-crs",
+        )
+    height_m = axes.height_m or axes.unit_m or 1.0
+    conversion = Reprojection.create(axes.crs, options.to_crs, height_factor=height_m)
+    data, turned = loaded.data, loaded.turned_about
+    if options.up == "y" and turned is None:
+        data, turned = moved(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)
+    if isinstance(data, Mesh):
+        data = replace(data, vertices=conversion.apply(data.vertices))
+    else:
+        normals = data.normals
+        if normals is not None:
+            # A normal is perpendicular to the surface: it goes through the inverse transpose.
+            middle = np.asarray(data.bounds, np.float64).mean(axis=0)
+            normals = normals @ np.linalg.inv(conversion.jacobian(middle))
+            normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+            normals = np.ascontiguousarray(normals, np.float32)
+        points = conversion.apply(data.points)
+        data = replace(data, points=points, normals=normals, arrangement=None)
+    messages.append(conversion.finding)
+    return replace(
+        loaded,
+        data=data,
+        crs=conversion.target,
+        warnings=tuple(messages),
+        units=axes.units,
+        unit_m=1.0,
+        turned_about=turned,
+    )
 
 
 def _scaled(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
@@ -324,14 +421,16 @@ def _scaled(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
     return replace(data, points=data.points * factors, normals=normals, arrangement=None)
 
 
-def describe(path: str | Path, progress: Progress | None = None) -> dict[str, object]:
+def describe(
+    path: str | Path, progress: Progress | None = None, options: FrameOptions = AS_STATED
+) -> dict[str, object]:
     """What is in a model, in the words of the command line's `info`; safe for JSON.
 
     `points` counts vertices of a mesh as the file's surface needs them (a vertex with two texture
     coordinates counts twice). `bounds` are in metres where the unit of x and y is known (World),
     else as the file has them; `units` are the file's own. Raises InputError.
     """
-    loaded, refused = with_axes(_read(Path(path), progress))
+    loaded, refused = with_axes(_read(Path(path), progress), options)
     data = loaded.data
     spacing = resolution(data)
     mesh = data if isinstance(data, Mesh) else None
@@ -340,6 +439,7 @@ def describe(path: str | Path, progress: Progress | None = None) -> dict[str, ob
         fields.insert(0, "rgb")
     if isinstance(data, PointCloud) and data.normals is not None:
         fields.insert(0, "normals")
+    noticed = [refused] if refused else frame_findings(loaded, options)
     units, metres = loaded.units, loaded.unit_m
     if units == UNKNOWN and scale_known(loaded.path):
         units, metres = ("m", "m", "m"), 1.0
@@ -363,6 +463,6 @@ def describe(path: str | Path, progress: Progress | None = None) -> dict[str, ob
         "units": list(units),
         **size,
         "fields": fields,
-        "warnings": [*loaded.warnings, *([refused] if refused else [])],
+        "warnings": [*loaded.warnings, *noticed],
         "content_hash": loaded.content_hash,
     }

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, TargetError
 from vomstudio.files.inside import check_in_project
 from vomstudio.geometry.cloud import PointCloud
@@ -32,7 +33,7 @@ def write_piece(
     folder: Path,
     name: str,
     progress: Progress,
-) -> tuple[Path, list[str]]:
+) -> tuple[Path, list[Message]]:
     """Write the chosen faces or points of a model into a new folder below `folder`; its path, and
     sentences on what the format cannot hold.
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geometry.cloud import PointCloud
@@ -62,7 +63,7 @@ def write_model(
     inputs: Iterable[Path] = (),
     progress: Progress | None = None,
     axes: Axes = WORLD,
-) -> list[str]:
+) -> list[Message]:
     """Write a model in World by the ending of `path`, whole or not at all.
 
     axes : what is known of x, y and z, which the file says

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.pictures import jpeg_scan_start
 from vomstudio.files.regular import open_regular
@@ -63,7 +64,7 @@ class PhotoFolder(Shown):
     folder: Path
     photos: list[Photo]
     skipped: list[tuple[str, str]] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[Message] = field(default_factory=list)
     duplicates: list[tuple[str, str]] = field(default_factory=list)
 
     def with_masks(self, masks: Mapping[str, Path] | None) -> PhotoFolder:

@@ -42,9 +42,9 @@ from vomstudio.io.project.sidecar_import import PHOTO_TABLES
 from vomstudio.words import tr
 
 SUFFIX = ".vom"
-_MODELS = "models"
+MODELS = "models"
 # Making the thumbnails of thousands of photos again would take minutes.
-_ALONG = (_MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
+_ALONG = (MODELS, PHOTO_TABLES, ASSETS, COMPARISONS, "cache/thumbnails")
 
 
 class Project:
@@ -354,7 +354,7 @@ class Project:
         places = [self.folder / stored] if not stored.is_absolute() else [stored]
         places += [
             self.folder / stored.name,
-            self.folder / _MODELS / stored.name,
+            self.folder / MODELS / stored.name,
             self.folder.parent / stored.name,
         ]
         return next((place for place in places if is_regular(place)), None)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.document import edits
 from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.lithology import Lithology
@@ -53,7 +54,7 @@ class ImportedFeatures:
 
     features: tuple[Feature, ...]
     skipped: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
@@ -29,7 +30,7 @@ class Boundaries:
     dropped: tuple[int, ...]
 
     @property
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[Message, ...]:
         """A sentence on the rows without a place."""
         if not self.dropped:
             return ()

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_angle, parse_azimuth
 from vomstudio.geometry.vectors import wrap360
@@ -66,7 +67,7 @@ _WRITTEN = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE)
 class Columns:
     """The columns of one table by what they mean. `warnings` grows with what is strange in them."""
 
-    def __init__(self, table: TextTable, warnings: list[str]) -> None:
+    def __init__(self, table: TextTable, warnings: list[Message]) -> None:
         self.table = table
         self.warnings = warnings
         self._by_meaning = self._found()

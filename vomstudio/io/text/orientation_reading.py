@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError, VomError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.notation import parse_plane
@@ -58,7 +59,7 @@ class OrientationTable:
     """How the columns were understood, for people."""
     dropped: tuple[int, ...]
     """Lines without angles."""
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def __len__(self) -> int:
         return len(self.kept)
@@ -127,7 +128,7 @@ class _Reading:
     def __init__(self, table: TextTable, azimuth: Azimuth | None) -> None:
         self.table = table
         self.azimuth = azimuth
-        self.warnings = list(table.notes)
+        self.warnings: list[Message] = list(table.notes)
         self.columns = Columns(table, self.warnings)
         self.said: list[str] = []
         n = len(table)

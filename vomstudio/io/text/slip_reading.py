@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geology.orientation import (
     ANGLE_TOLERANCE_DEG,
@@ -74,7 +75,7 @@ class SlipTable:
     dip_deg: npt.NDArray[np.float64]
     slip_rake_deg: npt.NDArray[np.float64]
     dropped: tuple[int, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
 from vomstudio.io.text.column_names import doubt_of_header, plain
@@ -225,7 +226,7 @@ class PointGroups:
     """(len(ids) + 1,)"""
     dropped: tuple[int, ...]
     """Lines whose coordinates are missing or not finite."""
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     words: Words[str] = field(default_factory=dict)
     """Kind and set of the groups that have one."""
 

@@ -153,7 +153,7 @@ class _Run:
         for name, reason in found.skipped:
             self.log.note(tr("{photo} was left out: {reason}", photo=name, reason=reason))
         for warning in found.warnings:
-            self.log.note(warning)
+            self.log.note(str(warning))
         self.hashes: dict[str, str] = {}
         self.log.stage(tr("Checking photos"), len(found.photos))
         for number, photo in enumerate(found.photos):

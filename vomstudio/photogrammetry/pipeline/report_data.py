@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import photo_pixel_sizes
@@ -192,7 +193,7 @@ def at_the_edge(
     return facts | {"warnings": [*registration.get("warnings", ()), *said]}
 
 
-def _but_bowing(report: GpsReport | ControlReport) -> list[str]:
+def _but_bowing(report: GpsReport | ControlReport) -> list[Message]:
     """Its warnings without those of bowing, which are said of the finished model."""
     from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import mean_error
@@ -70,7 +71,7 @@ class Junction:
     before_px: float
     error_px: float
     rotation_error_deg: tuple[float, float, float] | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     @property
     def rms_px(self) -> float | None:
@@ -292,8 +293,8 @@ def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> str
     return said
 
 
-def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) -> list[str]:
-    said = []
+def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) -> list[Message]:
+    said: list[Message] = []
     out = [marker.label for marker in markers if not marker.used]
     if out:
         said.append(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, LensBend, bowing_of
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -109,7 +110,7 @@ class ControlReport:
     adjusted: bool
     decisions: tuple[str, ...]
     lenses: tuple[LensVerdict, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     covariance: Array
     centre: tuple[float, float, float]
     bowing: Bowing | None
@@ -367,7 +368,7 @@ def scatter_in_words(scatter_px: float) -> str:
     )
 
 
-def _warnings(report: ControlReport) -> Iterator[str]:
+def _warnings(report: ControlReport) -> Iterator[Message]:
     used = [p for p in report.points if p.role == "control"]
     yield from said_of_bowing(report.bowing)
     yield from said_of_lenses(report.lens_bend, report.bowing)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
@@ -54,7 +55,7 @@ class ControlCheck:
     crs: str | None
     crs_reason: str
     problem: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def _used(self, use: str) -> list[PointCheck]:
         return [point for point in self.points if point.use == use and point.usable]
@@ -174,7 +175,7 @@ def _problem(
 
 def _warnings(
     points: Sequence[PointCheck], no_photo: dict[str, None], others: dict[str, set[int]]
-) -> Iterator[str]:
+) -> Iterator[Message]:
     used = [p for p in points if p.usable and p.use == "control"]
     unseen = [p.label for p in points if not p.usable]
     few = [p.label for p in used if p.photos < WANTED_PHOTOS]

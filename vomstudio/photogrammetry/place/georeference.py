@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
@@ -84,7 +85,7 @@ class GpsReport:
     adjusted: bool
     decisions: tuple[str, ...]
     lenses: tuple[LensVerdict, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     covariance: Array
     centre: tuple[float, float, float]
     positions: Array

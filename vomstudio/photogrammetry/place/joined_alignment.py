@@ -60,7 +60,7 @@ def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignme
 def _said(report: JoinReport) -> Iterator[str]:
     for junction in report.joined:
         yield _joined(junction)
-        yield from junction.warnings
+        yield from map(str, junction.warnings)
     yield from report.not_joined
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -88,7 +89,7 @@ class Surface:
 
     mesh: Mesh
     facts: dict[str, Any]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def fitting_points() -> int:
@@ -174,7 +175,7 @@ def build_surface(
 
 def _checked(
     cloud: PointCloud, options: SurfaceOptions
-) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[str]]:
+) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[Message]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
     if not len(points):
         raise GeometryError(tr("The cloud has no points. A surface needs a dense cloud."))
@@ -182,7 +183,7 @@ def _checked(
         raise GeometryError(
             tr("The cloud has no normals. A surface needs them to know which side is outside.")
         )
-    warnings: list[str] = []
+    warnings: list[Message] = []
     length = np.linalg.norm(normals, axis=1)
     sound = np.isfinite(points).all(axis=1) & np.isfinite(length) & (length > 1e-6)
     if not sound.all():

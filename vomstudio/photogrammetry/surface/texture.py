@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
@@ -69,7 +70,7 @@ class TextureReport:
     left_out_share: dict[str, float]
     seen_by_share: dict[int, float]
     unseen_share: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ class Textured:
         quality: int = JPEG_QUALITY,
         force: bool = False,
         progress: Progress | None = None,
-    ) -> list[str]:
+    ) -> list[Message]:
         """Write the model by the ending of each path (.obj with MTL and JPEG, .glb, .ply ...).
 
         origin : added to the coordinates, which are World then. quality : of the JPEG pages
@@ -104,7 +105,7 @@ class Textured:
         from vomstudio.io.models.writing import write_model
 
         paths = [path] if isinstance(path, str | Path) else list(path)
-        said: list[str] = []
+        said: list[Message] = []
         with tempfile.TemporaryDirectory(prefix="vomstudio-") as folder:
             stem = Path(paths[0]).stem if paths else "model"
             mesh = replace(

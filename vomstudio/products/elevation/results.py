@@ -6,6 +6,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
@@ -71,7 +72,7 @@ class WrittenElevation:
     slope: str | None
     aspect: str | None
     contours: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON: the figures stand among the files."""

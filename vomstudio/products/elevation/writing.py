@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message, plain
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.geology.notation import plain_azimuth
@@ -100,7 +101,7 @@ def write_elevation(
     north_known: bool = True,
     model: str | None = None,
     content_hash: str | None = None,
-    warnings: tuple[str, ...] = (),
+    warnings: tuple[Message, ...] = (),
     force: bool = False,
 ) -> WrittenElevation:
     """All files, whole or none of them.
@@ -153,7 +154,10 @@ def write_elevation(
         if lines is not None:
             at["contours"].unlink()
             write_contours(at["contours"], lines, crs)
-        at["sidecar"].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
+        at["sidecar"].write_text(
+            json.dumps(facts | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False) + "\n",
+            "utf-8",
+        )
     return made
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.geometry.cloud import PointCloud
@@ -77,7 +78,7 @@ class Brought:
     lines: tuple[BackLine, ...]
     off_surface: int
     skipped: tuple[str, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     @property
     def points(self) -> int:
@@ -127,11 +128,11 @@ def read_sidecar(path: str | Path) -> Sidecar:
 @np.errstate(all="ignore")
 def read_drawing(
     path: str | Path, sidecar: Sidecar, progress: Progress | None = None
-) -> tuple[tuple[ReadLine, ...], tuple[str, ...]]:
+) -> tuple[tuple[ReadLine, ...], tuple[Message, ...]]:
     """The lines of a drawing in pixels (column, row) of the picture, and what must be said. Raises
     InputError where the file cannot be read, holds no line, or was drawn on another picture."""
     path = Path(path)
-    warnings: list[str] = []
+    warnings: list[Message] = []
     if path.suffix.lower() in (".svg", ".svgz"):
         drawing = read_svg(path)
         _check_marks(drawing.marks, sidecar, path)
@@ -213,7 +214,7 @@ def bring_back(
                 "orthophoto, and the sidecar its own."
             )
         )
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
     if off:
         warnings = (
             tr_n(
@@ -279,7 +280,7 @@ def _is_like(box: Array, sidecar: Sidecar) -> bool:
 
 def _gis_lines(
     path: Path, sidecar: Sidecar, progress: Progress | None
-) -> tuple[list[ReadLine], list[str]]:
+) -> tuple[list[ReadLine], list[Message]]:
     """The lines of a GIS layer or a drawing for CAD in pixels, and what must be said."""
     read = read_gis_lines(path, progress)
     warnings = list(read.warnings)
@@ -308,7 +309,9 @@ def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
     return float(((pixels >= -1) & (pixels <= size + 1)).all(axis=1).mean())
 
 
-def _in_picture(read: ReadLines, sidecar: Sidecar, path: Path) -> tuple[list[ReadLine], list[str]]:
+def _in_picture(
+    read: ReadLines, sidecar: Sidecar, path: Path
+) -> tuple[list[ReadLine], list[Message]]:
     """Lines in the coordinates of the GeoTIFF, each layer from its own, and what was left out.
     Raises InputError where nothing is left of a drawing that has lines."""
     geojson = path.suffix.lower() in (".geojson", ".json")

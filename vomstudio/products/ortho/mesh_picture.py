@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
@@ -83,7 +84,7 @@ class MeshSource:
         shape = (tile.height, tile.width)
         return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
 
-    def warnings(self) -> list[str]:
+    def warnings(self) -> list[Message]:
         return [
             tr("{file}: This texture cannot be read. Its faces are drawn without it.", file=path)
             for path in sorted(self._store.unreadable)

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message, plain
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.inside import check_beside
@@ -74,7 +75,7 @@ class Made:
     sheet: Path | None
     drawing: dict[str, Path]
     coverage: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     facts: dict[str, Any]
 
 
@@ -131,7 +132,7 @@ def write_orthophoto(
     targets += chosen
     _check_targets(targets, (depth, sidecar, world), force)
     grid = plan.grid
-    warnings = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
+    warnings: list[Message] = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
     if features is not None:
         warnings += _of_features(drawing, beside)
     transform = _transform(plan)
@@ -171,7 +172,10 @@ def write_orthophoto(
             write_drawings(parts, drawing, shown_crs, facts["picture_id"], raster_turn(plan))
             facts["drawn"] = len(drawing.shapes)
         facts["warnings"] = warnings
-        paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
+        paths[sidecar].write_text(
+            json.dumps(facts | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False) + "\n",
+            "utf-8",
+        )
         paths[world].write_text(world_file(transform), "ascii")
         for page in chosen:
             progress.stage(tr("Drawing the sheet"))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.folding.figures import BetaFigures
@@ -68,7 +69,7 @@ class Requested:
 
     plan: Plan
     fold: FoldView | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def check_direction(
@@ -165,7 +166,7 @@ def request_picture(
     all of it
     Raises InputError, UsageError.
     """
-    view, fold, warnings = direction.view, direction.fold, list[str]()
+    view, fold, warnings = direction.view, direction.fold, list[Message]()
     if fold is not None:
         warnings += fold.warnings
         warnings += _said_of_validity(fold.valid, fold.verdict)
@@ -270,7 +271,7 @@ class WrittenOrthophoto:
     drawing: dict[str, str] | None
     figures: OrthophotoFigures
     fold: FoldView | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON: the figures stand among the files."""
@@ -281,7 +282,7 @@ class WrittenOrthophoto:
 
 
 def written(
-    made: Made, asked: Requested, image: str, sheet: str | None, warnings: Sequence[str] = ()
+    made: Made, asked: Requested, image: str, sheet: str | None, warnings: Sequence[Message] = ()
 ) -> WrittenOrthophoto:
     """What `made` says. warnings : of the model, which come first"""
     return WrittenOrthophoto(

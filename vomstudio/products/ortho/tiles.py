@@ -10,6 +10,8 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
+
 TILE = 1024
 
 Drawn_co = TypeVar("Drawn_co", covariant=True)
@@ -119,5 +121,5 @@ class Drawer(Protocol[Drawn_co]):
 class Source(Drawer[TilePicture], Protocol):
     """What can draw a tile of a picture."""
 
-    def warnings(self) -> list[str]:
+    def warnings(self) -> list[Message]:
         """What was noticed while drawing."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
 from vomstudio.files.spreadsheet_cells import head_line
@@ -76,7 +77,7 @@ class ExtendedPlane(Shown):
     beds: tuple[Bed, ...]
     length_m: float
     within_share: float
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     traces: tuple[Trace, ...] = field(default=())
     bands: Bands | None = None
 
@@ -255,7 +256,7 @@ def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
     return float(small), float(large)
 
 
-def _warnings(beds: list[Bed], thickness: float | None) -> tuple[str, ...]:
+def _warnings(beds: list[Bed], thickness: float | None) -> tuple[Message, ...]:
     if thickness is None or max(bed.most_error95_m for bed in beds) < 0.5 * thickness:
         return ()
     return (

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
 from vomstudio.progress import Progress
@@ -33,7 +34,7 @@ class ProfileLine:
     crs: str | None = None
     unit_m: float | None = None
     unnamed: bool = False
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
 
 def read_profile_line(path: str | Path, progress: Progress | None = None) -> ProfileLine:
@@ -56,7 +57,7 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
 
 def profile_in_world(
     line: ProfileLine, crs: str | None, bounds: Array
-) -> tuple[Array, tuple[str, ...]]:
+) -> tuple[Array, tuple[Message, ...]]:
     """(n, 2) x, y of World, and what must be said. crs : of World; bounds : (2, 3) of the model.
 
     A line in another CRS is converted. What a drawing for CAD says of its unit counts only where
@@ -167,7 +168,7 @@ class ReadFeatures:
 
     items: tuple[Item, ...] = ()
     convention: str = ""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
 
 def read_features(path: str | Path, azimuth: Azimuth | None = None) -> ReadFeatures:

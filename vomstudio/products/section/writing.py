@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.spreadsheet_cells import guarded, head_line
@@ -91,7 +92,7 @@ class WrittenSection:
     file: str
     figures: SectionFigures
     features_file: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         whole = asdict(self)
@@ -218,7 +219,7 @@ def write_section(
     model: str = "",
     metric: bool = True,
     north_known: bool = True,
-    warnings: tuple[str, ...] = (),
+    warnings: tuple[Message, ...] = (),
     force: bool = False,
 ) -> WrittenSection:
     """Write one file, whole or not at all; a table of features beside a table. Raises UsageError,

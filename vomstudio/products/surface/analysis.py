@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -132,7 +133,7 @@ class SurfaceFigures(Shown):
     hurst_reason: str | None
     smoothest: SmoothestLine | None
     smoothest_reason: str | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     deviations: Array = field(default_factory=lambda: np.zeros((0, 0)))
     plan: HeightPlan | None = None
     at_points: Array = field(default_factory=lambda: np.zeros(0))
@@ -459,7 +460,7 @@ def _warnings(
     known: Array,
     noise: float,
     cell: float,
-) -> tuple[str, ...]:
+) -> tuple[Message, ...]:
     said = []
     if trim is not None:
         said.append(

@@ -130,4 +130,4 @@ def in_lines(found: SurfaceFigures, *, metric: bool = True) -> list[str]:
         )
     if found.trim is None:
         said.append(tr("The plane holds all over the patch."))
-    return [*said, *found.warnings]
+    return [*said, *map(str, found.warnings)]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.measurable import (
     CLASSES,
@@ -67,7 +68,7 @@ class MeasurableMap(Shown):
     median_deg: float
     tenth_deg: float
     best: dict[str, float] | None
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     found: Measurable = field(repr=False)
     values: dict[str, npt.NDArray[np.float32]] = field(repr=False)
 
@@ -100,7 +101,7 @@ def measurable_map(
     Raises as `extraction.measurable.measurable`.
     """
     x, y, z = (float(v) for v in plane.normal())
-    warnings: list[str] = []
+    warnings: list[Message] = []
     length = length_m
     if length is None:
         own = resolution_m or usual_resolution(data)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.by_model.matching import match
@@ -50,7 +51,7 @@ class FittedToReference:
     blocks: int
     block_m: float
     free: tuple[str, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
 
 def fit_to_reference(

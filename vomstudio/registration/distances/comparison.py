@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
@@ -74,7 +75,7 @@ class Comparison(Shown):
     registration_error_m: float | None
     positive_toward: Toward | None
     sides_by: str
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
     distances: Array
     lod95: Array | None
 

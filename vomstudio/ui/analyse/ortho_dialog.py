@@ -368,7 +368,7 @@ def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
         text = f"{text} {tr('The interpretation is in {files}.', files=names)}"
     studio.info(text)
     if made.warnings:
-        studio.info("\n".join(made.warnings))
+        studio.info("\n".join(map(str, made.warnings)))
 
 
 def _show_failure(studio: Studio, event: Failed) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
 from vomstudio.document.registration_errors import model_of, models_of, turns_of
@@ -42,7 +43,7 @@ class Candidates:
     places: npt.NDArray[np.float64]
     turns: Turns
     taken: frozenset[str]
-    remarks: tuple[str, ...]
+    remarks: tuple[Message, ...]
     replacing: bool
 
 
@@ -217,7 +218,7 @@ def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
     return None if total is None else total.largest_deg
 
 
-def remarks_on(made: Proposed, exactly: int | None, seeded: bool) -> list[str]:
+def remarks_on(made: Proposed, exactly: int | None, seeded: bool) -> list[Message]:
     """Sentences about what was found and what it was found among."""
     from vomstudio.geology.sets.axial_mixture import LEAST_MEMBERS
 

@@ -211,7 +211,7 @@ class SetsPanel(QWidget):
             self.proposed = made
             self._fill(made)
             seeded = bool(self.seeds.text().strip())
-            self._show_state("\n".join(remarks_on(made, self._asked, seeded)))
+            self._show_state("\n".join(map(str, remarks_on(made, self._asked, seeded))))
             self._preview()
 
     def drop(self, why: str = "") -> None:

@@ -278,9 +278,9 @@ class SlopesPanel(SeenPanel):
     # --- the answer --------------------------------------------------------------------------
     def _came(self, made: object) -> None:
         if isinstance(made, SlopeAnswer):
-            self._show(made, " ".join([_counted(made), *made.found.warnings]))
+            self._show(made, " ".join([_counted(made), *map(str, made.found.warnings)]))
         elif isinstance(made, FacetsAnswer):
-            self._show(made, " ".join([_counted_facets(made), *made.found.warnings]))
+            self._show(made, " ".join([_counted_facets(made), *map(str, made.found.warnings)]))
             self._paint()
         else:
             assert isinstance(made, VomError)

@@ -173,4 +173,4 @@ class DrawingImport(QObject):
             *(tr("{feature} was left out: {reason}", feature=n, reason=r)
               for n, r in found.skipped),
         ]  # fmt: skip
-        (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(said))
+        (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(map(str, said)))

@@ -94,4 +94,4 @@ class ListedImport(QObject):
                 for n, r in found.skipped
             ),
         ]
-        (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(said))
+        (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(map(str, said)))

@@ -72,7 +72,7 @@ def _in_words(studio: Studio, found: ParallelBeds, names: dict[str, str]) -> lis
         )
     ]
     lines += [_of_two(each, names, metric=studio.metres_known()) for each in found.same]
-    return lines + [f"• {escape(warning)}" for warning in found.warnings]
+    return lines + [f"• {escape(str(warning))}" for warning in found.warnings]
 
 
 def _of_two(each: SamePlane, names: dict[str, str], *, metric: bool) -> str:

@@ -284,7 +284,7 @@ class PropertiesPanel(QWidget):
             bold.append(told.sentence)
             lines += [f"• {said}" for said in told.warnings]
         if opened is not None:
-            lines += list(opened.warnings)
+            lines += map(str, opened.warnings)
         self._model.setText(rich_lines(lines, bold))
 
 

@@ -33,7 +33,7 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
             "The model will be registered by ground control in a local frame. {summary}",
             summary=summary,
         )
-    return [("info", first), *(("warning", as_sentence(text)) for text in facts.warnings)]
+    return [("info", first), *(("warning", as_sentence(str(text))) for text in facts.warnings)]
 
 
 def finished_text(name: str, result: Reconstruction) -> str:

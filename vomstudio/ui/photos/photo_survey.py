@@ -210,7 +210,7 @@ class PhotoSurvey(QObject):
 
     def _listed(self, listed: PhotoList) -> None:
         self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
-        self.left_out = list(listed.left_out)
+        self.left_out = list(map(str, listed.left_out))
         self.rows_changed.emit()
         self.update_forecast()
         self._take_in()
@@ -381,7 +381,7 @@ class PhotoSurvey(QObject):
             self._take(result.survey)
             self._show_cameras()
             self.rows_changed.emit()
-            said = [as_sentence(text) for text in result.warnings[:2]]
+            said = [as_sentence(str(warning)) for warning in result.warnings[:2]]
             self._studio.notice.emit(Notice(" ".join([words, *said])))
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name

@@ -378,7 +378,7 @@ class ComparePanel(QWidget):
 
         def done(made: ExportedModel) -> None:
             said = tr("The distances were written to {file}.", file=path)
-            studio.info(" ".join([said, *made.warnings]))
+            studio.info(" ".join([said, *map(str, made.warnings)]))
 
         def failed(event: Failed) -> None:
             if not event.cancelled:

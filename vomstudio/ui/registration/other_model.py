@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Signal
@@ -173,12 +173,11 @@ class OtherModelBox(QWidget):
 def _fetched(path: Path, cached: CachedModel) -> OtherModel | str:
     """In a thread; the reason where it cannot be."""
     from vomstudio.io.models import model_cache
-    from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
+    from vomstudio.io.models.frames import establish_frame
 
     try:
         loaded = model_cache.open_cached(cached.folder)
-        turned = loaded.turned_about is not None
-        frame = declared_frame(path, loaded.crs, turned, DeclaredFrame()).frame
+        frame = establish_frame(replace(loaded, path=path)).frame
     except VomError as error:
         return str(error)
     return OtherModel(path.name, path, loaded.data, frame.to_world(), frame)

@@ -57,7 +57,7 @@ def placed_in_words(placed: Placed) -> str:
 
     rms = placed.rms_control_m or 0.0
     said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *said_of_worst(placed)]
-    return "\n".join([" ".join(said), *reversed(placed.warnings)])
+    return "\n".join([" ".join(said), *map(str, reversed(placed.warnings))])
 
 
 def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
@@ -78,4 +78,4 @@ def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
             "With the registration of the other model it may be turned by {worst} (95 %).",
             worst=degrees(worst),
         )
-    return "\n".join([" ".join(said), *found.placed.warnings])
+    return "\n".join([" ".join(said), *map(str, found.placed.warnings)])

@@ -296,7 +296,7 @@ class BedLogPanel(SeenPanel):
             said.append(
                 tr("Traces within {reach:.3g} {unit} of the line.", reach=made.reach_m, unit=unit)
             )
-        return "\n".join([*said, *made.log.warnings])
+        return "\n".join([*said, *map(str, made.log.warnings)])
 
     def _show(self, answered: LogAnswer | None, said: str) -> None:
         self.answered = answered

@@ -338,7 +338,7 @@ class DisplacementPanel(SeenPanel):
                     n=found.n, net=found.mean_net_m, std=found.std_net_m or 0.0, unit=unit,
                 )
             )  # fmt: skip
-        said += found.warnings
+        said += map(str, found.warnings)
         said += [f"{each['id']}: {each['reason']}" for each in found.skipped]
         return "\n".join(said)
 

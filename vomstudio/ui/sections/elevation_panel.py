@@ -269,7 +269,7 @@ class ElevationPanel(QWidget):
         self._job, self.made = None, made
         unit = "m" if metric else tr("units")
         self.figures.setText(in_words(made, self._studio.settings.notation, unit))
-        said = [tr("Written to {file}.", file=made.raster), *made.warnings]
+        said = [tr("Written to {file}.", file=made.raster), *map(str, made.warnings)]
         self.said.setText("\n".join(said))
         self._studio.info(tr("The elevation model was written to {file}.", file=made.raster))
         from vomstudio.products.elevation.picture import read_picture

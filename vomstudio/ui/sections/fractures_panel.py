@@ -332,7 +332,7 @@ class FracturesPanel(SeenPanel):
                         count=len(made.lines),
                         plane=format_plane(plane, self._studio.settings.notation, 0),
                     ),
-                    *made.mapped.found.warnings,
+                    *map(str, made.mapped.found.warnings),
                     *made.mapped.found.notes,
                     *self.of.left_out(),
                     *_of_cells(made),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Matrix, Record
 from vomstudio.errors import InputError, VomError
@@ -54,7 +55,7 @@ class SectionAnswer:
     flats: tuple[Flat, ...]
     figures: SectionFigures
     drawing: Drawing
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
 
 def answer(question: SectionQuestion) -> SectionAnswer | VomError:

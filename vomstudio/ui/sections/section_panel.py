@@ -313,7 +313,7 @@ class SectionPanel(SeenPanel):
         if made.question.curtain.plane is None:
             said.append(tr("along {name}", name=self._line_name))
         said += [each.words for each in f.domains or ()]
-        return "; ".join([*said, *made.warnings])
+        return "; ".join([*said, *map(str, made.warnings)])
 
     def _show(self, answered: SectionAnswer | None, said: str) -> None:
         self.answered = answered

@@ -12,9 +12,10 @@ from shiboken6 import isValid
 
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.files.regular import is_there
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.models.frames import check_frame
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.jobs.events import Failed
@@ -231,7 +232,9 @@ class Files(QObject):
             return
 
         def done(made: ExportedModel) -> None:
-            self._studio.info(" ".join([tr("Exported to {file}.", file=out), *made.warnings]))
+            self._studio.info(
+                " ".join([tr("Exported to {file}.", file=out), *map(str, made.warnings)])
+            )
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
@@ -340,6 +343,14 @@ class Files(QObject):
         model = self._studio.records.get(model_id)
         if not isinstance(model, Model):
             return
+        opened = self._studio.models.get(model_id)
+        try:
+            findings = () if opened is None else check_frame(frame, opened.data.bounds)
+        except InputError as error:
+            self._studio.warn(error.message, "error")
+            return
+        for finding in findings:
+            self._studio.warn(finding.message)
         registration = model.registration
         if registration is not None:
             answer = QMessageBox.question(

@@ -360,7 +360,7 @@ class FacetsPanel(SeenPanel):
             return self._facets.said
         studio = self._studio
         lines = [share_in_words(found, self._facets.open, self._facets.accepted)]
-        lines += found.told.warnings
+        lines += map(str, found.told.warnings)
         same = {patch.runs for patch in found.patches}
         picks = [
             f

@@ -35,7 +35,7 @@ def summary_in_words(found: ProposedLines, left: int) -> str:
             "{count} more run along traces of the project or what was rejected.",
             found.known,
         )
-    return " ".join([said, *found.told.warnings])
+    return " ".join([said, *map(str, found.told.warnings)])
 
 
 def reason_in_words(found: ProposedLines, line: ProposedLine) -> str:

@@ -322,7 +322,7 @@ class PlannerDialog(QDialog):
             self._studio.project.journal.set_view(_KEPT, self._values())
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
-        self.warnings.setText("\n".join(f"⚠ {as_sentence(text)}" for text in warnings))
+        self.warnings.setText("\n".join(f"⚠ {as_sentence(str(text))}" for text in warnings))
         fixed = self.plan is not None and self.plan.camera.f_number is not None
         allow(self.aperture, tr("The aperture of this camera is fixed.") if fixed else None)
         self.drawing.show_plan(self.plan)

@@ -306,7 +306,7 @@ class ReconstructDialog(QDialog):
         if facts is None:
             return html.escape(self._survey.control_note)
         first = facts.problem or facts.summary
-        said = [as_sentence(text) for text in (first, *facts.warnings)]
+        said = [as_sentence(str(text)) for text in (first, *facts.warnings)]
         return rich_lines(said, said[:1])
 
     def _no_file(self) -> str | None:

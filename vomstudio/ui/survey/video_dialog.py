@@ -218,6 +218,6 @@ def report_words(result: TakenFrames) -> str:
         if len(gaps) > _SHOWN_GAPS:
             shown += " …"
         lines.append(tr("Gaps at {times}: frames may not overlap there.", times=shown))
-    lines += [f"⚠ {escape(as_sentence(text))}" for text in result.warnings]
+    lines += [f"⚠ {escape(as_sentence(str(text)))}" for text in result.warnings]
     lines.append(f"<b>{as_sentence(result.verdict)}</b>")
     return "<br>".join(lines)

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
+from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.progress import Progress
@@ -25,7 +27,6 @@ from vomstudio.registration.overlap import crs_doubts, refuse_apart
 from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import points_of
 from vomstudio.words import tr
-from vomstudio.workspace.frame_declaration import DeclaredFrame, declared_frame
 from vomstudio.workspace.world_models import WorldModel, read_in_world
 
 Array = npt.NDArray[np.float64]
@@ -40,7 +41,7 @@ class ReferenceFit:
     crs: str | None
     stable_m: float | None
     scale: bool
-    warnings: tuple[str, ...]
+    warnings: tuple[Message, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -68,8 +69,7 @@ class Standing:
 
 
 def _as_its_file_says(loaded: LoadedModel) -> Standing:
-    turned = loaded.turned_about is not None
-    frame = declared_frame(loaded.path, loaded.crs, turned, DeclaredFrame()).frame
+    frame = establish_frame(loaded).frame
     known = loaded.unit_m is not None or frame.crs is not None
     return Standing(frame.to_world(), frame.crs, known or scale_known(loaded.path) is True)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
@@ -100,7 +101,7 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         from vomstudio.io.models.opening import read_model
 
         loaded = read_model(Path(asked.model), progress)
-    said, unused = list[str](), list[str]()
+    said, unused = list[Message](), list[str]()
     evidence, crs = _evidence(asked, crs, loaded, said, unused)
     evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
     fitted = _fitted(asked, evidence, loaded, crs, progress)
@@ -203,10 +204,10 @@ def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
 
 def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
     """(3,) What is up in the model, where its file says so, or its format is for surveys alone."""
-    from vomstudio.workspace.models import frame_of
+    from vomstudio.io.models.frames import frame_of_file
 
     surveyed = loaded.path.suffix.casefold() in _SURVEYED
-    known = surveyed or frame_of(loaded.path, loaded.crs).has_up
+    known = surveyed or frame_of_file(loaded.path, loaded.crs).has_up
     return np.array([0.0, 0.0, 1.0]) if known else None
 
 
@@ -226,7 +227,7 @@ def _evidence(
     asked: RegisterOrder,
     crs: str | None,
     loaded: LoadedModel | None,
-    said: list[str],
+    said: list[Message],
     unused: list[str],
 ) -> tuple[Evidence, str | None]:
     """And the CRS. said : gets what was noticed; unused : which control points and marks were not
@@ -357,7 +358,9 @@ def _north(
     return North(crs, place, day, declination)
 
 
-def _turn_to_grid(asked: RegisterOrder, evidence: Evidence, north: North, said: list[str]) -> None:
+def _turn_to_grid(
+    asked: RegisterOrder, evidence: Evidence, north: North, said: list[Message]
+) -> None:
     """Azimuths and compass readings from the north of the map."""
     from vomstudio.registration.north import turn_of
 

@@ -58,8 +58,8 @@ class ModelCutting:
             bits.unlink(missing_ok=True)
             if self._projects.project is not project:
                 return
-            for sentence in cut.warnings:
-                self._notices.warn(sentence)
+            for warning in cut.warnings:
+                self._notices.warn(str(warning))
             label = f"Cut {name} out of {model.name}"
             self._models.open_model(cut.path, name, like=model_id, label=label)
 

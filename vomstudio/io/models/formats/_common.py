@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_unbuffered
 from vomstudio.geometry.cloud import PointCloud
@@ -161,7 +162,7 @@ def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return scaled
 
 
-def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
+def drop_unsound(mesh: Mesh, said: list[Message], path: Path) -> Mesh | PointCloud:
     """Without vertices that are no numbers and the faces that use them; a cloud if no face is left.
 
     Faces must lie within the vertices. Appends to `said`. Raises InputError if nothing is left.
@@ -213,7 +214,7 @@ def drop_unsound(mesh: Mesh, said: list[str], path: Path) -> Mesh | PointCloud:
     return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
 
 
-def drop_unsound_points(cloud: PointCloud, said: list[str], path: Path) -> PointCloud:
+def drop_unsound_points(cloud: PointCloud, said: list[Message], path: Path) -> PointCloud:
     """Without points that are no numbers. Raises InputError if none is left."""
     sound = np.isfinite(cloud.points)
     if len(sound) and sound.all():

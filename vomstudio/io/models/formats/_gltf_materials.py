@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.models import image_store
@@ -57,7 +58,7 @@ def moved(document: Document, uv: npt.NDArray[np.float64], texture: dict[str, An
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)
 
 
-def materials_of(document: Document, used: list[int], said: list[str]) -> tuple[Material, ...]:
+def materials_of(document: Document, used: list[int], said: list[Message]) -> tuple[Material, ...]:
     images: dict[object, tuple[Path | None, str | None]] = {}
     result = []
     extra = False

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.io.models.formats._common import faces_without_vertices, scale_colors
 from vomstudio.io.models.formats._gltf_document import Document, numbers
@@ -37,7 +38,7 @@ class Piece:
     fields: dict[str, Array] = field(default_factory=dict)
 
 
-def pieces_of(document: Document, said: list[str]) -> Iterator[Piece]:
+def pieces_of(document: Document, said: list[Message]) -> Iterator[Piece]:
     placed = []
     for place in _placed_meshes(document, said):
         document.budget.take(_PLACE_BYTES, "nodes")
@@ -92,7 +93,9 @@ def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
     return [p for p in found if isinstance(p, dict)] if isinstance(found, list) else []
 
 
-def _placed_meshes(document: Document, said: list[str]) -> Iterator[tuple[object, Array, object]]:
+def _placed_meshes(
+    document: Document, said: list[Message]
+) -> Iterator[tuple[object, Array, object]]:
     """Each mesh of the scene with the 4x4 matrix of its place, and the weights of its shapes."""
     n = document.count("nodes")
     if n == 0:
@@ -227,7 +230,7 @@ def _piece(
     matrix: Array,
     weights: object,
     shared: bool,
-    said: list[str],
+    said: list[Message],
 ) -> Piece:
     attributes = document.section("attributes", primitive)
     if "POSITION" not in attributes:
@@ -290,7 +293,7 @@ def _piece(
 
 
 def _faces(
-    document: Document, primitive: dict[str, Any], mode: object, n: int, said: list[str]
+    document: Document, primitive: dict[str, Any], mode: object, n: int, said: list[Message]
 ) -> Array:
     corners: Array
     if "indices" in primitive:

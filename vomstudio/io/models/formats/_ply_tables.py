@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
@@ -36,7 +37,7 @@ class Table:
     lists: dict[str, tuple[npt.NDArray[np.int64], Array]] = field(default_factory=dict)
 
 
-def _missing(element: Element, found: int, said: list[str]) -> None:
+def _missing(element: Element, found: int, said: list[Message]) -> None:
     """The header promised more than there is."""
     if element.name == "vertex":
         said.append(points_missing(found, element.count))
@@ -56,7 +57,7 @@ def read_binary(
     buffer: npt.NDArray[np.uint8],
     header: Header,
     budget: Budget,
-    said: list[str],
+    said: list[Message],
     progress: Progress,
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
@@ -183,7 +184,7 @@ def read_text(
     header: Header,
     path: Path,
     budget: Budget,
-    said: list[str],
+    said: list[Message],
     progress: Progress,
 ) -> dict[str, Table]:
     from vomstudio.io.models.formats import _ply_kernels as k
@@ -301,7 +302,7 @@ class _TextRows:
                 self._columns.add(f"{j}", _as_type(column, p.type))
         self.n += n
 
-    def table(self, n: int, said: list[str]) -> Table:
+    def table(self, n: int, said: list[Message]) -> Table:
         """The first n of the rows."""
         short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
         if short:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import require_regular_beside
@@ -74,7 +75,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
     require_regular_beside(path)
     progress.stage(tr("Reading the heights"))
-    said: list[str] = []
+    said: list[Message] = []
     try:
         with (
             libtiff_silent(),
@@ -117,7 +118,7 @@ def _opened(path: Path) -> Any:
         return rasterio.open(path, driver="GTiff")
 
 
-def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
+def _check_is_dem(dataset: Any, path: Path, said: list[Message]) -> None:
     kind = np.dtype(dataset.dtypes[0])
     colors = {"red", "green", "blue", "palette", "cyan"}
     first = dataset.colorinterp[0].name
@@ -170,7 +171,7 @@ def _check_is_dem(dataset: Any, path: Path, said: list[str]) -> None:
         said.append(tr("Only the first of {count} bands is read as heights.", count=dataset.count))
 
 
-def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, str | None]:
+def _crs_of(dataset: Any, path: Path, said: list[Message]) -> tuple[str | None, str | None]:
     """The CRS as WKT, and what the file says of the unit of heights beside it; a depth picture of
     an oblique view is refused."""
     if dataset.crs is None:
@@ -194,7 +195,7 @@ def _crs_of(dataset: Any, path: Path, said: list[str]) -> tuple[str | None, str 
     return named.crs, named.height_unit
 
 
-def _step_of(dataset: Any, said: list[str]) -> int:
+def _step_of(dataset: Any, said: list[Message]) -> int:
     width, height, step = dataset.width, dataset.height, 1
     while -(-width // step) * -(-height // step) > MOST_VERTICES:
         step += 1
@@ -214,7 +215,7 @@ def _step_of(dataset: Any, said: list[str]) -> int:
 
 
 def _heights(
-    dataset: Any, step: int, path: Path, progress: Progress, said: list[str]
+    dataset: Any, step: int, path: Path, progress: Progress, said: list[Message]
 ) -> tuple[npt.NDArray[np.float64], str | None]:
     """Every step-th height, NaN where there is none, and the unit that the band states."""
     from rasterio.windows import Window

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import open_regular
@@ -58,7 +59,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         from pye57 import libe57
     except ImportError as error:
         raise InputError(NOT_INSTALLED, file=path) from error
-    said: list[str] = []
+    said: list[Message] = []
     try:
         with utf8_name(path) as named:
             image = libe57.ImageFile(str(named), "r")
@@ -91,7 +92,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _read_scans(
-    e57: Any, image: Any, path: Path, progress: Progress, said: list[str]
+    e57: Any, image: Any, path: Path, progress: Progress, said: list[Message]
 ) -> PointCloud:
     scans = list(image.root()["data3D"]) if image.root().isDefined("data3D") else []
     total = sum(int(scan["points"].childCount()) for scan in scans)

@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -58,7 +59,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _read(document: Document) -> LoadedModel:
-    said: list[str] = []
+    said: list[Message] = []
     for name in document.unsaid_extensions():
         said.append(
             tr(
@@ -84,12 +85,20 @@ def _read(document: Document) -> LoadedModel:
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(data, Mesh) else "cloud"
     x, y, z = origin.tolist()
     return LoadedModel(
-        data, kind, crs, tuple(said), document.path, document.content_hash, (x, y, z)
+        data=data,
+        kind=kind,
+        crs=crs,
+        warnings=tuple(said),
+        path=document.path,
+        content_hash=document.content_hash,
+        turned_about=(x, y, z),
+        # The standard, glTF 2.0, section 3.4: "The units for all linear distances are meters."
+        units=("m", "m", "m"),
     )
 
 
 def _origin(
-    document: Document, said: list[str]
+    document: Document, said: list[Message]
 ) -> tuple[npt.NDArray[np.float64], str | None, bool]:
     """What is added to the turned positions, the CRS, and whether the file says either."""
     path = document.path
@@ -172,7 +181,7 @@ def _faces(pieces: list[Piece]) -> npt.NDArray[np.int32]:
 
 
 def _mesh(
-    document: Document, pieces: list[Piece], origin: npt.NDArray[np.float64], said: list[str]
+    document: Document, pieces: list[Piece], origin: npt.NDArray[np.float64], said: list[Message]
 ) -> Mesh:
     used = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
     pieces = sorted(pieces, key=lambda p: used.index(p.material))
@@ -204,7 +213,7 @@ def _cloud(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> PointCloud:
     )
 
 
-def _warn_if_z_looks_up(pieces: list[Piece], said: list[str]) -> None:
+def _warn_if_z_looks_up(pieces: list[Piece], said: list[Message]) -> None:
     """Outcrops are looked at from above or the side, never from below: a surface that as a whole
     faces along the file's Z was most likely written with Z up."""
     total, area = np.zeros(3), 0.0

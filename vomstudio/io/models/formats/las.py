@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
@@ -66,7 +67,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     import laspy
     import lazrs
 
-    said: list[str] = []
+    said: list[Message] = []
     size = check_header(path)
     try:
         cloud = _read(path, size, progress, said)
@@ -122,7 +123,7 @@ def _short(error: BaseException) -> str:
     return text[:160] or type(error).__name__
 
 
-def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCloud:
+def _read(path: Path, size: int, progress: Progress, said: list[Message]) -> PointCloud:
     import laspy
 
     stream: Any = mended(path, size)
@@ -144,7 +145,7 @@ def _read(path: Path, size: int, progress: Progress, said: list[str]) -> PointCl
 
 
 def _read_points(
-    reader: Any, path: Path, size: int, at_once: int, progress: Progress, said: list[str]
+    reader: Any, path: Path, size: int, at_once: int, progress: Progress, said: list[Message]
 ) -> PointCloud:
     header = reader.header
     promised = int(header.point_count)
@@ -224,7 +225,7 @@ def _read_points(
     return cloud if withheld is None else _without(cloud, withheld != 0, path, said)
 
 
-def _colors(rgb16: Array | None, said: list[str]) -> npt.NDArray[np.uint8] | None:
+def _colors(rgb16: Array | None, said: list[Message]) -> npt.NDArray[np.uint8] | None:
     if rgb16 is None:
         return None
     if rgb16.any():
@@ -245,7 +246,7 @@ def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> Array:
     return without_no_data(values, chunk.array[name], gaps[name]) if name in gaps else values
 
 
-def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[str]) -> PointCloud:
+def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[Message]) -> PointCloud:
     """Without the points that the file marks as not to be used. In a COPC file they stand at the
     place of others, so that rows are the same when it is streamed."""
     count = int(np.count_nonzero(withheld))

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -98,7 +99,7 @@ class _Reading:
     path: Path
     data: npt.NDArray[np.uint8]  # ends with a line end that is not in the file
     progress: Progress
-    said: list[str] = field(default_factory=list)
+    said: list[Message] = field(default_factory=list)
     joined: list[int] = field(default_factory=list)
 
     def model(self) -> LoadedModel:

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -65,7 +66,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if not matches(path, data[:4].tobytes()):
         data = np.frombuffer(as_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
-    said: list[str] = []
+    said: list[Message] = []
     budget = Budget(path, len(data))
     if header.order == "":
         tables = read_text(bytearray(data), header, path, budget, said, progress)
@@ -86,7 +87,7 @@ def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[Array] |
 
 
 def _assemble(
-    header: Header, tables: Mapping[str, Table], path: Path, said: list[str]
+    header: Header, tables: Mapping[str, Table], path: Path, said: list[Message]
 ) -> Mesh | PointCloud:
     vertex = tables.get("vertex")
     if vertex is None:
@@ -147,7 +148,7 @@ def _assemble(
     )
 
 
-def _with_strips(header: Header, tables: Mapping[str, Table], said: list[str]) -> Table | None:
+def _with_strips(header: Header, tables: Mapping[str, Table], said: list[Message]) -> Table | None:
     """The faces, those of triangle strips among them; None where the file has neither. What other
     elements there are is said."""
     there = {e.name for e in header.elements if e.count and e.properties}
@@ -204,7 +205,7 @@ def _indices(raw: Array) -> npt.NDArray[np.int64]:
 
 
 def _mesh(
-    header: Header, face: Table, bare: Mesh, path: Path, said: list[str]
+    header: Header, face: Table, bare: Mesh, path: Path, said: list[Message]
 ) -> Mesh | PointCloud:
     """Faces, their own texture coordinates and textures, onto bare vertices."""
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
@@ -242,7 +243,7 @@ def _triangles(
     uv_values: int,
     vertices: npt.NDArray[np.float64],
     path: Path,
-    said: list[str],
+    said: list[Message],
 ) -> _Triangles:
     """The polygons of a table cut into triangles. uv_counts: numbers in each face's own list of
     texture coordinates; uv_values: of them altogether."""
@@ -321,7 +322,7 @@ def _only_triangles(triples: npt.NDArray[Any], n_vertices: int) -> tuple[_Triang
 
 
 def _dressed(
-    header: Header, face: Table, faces: _Triangles, path: Path, said: list[str]
+    header: Header, face: Table, faces: _Triangles, path: Path, said: list[Message]
 ) -> tuple[_Triangles, tuple[Material, ...], npt.NDArray[np.int64]]:
     """The triangles in the order of their textures, these, and where each one's begin."""
     materials = tuple(_texture(name, i, path, said) for i, name in enumerate(header.textures))
@@ -375,7 +376,7 @@ def _with_own_uv(mesh: Mesh, uv_corners: npt.NDArray[np.int32], uv_values: Array
     return replace(mesh, vertices=vertices, faces=faces, uv=uv, colors=colors, fields=fields)
 
 
-def _texture(name: str, index: int, path: Path, said: list[str]) -> Material:
+def _texture(name: str, index: int, path: Path, said: list[Message]) -> Material:
     found, problem = find_beside(path.parent, name)
     if found is not None:
         wrong = check_image(found)

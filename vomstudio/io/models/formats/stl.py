@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.coincident_points import place_keys
 from vomstudio.geometry.mesh import Mesh
@@ -51,7 +52,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """The triangles of an STL file, corners at the same place joined; the origin of
     `NAME.offset.txt` added in float64. Raises InputError where there is no sound triangle."""
     data = read_whole(path, progress)
-    said: list[str] = []
+    said: list[Message] = []
     corners = _binary(data, path, said) if _is_binary(data) else _text(data, path, progress, said)
     del data
     if len(corners) == 0:
@@ -81,7 +82,7 @@ def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
 
 
 def _binary(
-    data: npt.NDArray[np.uint8], path: Path, said: list[str]
+    data: npt.NDArray[np.uint8], path: Path, said: list[Message]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
         raise InputError(tr("This is not an STL file, or it ends within its header."), file=path)
@@ -119,7 +120,7 @@ def _binary(
 
 
 def _text(
-    data: npt.NDArray[np.uint8], path: Path, progress: Progress, said: list[str]
+    data: npt.NDArray[np.uint8], path: Path, progress: Progress, said: list[Message]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords part the loops: a corner too many or too few must not shift all that follow.
     text = in_utf8(data)

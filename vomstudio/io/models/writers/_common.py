@@ -14,6 +14,7 @@ from typing import Any, BinaryIO, TextIO
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.regular import open_regular, read_small_text, read_whole
 from vomstudio.geometry.cloud import PointCloud
@@ -33,7 +34,7 @@ def positions_of(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
 
 
 def field_names(
-    fields: Mapping[str, Array], taken: Iterable[str], said: list[str]
+    fields: Mapping[str, Array], taken: Iterable[str], said: list[Message]
 ) -> dict[str, str]:
     """A name without blanks and odd signs for each field, none of them in `taken` (compared without
     case); says which had to change."""
@@ -67,7 +68,7 @@ def lost_textures(names: Iterable[str]) -> str:
     return tr("This format has no textures. Left out: {images}.", images=", ".join(names))
 
 
-def bare_points(data: Mesh | PointCloud, said: list[str]) -> None:
+def bare_points(data: Mesh | PointCloud, said: list[Message]) -> None:
     """Says what of a mesh is lost where only its corners are written."""
     if not isinstance(data, Mesh):
         return
@@ -204,7 +205,7 @@ def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
     )
 
 
-def prj_beside(out: Outgoing, said: list[str], esri: bool = False) -> list[tuple[Path, str]]:
+def prj_beside(out: Outgoing, said: list[Message], esri: bool = False) -> list[tuple[Path, str]]:
     """`NAME.prj` with the CRS, for formats that have no place for one; nothing where it stands
     there already. esri : in the words of ESRI, as a shapefile has it"""
     path = out.path.with_suffix(".prj")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import stated_axes
@@ -19,10 +20,10 @@ from vomstudio.io.models.writers._common import (
 from vomstudio.words import to_translate, tr
 
 
-def write(out: Outgoing) -> list[str]:
+def write(out: Outgoing) -> list[Message]:
     """Points in the nearest of the 255 colours that the format has; faces by material, each on a
     layer of its own; coordinates exact; the CRS in NAME.prj."""
-    said: list[str] = []
+    said: list[Message] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) and len(data.faces) else None
     if data.fields:

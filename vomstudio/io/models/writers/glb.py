@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.files.pictures import open_picture
@@ -36,10 +37,10 @@ TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
 
 
-def write(out: Outgoing) -> list[str]:
+def write(out: Outgoing) -> list[Message]:
     """One primitive per material. Origin and CRS in `asset.extras` and NAME.offset.txt; fields as
     `_NAME` attributes in float32."""
-    said: list[str] = []
+    said: list[Message] = []
     origin = _origin(out.data)
     scene = _Scene(out, origin, said)
     scene.build()
@@ -83,7 +84,7 @@ def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
 
 
 class _Scene:
-    def __init__(self, out: Outgoing, origin: npt.NDArray[np.float64], said: list[str]) -> None:
+    def __init__(self, out: Outgoing, origin: npt.NDArray[np.float64], said: list[Message]) -> None:
         self.out, self.origin, self.said = out, origin, said
         self.parts: list[bytes] = []
         self._at = 0

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import Cancelled
 from vomstudio.files.atomic import atomic_write
 from vomstudio.geometry.cloud import PointCloud
@@ -41,12 +42,12 @@ STANDARD = {
 NAME_BYTES = 32
 
 
-def write(out: Outgoing) -> list[str]:
+def write(out: Outgoing) -> list[Message]:
     """Integers of a scale that keeps the coordinates; the CRS as WKT; colours in 16 bit; fields in
     their places or as extra dimensions of their own types."""
     import laspy
 
-    said: list[str] = []
+    said: list[Message] = []
     data = out.data
     bare_points(data, said)
     points = positions_of(data)
@@ -146,7 +147,7 @@ def _rounding(points: Array, offset: Array, scales: Array) -> float:
     return float(np.abs(back - points).max(initial=0.0))
 
 
-def _columns(data: Mesh | PointCloud, header: Any, said: list[str]) -> list[tuple[str, Array]]:
+def _columns(data: Mesh | PointCloud, header: Any, said: list[Message]) -> list[tuple[str, Array]]:
     import laspy
 
     columns: list[tuple[str, Array]] = []
@@ -185,7 +186,7 @@ def _fits(values: Array, kind: Any) -> bool:
         return bool((values.astype(kind).astype(values.dtype) == values).all())
 
 
-def _short_names(fields: dict[str, Array], said: list[str]) -> dict[str, Array]:
+def _short_names(fields: dict[str, Array], said: list[Message]) -> dict[str, Array]:
     """Names that fit into the 32 bytes which the format has for them."""
     result: dict[str, Array] = {}
     for name, values in fields.items():

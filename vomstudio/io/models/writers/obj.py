@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -26,10 +27,10 @@ from vomstudio.io.models.writers._common import (
 from vomstudio.words import to_translate, tr
 
 
-def write(out: Outgoing) -> list[str]:
+def write(out: Outgoing) -> list[Message]:
     """Coordinates in the shortest decimals that give back the same float64; colours per vertex as
     `v x y z r g b` in 0..1; the CRS in NAME.prj."""
-    said: list[str] = []
+    said: list[Message] = []
     data = out.data
     if data.fields:
         said.append(lost_fields(data.fields))

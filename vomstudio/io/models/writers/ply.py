@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib import recfunctions as rfn
 
+from vomstudio.core.findings import Message
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -42,10 +43,10 @@ RESERVED = (
 )
 
 
-def write(out: Outgoing) -> list[str]:
+def write(out: Outgoing) -> list[Message]:
     """Vertices with doubles, colours, normals and fields of their own types; textured faces with
     `texcoord` and `texnumber`, the images beside; the CRS in NAME.prj."""
-    said: list[str] = []
+    said: list[Message] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) else None
     images = plan_images(mesh, out) if mesh else Images([], [])
@@ -78,7 +79,7 @@ def write(out: Outgoing) -> list[str]:
     return said
 
 
-def _columns(out: Outgoing, said: list[str]) -> list[tuple[str, Array]]:
+def _columns(out: Outgoing, said: list[Message]) -> list[tuple[str, Array]]:
     data = out.data
     points = positions_of(data)
     columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
@@ -92,7 +93,7 @@ def _columns(out: Outgoing, said: list[str]) -> list[tuple[str, Array]]:
     return columns
 
 
-def _storable(values: Array, name: str, said: list[str]) -> Array:
+def _storable(values: Array, name: str, said: list[Message]) -> Array:
     """In a type that PLY has."""
     if values.dtype.kind == "b":
         return values.astype(np.uint8)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
@@ -24,10 +25,10 @@ from vomstudio.words import to_translate, tr
 Array = npt.NDArray[Any]
 
 
-def write(out: Outgoing) -> list[str]:
+def write(out: Outgoing) -> list[Message]:
     """POINTZ with colours (red, green, blue), normals and fields as attributes; the CRS in
     NAME.prj. Raises TargetError for more points than the format holds."""
-    said: list[str] = []
+    said: list[Message] = []
     data = out.data
     bare_points(data, said)
     points = positions_of(data)
@@ -52,7 +53,7 @@ def write(out: Outgoing) -> list[str]:
     return said
 
 
-def _columns(out: Outgoing, said: list[str]) -> list[Column]:
+def _columns(out: Outgoing, said: list[Message]) -> list[Column]:
     data = out.data
     values: dict[str, Array] = {}
     if data.colors is not None:

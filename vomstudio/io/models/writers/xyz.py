@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -28,10 +29,10 @@ NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
 RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
 
 
-def write(out: Outgoing) -> list[str]:
+def write(out: Outgoing) -> list[Message]:
     """Floats in the shortest decimals that give back the same value; `.csv` with commas, the others
     with blanks; the CRS in NAME.prj."""
-    said: list[str] = []
+    said: list[Message] = []
     data = out.data
     bare_points(data, said)
     points = positions_of(data)

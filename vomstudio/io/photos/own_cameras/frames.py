@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
 from vomstudio.words import tr
@@ -32,7 +33,7 @@ class Candidate:
 
     name: str
     views: Sequence[View]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[Message, ...] = ()
 
 
 def best_of(path: Path, candidates: Sequence[Candidate], bounds: Array | None) -> OwnCameras:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.places import no_places
@@ -32,14 +33,14 @@ class OwnCameras:
     views: Mapping[str, View]
     centres: Mapping[str, Array]
     photos: Path | None = None
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[Message, ...] = field(default=())
 
 
 def of_views(
     path: Path,
     views: Iterable[View],
     photos: Path | None = None,
-    warnings: Sequence[str] = (),
+    warnings: Sequence[Message] = (),
 ) -> OwnCameras:
     """Raises InputError where two views have one name, or there is none."""
     named: dict[str, View] = {}

@@ -153,4 +153,4 @@ def _worth(placed: Placed) -> str:
         said.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
     said += said_of_worst(placed)
     # What is wrong with a point is read first.
-    return "\n".join([*reversed(placed.warnings), " ".join(said)])
+    return "\n".join([*map(str, reversed(placed.warnings)), " ".join(said)])

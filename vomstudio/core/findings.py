@@ -1,0 +1,156 @@
+"""Findings: what an operation reports beside its result, with a stable code and values.
+
+A finding is created where something is noticed and carries no sentence. Its text is produced where
+a person reads it (window, terminal, report, table) from the catalogue in
+`vomstudio.core.finding_texts`; scripts and tests use the code and the values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cache
+from string import Formatter
+from typing import Any, Literal
+
+from vomstudio.core.finding_texts import TEXTS
+from vomstudio.words import tr
+
+Severity = Literal["info", "warning", "error"]
+UNCODED = "uncoded"
+"""Code of sentences that have not been given a code yet."""
+
+
+class Finding:
+    """One thing that was noticed; immutable.
+
+    Not a dataclass: `dataclasses.asdict` of a result that contains findings leaves them whole.
+
+    Parameters
+    ----------
+    code : str
+        A key of the catalogue, such as ``frame.not-metric``.
+    severity : {"info", "warning", "error"}, optional
+        The catalogue's severity if omitted.
+    **values
+        The values of the catalogue's placeholders, and any others that a script may need: numbers,
+        strings, booleans, None, or lists of these.
+
+    Raises
+    ------
+    KeyError
+        If the catalogue does not contain the code, or a placeholder has no value.
+    """
+
+    __slots__ = ("_values", "code", "severity")
+
+    code: str
+    severity: Severity
+    _values: tuple[tuple[str, Any], ...]
+
+    def __init__(self, code: str, severity: Severity | None = None, /, **values: Any) -> None:
+        default_severity, _ = TEXTS[code]
+        if missing := _placeholders(code) - values.keys():
+            raise KeyError(f"{code} needs {', '.join(sorted(missing))}")
+        object.__setattr__(self, "code", code)
+        object.__setattr__(self, "severity", severity or default_severity)
+        stored = {name: _frozen(value) for name, value in values.items()}
+        object.__setattr__(self, "_values", tuple(stored.items()))
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a finding cannot be changed: {name}")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Finding):
+            return NotImplemented
+        return self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __repr__(self) -> str:
+        values = "".join(f", {name}={value!r}" for name, value in self._values)
+        return f"Finding({self.code!r}, {self.severity!r}{values})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Finding.from_dict, (self.to_dict(),)
+
+    def _key(self) -> tuple[Any, ...]:
+        return self.code, self.severity, tuple(sorted(self._values, key=lambda item: item[0]))
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The values by name."""
+        return dict(self._values)
+
+    @property
+    def message(self) -> str:
+        """The sentence for a person, in the user's language."""
+        _, text = TEXTS[self.code]
+        sentence = tr(text, **{name: _shown(value) for name, value in self._values})
+        file = self.values.get("file")
+        return sentence if file is None or "{file}" in text else f"{file}: {sentence}"
+
+    def of_file(self, file: str) -> Finding:
+        """Return the same finding about a file, if it names none yet."""
+        values = self.values
+        return self if "file" in values else Finding(self.code, self.severity, **values, file=file)
+
+    def __str__(self) -> str:
+        return self.message
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints: code, severity, message and the values."""
+        values = self.values
+        if self.code == UNCODED:
+            values.pop("text")
+        return {"code": self.code, "severity": self.severity, "message": self.message} | values
+
+    @classmethod
+    def from_dict(cls, row: Mapping[str, Any]) -> Finding:
+        """Return the finding that `to_dict` described, for example in another process."""
+        reserved = ("code", "severity", "message")
+        values = {name: value for name, value in row.items() if name not in reserved}
+        if row["code"] == UNCODED:
+            prefix = f"{values['file']}: " if "file" in values else ""
+            values["text"] = row["message"].removeprefix(prefix)
+        return cls(row["code"], row["severity"], **values)
+
+
+Message = Finding | str
+"""A finding, or a sentence that has no code yet."""
+
+
+def uncoded(text: str) -> Finding:
+    """Return a finding for a sentence that has no code yet."""
+    return Finding(UNCODED, text=text)
+
+
+def as_finding(message: Message) -> Finding:
+    """Return the finding, or the sentence as a finding without a code."""
+    return message if isinstance(message, Finding) else uncoded(message)
+
+
+def plain(messages: Iterable[Message]) -> list[dict[str, Any]]:
+    """Return messages as objects for a JSON file."""
+    return [as_finding(each).to_dict() for each in messages]
+
+
+def without_repeats(messages: Iterable[Message]) -> tuple[Message, ...]:
+    """Return the messages in their order, each once."""
+    return tuple(dict.fromkeys(messages))
+
+
+@cache
+def _placeholders(code: str) -> frozenset[str]:
+    _, text = TEXTS[code]
+    return frozenset(name for _, name, _, _ in Formatter().parse(text) if name)
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _shown(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value))
+    return tr("none") if value is None else value

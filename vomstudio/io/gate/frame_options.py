@@ -1,0 +1,62 @@
+"""The options that define the frame of whatever is read, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.options import check_options, option
+from vomstudio.geometry.units import METRES
+from vomstudio.words import to_translate
+
+UpAxis = Literal["z", "y"]
+
+
+@dataclass(frozen=True)
+class FrameOptions:
+    """Up axis, unit and CRS of a file; None for what the file itself states.
+
+    Raises
+    ------
+    UsageError
+        For a value that is not one of the choices.
+    """
+
+    up: UpAxis | None = option(
+        None,
+        choices=("y", "z"),
+        help=to_translate(
+            "axis of the file that points up (default: as its format states, else z)"
+        ),
+        tip=to_translate("Axis of the file that points up"),
+    )
+    unit: str | None = option(
+        None,
+        choices=tuple(METRES),
+        help=to_translate("unit of the file's coordinates (default: as the file states, else m)"),
+        tip=to_translate("Unit of the file's coordinates"),
+    )
+    crs: str | None = option(
+        None,
+        metavar="EPSG",
+        help=to_translate("coordinate reference system of the file (default: as it states)"),
+        tip=to_translate("Coordinate reference system of the file"),
+    )
+    to_crs: str | None = option(
+        None,
+        metavar="EPSG",
+        help=to_translate("convert the coordinates to this projected CRS in metres"),
+        tip=to_translate("Convert the coordinates to this CRS"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+    @property
+    def is_given(self) -> bool:
+        """Whether any option was given."""
+        return self != FrameOptions()
+
+
+AS_STATED = FrameOptions()
+"""No option given: the frame is what the file states."""

@@ -1,0 +1,212 @@
+"""Whether lengths in a coordinate reference system are lengths on the ground.
+
+A map projection stretches distances and leaves heights as they are. Where it stretches by more than
+`MAX_SCALE_ERROR`, dips and lengths would be wrong: a bed of 30 degrees dips 21.9 degrees in Web
+Mercator at 46 degrees north.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+from vomstudio.errors import InputError
+from vomstudio.io.gis.crs import crs_name, utm_zone
+
+Array = npt.NDArray[np.float64]
+
+MAX_SCALE_ERROR = 0.005
+"""Largest deviation of the point scale from 1, and of the scales in two directions, relative."""
+_UTM_ZONE = re.compile(r"EPSG:32([67])(0[1-9]|[1-5]\d|60)")
+_UTM_SCALE = 0.9996
+_EARTH_RADIUS_M = 6_371_000.0
+_AREA_TOLERANCE_DEG = 0.1
+
+
+@dataclass(frozen=True)
+class MapScale:
+    """The point scale of a projection at some data.
+
+    Parameters
+    ----------
+    scale : float
+        Length on the map divided by length on the ground, in the direction and at the place where
+        it differs most from 1.
+    anisotropy : float
+        Largest scale divided by smallest scale at one place, minus 1.
+    in_area : bool
+        Whether the data lie within the area of use of the CRS.
+    suggested_crs : str
+        ``EPSG:n`` of the UTM zone (WGS 84) at the data.
+    """
+
+    scale: float
+    anisotropy: float
+    in_area: bool
+    suggested_crs: str
+
+    @property
+    def is_metric(self) -> bool:
+        """Whether lengths on the map are lengths on the ground within `MAX_SCALE_ERROR`."""
+        return abs(self.scale - 1.0) <= MAX_SCALE_ERROR and self.anisotropy <= MAX_SCALE_ERROR
+
+
+def map_scale(crs: str, bounds: Array) -> MapScale | None:
+    """Compute the point scale of a projected CRS at some data.
+
+    Parameters
+    ----------
+    crs : str
+        Code, name or WKT.
+    bounds : (2, 2) or (2, 3) float
+        Lowest and highest x, y of the data, in the unit of the CRS.
+
+    Returns
+    -------
+    MapScale or None
+        None if the data lie where the projection is not defined.
+
+    References
+    ----------
+    Snyder, J. P. (1987), Map projections: a working manual, USGS Professional Paper 1395, p. 20
+    (Tissot's indicatrix); computed by PROJ.
+    """
+    from pyproj import CRS, Proj
+    from pyproj.exceptions import ProjError
+
+    system = CRS.from_user_input(crs)
+    flat = system.sub_crs_list[0] if system.is_compound else system
+    flat = flat.source_crs if flat.is_bound and flat.source_crs is not None else flat
+    projection = Proj(flat)
+    x, y = _places(bounds)
+    try:
+        longitude, latitude = projection(x, y, inverse=True, errcheck=True)
+        factors = projection.get_factors(longitude, latitude, errcheck=True)
+    except ProjError:
+        return None
+    largest = np.atleast_1d(factors.tissot_semimajor)
+    smallest = np.atleast_1d(factors.tissot_semiminor)
+    if not (np.isfinite(largest).all() and np.isfinite(smallest).all() and (smallest > 0).all()):
+        return None
+    scales = np.concatenate([largest, smallest])
+    worst = float(scales[np.argmax(np.abs(scales - 1.0))])
+    middle = float(longitude[-1]), float(latitude[-1])
+    return MapScale(
+        scale=worst,
+        anisotropy=float((largest / smallest).max() - 1.0),
+        in_area=_is_in_area(flat.area_of_use, longitude, latitude),
+        suggested_crs=utm_zone(*middle),
+    )
+
+
+def check_metric(
+    crs: str, bounds: Array, *, file: str | Path | None = None, field: str = "CRS"
+) -> tuple[Finding, ...]:
+    """Check that a projected CRS is metric at some data.
+
+    Parameters
+    ----------
+    crs : str
+        Code, name or WKT of a projected CRS.
+    bounds : (2, 2) or (2, 3) float
+        Lowest and highest x, y of the data, in the unit of the CRS.
+    file, field : optional
+        File of the data, and option or column that named the CRS, for the error.
+
+    Returns
+    -------
+    tuple of Finding
+        ``frame.outside-area`` if the data lie outside the area of use of the CRS.
+
+    Raises
+    ------
+    InputError
+        With the code ``frame.not-metric`` if lengths differ from those on the ground, or differ
+        with direction, by more than `MAX_SCALE_ERROR`; with ``frame.undefined-place`` if the
+        projection is not defined at the data.
+    """
+    bounds = np.asarray(bounds, np.float64)[:, :2]
+    if not np.isfinite(bounds).all() or _is_inside_utm_zone(crs, bounds):
+        return ()
+    found = map_scale(crs, bounds)
+    if found is None:
+        raise InputError.of_finding(
+            Finding("frame.undefined-place", crs=crs_name(crs)), file=file, field=field
+        )
+    values = {
+        "crs": crs_name(crs),
+        "scale": found.scale,
+        "anisotropy": found.anisotropy,
+        "suggested_crs": found.suggested_crs,
+    }
+    if not found.is_metric:
+        percent = 100.0 * found.anisotropy
+        raise InputError.of_finding(
+            Finding("frame.not-metric", **values, anisotropy_percent=percent),
+            file=file,
+            field=field,
+        )
+    return () if found.in_area else (Finding("frame.outside-area", **values),)
+
+
+def looks_like_degrees(bounds: Array) -> Finding | None:
+    """Return ``frame.maybe-degrees`` if x and y may be longitude and latitude beside heights in m.
+
+    Parameters
+    ----------
+    bounds : (2, 3) float
+        Lowest and highest corner of data without a CRS.
+    """
+    low, high = np.asarray(bounds, np.float64)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        return None
+    span, height = float(np.hypot(*(high - low)[:2])), float(high[2] - low[2])
+    in_range = max(abs(low[0]), abs(high[0])) <= 180.0 and max(abs(low[1]), abs(high[1])) <= 90.0
+    if not in_range or height <= 0.0 or span * 100.0 >= height:
+        return None
+    return Finding("frame.maybe-degrees", span=span, height=height)
+
+
+def _places(bounds: Array) -> tuple[Array, Array]:
+    """Return x and y of the corners, of the middles of the edges and, last, of the centre."""
+    (x0, y0), (x1, y1) = np.asarray(bounds, np.float64)[:, :2]
+    xm, ym = (x0 + x1) / 2.0, (y0 + y1) / 2.0
+    x = np.array([x0, x0, x1, x1, x0, x1, xm, xm, xm])
+    y = np.array([y0, y1, y0, y1, ym, ym, y0, y1, ym])
+    return x, y
+
+
+def _is_in_area(area: object, longitude: Array, latitude: Array) -> bool:
+    if area is None:
+        return True
+    west, south, east, north = area.bounds  # type: ignore[attr-defined]
+    tolerance = _AREA_TOLERANCE_DEG
+    inside = (latitude >= south - tolerance) & (latitude <= north + tolerance)
+    if west <= east:
+        inside &= (longitude >= west - tolerance) & (longitude <= east + tolerance)
+    else:  # across the date line
+        inside &= (longitude >= west - tolerance) | (longitude <= east + tolerance)
+    return bool(inside.all())
+
+
+def _is_inside_utm_zone(crs: str, bounds: Array) -> bool:
+    """Return whether data in a UTM zone of WGS 84 surely lie within the zone.
+
+    Decided without PROJ, which the first picture of a model would wait for.
+    """
+    if (zone := _UTM_ZONE.fullmatch(crs)) is None:
+        return False
+    (x0, y0), (x1, y1) = bounds
+    if zone[1] == "7":
+        y0, y1 = 1e7 - y1, 1e7 - y0
+    if y0 < 0.0 or y1 > 9.3e6:
+        return False
+    latitude = y1 / _UTM_SCALE / _EARTH_RADIUS_M
+    half_width = math.radians(2.9) * math.cos(latitude) * _EARTH_RADIUS_M
+    return bool(max(abs(x0 - 5e5), abs(x1 - 5e5)) <= half_width)

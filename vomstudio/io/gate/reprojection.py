@@ -1,0 +1,99 @@
+"""Conversion of coordinates from one coordinate reference system to another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+from vomstudio.errors import InputError
+from vomstudio.io.gis.crs import crs_name, metric_crs
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Reprojection:
+    """Conversion from a CRS to a projected CRS in metres.
+
+    Heights are scaled to metres and otherwise kept, except from geocentric coordinates, whose
+    heights become ellipsoidal.
+
+    Parameters
+    ----------
+    source : str
+        CRS of the coordinates: projected, geographic or geocentric.
+    target : str
+        Projected CRS in metres.
+    height_factor : float
+        Metres per unit of the heights.
+    """
+
+    source: str
+    target: str
+    height_factor: float
+    _transformer: Any
+
+    @classmethod
+    def create(
+        cls, source: str, target: str, *, height_factor: float = 1.0, field: str = "--to-crs"
+    ) -> Reprojection:
+        """Prepare the conversion. Raises UsageError for a target that is not in metres."""
+        from pyproj import CRS, Transformer
+
+        code = metric_crs(target, field)
+        system = CRS.from_user_input(source)
+        if not system.is_geocentric and system.is_compound:
+            system = system.sub_crs_list[0]
+        made = Transformer.from_crs(system, code, always_xy=True)
+        return cls(source, code, height_factor, made)
+
+    @property
+    def finding(self) -> Finding:
+        """The finding that reports the conversion."""
+        return Finding("frame.reprojected", crs=crs_name(self.source), to_crs=crs_name(self.target))
+
+    def apply(self, points: Array) -> Array:
+        """Convert points.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+            x, y, z in the unit of the source; longitude first for a geographic CRS.
+
+        Returns
+        -------
+        (n, 3) float
+            East, north, up in metres.
+
+        Raises
+        ------
+        InputError
+            With the code ``frame.undefined-place`` for points where a CRS is not defined.
+        """
+        from pyproj import CRS
+
+        x, y, z = np.asarray(points, np.float64).T
+        if CRS.from_user_input(self.source).is_geocentric:
+            converted = np.column_stack(self._transformer.transform(x, y, z))
+        else:
+            east, north = self._transformer.transform(x, y)
+            converted = np.column_stack([east, north, z * self.height_factor])
+        finite = np.isfinite(points).all(axis=1)
+        if not np.isfinite(converted[finite]).all():
+            finding = Finding("frame.undefined-place", crs=crs_name(self.target))
+            raise InputError.of_finding(finding, field="--to-crs")
+        return np.ascontiguousarray(converted)
+
+    def jacobian(self, point: Array) -> Array:
+        """Return the (3, 3) derivative of the conversion at a point, for normals.
+
+        Central differences over a step far above rounding and far below the curvature of the map.
+        """
+        scale = max(1e-6 * float(np.abs(point[:2]).max()), 1e-6)
+        steps = np.diag([scale, scale, max(scale, 1e-3)])
+        ahead, behind = self.apply(point + steps), self.apply(point - steps)
+        return np.asarray(((ahead - behind) / (2.0 * np.diag(steps)[:, None])).T, np.float64)
