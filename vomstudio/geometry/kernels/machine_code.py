@@ -146,10 +146,16 @@ def _compiled(source: Source, signature: Signature) -> bytes:
         return b""
     sound = (
         form == "object"
-        and [str(argument.type) for argument in arguments] == signature.llvm_types()
+        and [_type_name(argument.type) for argument in arguments] == signature.llvm_types()
         and not any(name.startswith(_FROM_NUMBA) for name in _wanted_symbols(code))
     )
     return _HEAD.pack(len(symbol)) + symbol.encode() + code if sound else b""
+
+
+def _type_name(llvm_type: Any) -> str:
+    """Return the name of a type; llvmlite before 0.45 names what a pointer points to."""
+    name = str(llvm_type)
+    return "ptr" if name.endswith("*") else name
 
 
 # --- on the disk --------------------------------------------------------------------------------

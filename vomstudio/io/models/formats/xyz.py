@@ -303,7 +303,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
             na_values=["-", "none", "None"],
             # All cells at once take more than the text and the numbers together.
             chunksize=ROWS_AT_ONCE,
-            **_exact_numbers(pandas.__version__),
+            **({"float_precision": "round_trip"} if _is_old(pandas) else {}),
         ) as pieces:
             for piece in pieces:
                 for i in range(layout.width):
@@ -320,13 +320,13 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
     return {i: column for i, column in found.items() if column is not None}
 
 
-def _exact_numbers(pandas_version: str) -> dict[str, Any]:
-    """Return the option by which pandas reads the nearest float64, the default since 3.1.
+def _is_old(pandas: Any) -> bool:
+    """Return whether this is pandas before 3.1.
 
-    Numbers with 16 digits are otherwise wrong in the last bit, one in eight of them.
+    By default it does not read the nearest float64 (one in eight numbers of 16 digits has a wrong
+    last bit), and it drops surplus cells of the first row of a piece without an error.
     """
-    major, minor = pandas_version.split(".")[:2]
-    return {"float_precision": "round_trip"} if (int(major), int(minor)) < (3, 1) else {}
+    return tuple(int(part) for part in pandas.__version__.split(".")[:2]) < (3, 1)
 
 
 def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
@@ -334,8 +334,12 @@ def _refuse_ragged(table: Any, data: bytes, layout: Layout, path: Path) -> None:
     named = layout.width if layout.header is None else len(layout.header)
     beyond = any(not _is_empty(table[i]) for i in range(named, layout.width))
     last = table[layout.width - 1]
-    gaps = last.dtype.kind not in "iu" and bool(np.any(last != last))
-    if beyond or (gaps and not are_even(data, layout.delimiter, layout.skip)):
+    suspicious = last.dtype.kind not in "iu" and bool(np.any(last != last))
+    if len(last) > ROWS_AT_ONCE:
+        import pandas
+
+        suspicious |= _is_old(pandas)
+    if beyond or (suspicious and not are_even(data, layout.delimiter, layout.skip)):
         read_points(path)
 
 
