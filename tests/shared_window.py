@@ -3,23 +3,96 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 import shiboken6
 from PySide6.QtCore import QPoint
 from PySide6.QtGui import QCursor, QGuiApplication
-from PySide6.QtWidgets import QApplication, QLineEdit, QMenu
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QDoubleSpinBox,
+    QLineEdit,
+    QMenu,
+    QRadioButton,
+    QSpinBox,
+    QWidget,
+)
 
 from tests import driver, guards
 from tests.driver import wait
 from vomstudio.io.settings import Settings
+from vomstudio.ui.common.type_box import TypeBox
+from vomstudio.ui.common.widgets import ScrollingLater
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
 from vomstudio.ui.shell.main_window import MainWindow
 from vomstudio.ui.shell.tour import Tour
 from vomstudio.ui.workspaces import screens
 from vomstudio.ui.workspaces.table import FIRST
+
+
+class PanelDefaults:
+    """Values that the fields of the panels have when they are made. The program keeps what was
+    typed into them for the next project, a new user has not typed anything."""
+
+    def __init__(self, window: MainWindow) -> None:
+        self._restore: list[tuple[QWidget, Callable[[], None]]] = []
+        self._note(window.tool_panel)
+        for dock in window.docks.values():
+            if isinstance(place := dock.widget(), ScrollingLater):
+                place._make = partial(self._made, place._make)
+
+    def _made(self, make: Callable[[], QWidget]) -> QWidget:
+        panel = make()
+        self._note(panel)
+        return panel
+
+    def _note(self, panel: QWidget) -> None:
+        for field in panel.findChildren(QWidget):
+            if isinstance(field, QSpinBox | QDoubleSpinBox):
+                self._restore.append((field, partial(field.setValue, field.value())))
+            elif isinstance(field, QComboBox) and not isinstance(field, TypeBox):
+                items = [field.itemText(i) for i in range(field.count())]
+                restore = partial(_choose, field, field.currentIndex(), items)
+                self._restore.append((field, restore))
+            elif isinstance(field, QCheckBox | QRadioButton):
+                self._restore.append((field, partial(_check, field, field.isChecked())))
+            elif isinstance(field, QLineEdit) and not isinstance(
+                field.parent(), QSpinBox | QDoubleSpinBox | QComboBox
+            ):
+                self._restore.append((field, partial(_write, field, field.text())))
+
+    def restore(self) -> None:
+        for field, restore in self._restore:
+            if shiboken6.isValid(field):
+                restore()
+
+
+def _choose(box: QComboBox, index: int, items: list[str]) -> None:
+    """Choose an item as a user does; what a box lists of the project is left alone."""
+    if box.currentIndex() != index and [box.itemText(i) for i in range(box.count())] == items:
+        box.setCurrentIndex(index)
+        box.activated.emit(index)
+
+
+def _check(box: QCheckBox | QRadioButton, checked: bool) -> None:
+    if box.isChecked() == checked:
+        return
+    if checked or isinstance(box, QCheckBox):
+        box.click()
+    if box.isChecked() != checked:
+        box.setChecked(checked)
+
+
+def _write(field: QLineEdit, text: str) -> None:
+    if field.text() != text:
+        field.setText(text)
+        field.setModified(False)
 
 
 class SharedWindow:
@@ -38,7 +111,7 @@ class SharedWindow:
             self._make()
         else:
             try:
-                reset(self._window, self._home, self._camera)
+                reset(self._window, self._home, self._camera, self._defaults)
             except BaseException as error:
                 error.add_note(f"The window was last used by {self._last}.")
                 self.close(check=False)
@@ -56,22 +129,27 @@ class SharedWindow:
             raise
         assert self._window.viewport is not None
         self._camera = self._window.viewport.moves.camera_state()
+        self._defaults = PanelDefaults(self._window)
 
     def close(self, *, check: bool = True) -> list[str]:
         """Close the window for good and return what it leaves in memory."""
         if self._window is None:
             return []
         window, self._window = self._window, None
+        del self._defaults
         driver.dismiss(window)
         del window
         return guards.end_sharing(check=check)
 
 
-def reset(window: MainWindow, home: Path, camera: dict[str, object]) -> None:
+def reset(
+    window: MainWindow, home: Path, camera: dict[str, object], defaults: PanelDefaults
+) -> None:
     """Give the window the state that a new user finds, as far as possible by its own commands."""
     _finish_work(window)
     _close_dialogs(window)
     window.actions_table.run("new")
+    defaults.restore()
     _forget_user(window, home)
     _arrange(window)
     assert window.viewport is not None
