@@ -76,8 +76,10 @@ class PanelDefaults:
 
 
 def _choose(box: QComboBox, text: str) -> None:
-    """Choose an item as a user does; one that belonged to a project is not there any more."""
-    if box.currentText() != text and (index := box.findText(text)) >= 0:
+    """Choose an item as a user does: the one of the start, the first in a box that was empty then.
+    One that belonged to a project is not there any more."""
+    index = box.findText(text) if text else 0
+    if 0 <= index < box.count() and index != box.currentIndex():
         box.setCurrentIndex(index)
         box.activated.emit(index)
 
