@@ -38,7 +38,15 @@ _THREADS = (
     "IO loop",
 )
 """How the names of threads begin which a library starts and never ends."""
-_THREADS_OF_A_WINDOW = ("worker output", "worker errors", "net", "photos", "in photos", "viewport_")
+_THREADS_OF_A_WINDOW = (
+    "worker output",
+    "worker errors",
+    "net",
+    "photos",
+    "in photos",
+    "viewport_",
+    "clouds_",
+)
 """Threads that a window starts when it first needs them and ends when it is closed."""
 
 

@@ -44,7 +44,11 @@ class PanelDefaults:
         self._restore: list[tuple[QWidget, Callable[[], None]]] = []
         self._note(window.tool_panel)
         for dock in window.docks.values():
-            if isinstance(place := dock.widget(), ScrollingLater):
+            if not isinstance(place := dock.widget(), ScrollingLater):
+                continue
+            if place._make is None:
+                self._note(place.widget())
+            else:
                 place._make = partial(self._made, place._make)
 
     def _made(self, make: Callable[[], QWidget]) -> QWidget:
@@ -57,9 +61,7 @@ class PanelDefaults:
             if isinstance(field, QSpinBox | QDoubleSpinBox):
                 self._restore.append((field, partial(field.setValue, field.value())))
             elif isinstance(field, QComboBox) and not isinstance(field, TypeBox):
-                items = [field.itemText(i) for i in range(field.count())]
-                restore = partial(_choose, field, field.currentIndex(), items)
-                self._restore.append((field, restore))
+                self._restore.append((field, partial(_choose, field, field.currentText())))
             elif isinstance(field, QCheckBox | QRadioButton):
                 self._restore.append((field, partial(_check, field, field.isChecked())))
             elif isinstance(field, QLineEdit) and not isinstance(
@@ -73,9 +75,11 @@ class PanelDefaults:
                 restore()
 
 
-def _choose(box: QComboBox, index: int, items: list[str]) -> None:
-    """Choose an item as a user does; what a box lists of the project is left alone."""
-    if box.currentIndex() != index and [box.itemText(i) for i in range(box.count())] == items:
+def _choose(box: QComboBox, text: str) -> None:
+    """Choose an item as a user does: the one of the start, the first in a box that was empty then.
+    One that belonged to a project is not there any more."""
+    index = box.findText(text) if text else 0
+    if 0 <= index < box.count() and index != box.currentIndex():
         box.setCurrentIndex(index)
         box.activated.emit(index)
 
@@ -121,6 +125,9 @@ class SharedWindow:
         return self._window
 
     def _make(self) -> None:
+        # A failed test has left files and settings.
+        shutil.rmtree(self._home)
+        self._home.mkdir()
         guards.begin_sharing()
         try:
             self._window = driver.make_window()
@@ -150,6 +157,8 @@ def reset(
     _close_dialogs(window)
     window.actions_table.run("new")
     defaults.restore()
+    # A choice in the panel of a tool may have begun to use it.
+    window.actions_table.run("navigate")
     _forget_user(window, home)
     _arrange(window)
     assert window.viewport is not None

@@ -109,6 +109,7 @@ def test_swollen_files_cost_what_they_are_worth(kind: str, tmp_path) -> None:  #
 @pytest.mark.parametrize(
     ("kind", "free"), first_in_default_tier([("a.glb", 100), ("a.ply", 200), ("b.xyz", 100)], 1)
 )
+@pytest.mark.full
 def test_sound_models_take_twice_what_they_hold_and_little_more(
     kind: str, free: int, tmp_path: Path
 ) -> None:

@@ -68,6 +68,7 @@ def laid(window, outcrop):
     return panel
 
 
+@pytest.mark.full
 def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     panel, studio = laid, window.studio
     assert studio.tool_name == CellsTool.name

@@ -174,6 +174,7 @@ def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monke
     assert len(studio.session.of(Lithology)) == 2
 
 
+@pytest.mark.full
 def test_a_rock_area_is_measured_on_the_surface(opened):
     window, studio = opened, opened.studio
     key(window, Qt.Key.Key_R, SHIFT)

@@ -18,6 +18,7 @@ from tests.driver import CTRL, LEFT, click, key, pick, wait
 from vomstudio.document.edits import new_id
 from vomstudio.document.photo_edits import add_photo_set
 from vomstudio.document.records import PhotoSet
+from vomstudio.io.photos.drawn_masks import mask_place
 from vomstudio.paths import resource
 from vomstudio.ui.interpret.tree_photos import PHOTO
 from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION
@@ -347,6 +348,26 @@ def test_another_project_closes_the_photo(both, tmp_path):
     assert window.viewport.isVisible()
     assert window.tree.tree.topLevelItemCount() > 0
     assert not window.tree._photos.any
+
+
+def test_a_mask_just_drawn_is_written_before_another_project_is_opened(window, photos, tmp_path):
+    window.resize(1400, 900)
+    read(window, photos)
+    window.photo_opening.open(NAMES[0])
+    page = opened(window, NAMES[0])
+    page.actions_table.run("invert_mask")
+    survey = window.survey
+    wait(lambda: not page.masks.busy and survey.rows[0].mask, "the mask")
+    paths = [Path(row.path) for row in survey.rows]
+    mask = mask_place(paths[0], paths)
+    project = tmp_path / "kept.vom"
+    window.studio.save_as(project)
+    window.studio.new_project()
+    assert mask.is_file()
+    assert "beside the photos" not in window.message_bar.text
+    window.open_path(project)
+    wait(lambda: survey.rows and survey.document.taken_in, "the photos again")
+    assert survey.exports.foreign == []
 
 
 # --- the tree --------------------------------------------------------------------------------

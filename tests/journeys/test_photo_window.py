@@ -264,6 +264,7 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     photo.close()
 
 
+@pytest.mark.full
 def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     window = looked_at
     aligned(window)

@@ -367,6 +367,7 @@ def test_an_undo_too_many_is_redone_while_points_are_picked(ready, name):
     back_and_forth(window, 2)
 
 
+@pytest.mark.full
 def test_an_undo_too_many_is_redone_while_faces_are_chosen(ready):
     window, studio = ready, ready.studio
     at = spots(window)

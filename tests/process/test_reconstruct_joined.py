@@ -76,6 +76,7 @@ def test_marks_join_the_parts_and_another_run_gives_the_same_bits(
         assert all(np.array_equal(arrays[name], before[name]) for name in arrays.files)
 
 
+@pytest.mark.full
 def test_control_that_cannot_place_the_model_costs_no_model(tmp_path: Path) -> None:
     """Marks whose rays do not meet are found after the alignment: the frame is local then."""
     photos = photo_set.write_photos(tmp_path / "photos", 5)

@@ -171,11 +171,8 @@ def write_orthophoto(
             parts = {form: paths[target] for form, target in drawings.items()}
             write_drawings(parts, drawing, shown_crs, facts["picture_id"], raster_turn(plan))
             facts["drawn"] = len(drawing.shapes)
-        facts["warnings"] = warnings
-        paths[sidecar].write_text(
-            json.dumps(facts | {"warnings": plain(warnings)}, indent=1, ensure_ascii=False) + "\n",
-            "utf-8",
-        )
+        facts["warnings"] = plain(warnings)
+        paths[sidecar].write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n", "utf-8")
         paths[world].write_text(world_file(transform), "ascii")
         for page in chosen:
             progress.stage(tr("Drawing the sheet"))

@@ -54,7 +54,7 @@ class PhotoExports(QObject):
         self._rows: dict[str, PhotoRow] = {}
         self._found: dict[str, Path] = {}
         self._waiting: dict[str, None] = {}
-        self._writing = False
+        self._writing: _OnceDone | None = None
         self._one_at_a_time = Lock()
         self.problem = ""
         """Why the files beside the photos are not up to date; "" where they are."""
@@ -240,22 +240,23 @@ class PhotoExports(QObject):
     @property
     def busy(self) -> bool:
         """Masks wait to be written."""
-        return self._writing or bool(self._waiting)
+        return self._writing is not None or bool(self._waiting)
 
     def _next_mask(self) -> None:
-        if self._writing or not self._waiting:
+        if self._writing is not None or not self._waiting:
             return
         name = next(iter(self._waiting))
         del self._waiting[name]
-        work = self._work(name)
-        self._writing = True
+        task = _OnceDone(name, self._work(name))
+        self._writing = task
 
         def arrived(made: object) -> None:
-            self._writing = False
-            self._written(name, made)
+            if self._writing is task:
+                self._writing = None
+                self._written(name, made)
             self._next_mask()
 
-        self._background.run(work, arrived)
+        self._background.run(task.result, arrived)
 
     def _work(self, name: str) -> Callable[[], object]:
         row, place, found = self._rows[name], self._places[name], self._found.get(name)
@@ -300,6 +301,10 @@ class PhotoExports(QObject):
     def finish(self) -> None:
         """Write what waits, at once."""
         self._soon.stop()
+        if (task := self._writing) is not None:
+            # Its result must be noted in this project: the next one may have other photos.
+            self._writing = None
+            self._written(task.name, task.result())
         for name in list(self._waiting):
             del self._waiting[name]
             self._written(name, self._work(name)())
@@ -307,6 +312,23 @@ class PhotoExports(QObject):
     def close(self) -> None:
         self.finish()
         self._background.close()
+
+
+class _OnceDone:
+    """Work that is done once, by a thread or by a caller that cannot wait for the thread."""
+
+    def __init__(self, name: str, work: Callable[[], object]) -> None:
+        self.name = name
+        self._work: Callable[[], object] | None = work
+        self._made: object = None
+        self._lock = Lock()
+
+    def result(self) -> object:
+        """Do the work, or return what it gave."""
+        with self._lock:
+            if self._work is not None:
+                self._made, self._work = self._work(), None
+            return self._made
 
 
 def _key(path: str | None) -> str:

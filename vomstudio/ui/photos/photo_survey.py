@@ -86,6 +86,8 @@ class PhotoSurvey(QObject):
         self._tables_soon.timeout.connect(self.control_written)
         studio.jobs.closed.connect(self._tables_soon.stop)
         self.marks_changed.connect(self._tables_soon.start)
+        # Once the next project is open, the masks of this one are not to be found any more.
+        studio.workspace.projects.leaving.connect(self.exports.finish)
         studio.project_opened.connect(self._project_opened)
         studio.jobs_changed.connect(self.changed)
 
