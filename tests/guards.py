@@ -120,6 +120,9 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
     before = item.stash[_BEFORE]
+    if _memory.shared and hasattr(item, "funcargs"):
+        # The shared window may be closed in this teardown; pytest would still hold it.
+        item.funcargs.clear()
     try:
         return (yield)
     finally:

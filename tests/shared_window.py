@@ -12,6 +12,7 @@ from pathlib import Path
 import shiboken6
 from PySide6.QtCore import QPoint
 from PySide6.QtGui import QCursor, QGuiApplication
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QApplication,
     QCheckBox,
@@ -189,6 +190,7 @@ def assert_unused(window: MainWindow) -> None:
 def _finish_work(window: MainWindow) -> None:
     """Discard whatever is unfinished or unsaved, and stop running jobs."""
     studio = window.studio
+    _release_mouse(window)
     if (tour := window.findChild(Tour)) is not None:
         tour.end()
     if window.photo_opening.opened is not None:
@@ -203,6 +205,14 @@ def _finish_work(window: MainWindow) -> None:
         if not job.quiet:
             studio.jobs.cancel(job)
     wait(lambda: not studio.jobs.visible(), "the end of all jobs")
+
+
+def _release_mouse(window: MainWindow) -> None:
+    """Release a button that a test left pressed: `QTest.mouseDClick` sends no release."""
+    assert window.viewport is not None
+    gestures = window.viewport.gestures
+    if gestures._press is not None:
+        QTest.mouseRelease(window.viewport, gestures._button, pos=gestures._press.toPoint())
 
 
 def _close_dialogs(window: MainWindow) -> None:

@@ -166,8 +166,8 @@ def test_the_first_test_without_the_shared_window_is_not_blamed_for_it(inner):
 
 @pytest.mark.full
 def test_what_is_left_behind_in_the_window_of_the_journeys_is_found(inner, monkeypatch):
-    """The same with the real window, as the journeys share it; a VTK object in its scene and a
-    dialog that belongs to it go with it."""
+    """The same with the real window, as the journeys share it; a dialog that belongs to it is
+    closed before the next test."""
     monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
     folder = inner.mkdir("journeys")
     conftest = inner.path / "conftest.py"
@@ -180,7 +180,6 @@ def test_what_is_left_behind_in_the_window_of_the_journeys_is_found(inner, monke
     leaks = textwrap.dedent(SHARED_LEAKS) + textwrap.dedent(
         """
         def test_what_goes_with_the_window(window):
-            window.scene_of_a_test = vtkPolyData()
             QDialog(window).show()
 
         def test_the_dialog_was_closed(window):

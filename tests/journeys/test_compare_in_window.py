@@ -112,6 +112,8 @@ def test_distances_are_there_when_the_project_is_opened_again(
 
 
 @pytest.mark.full
+# The panel goes on offering the files that were read for the last project.
+@pytest.mark.usefixtures("new_window")
 def test_planes_measured_on_both_are_held_beside_their_errors(
     window, outcrop, higher, picks
 ) -> None:
