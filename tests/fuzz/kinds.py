@@ -210,8 +210,8 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "t.csv": ("t.csv", _of(f"{_TEXT}oriented_planes", "read_planes")),
     "field.csv": ("field.csv", _of("vomstudio.io.project.field_table", "read_field_table")),
     "slips.txt": ("slips.txt", _of(f"{_TEXT}slip_reading", "read_slips")),
-    "log.csv": ("log.csv", _of(f"{_TEXT}log_reading", "read_boundaries")),
-    "points.csv": ("points.csv", _of(f"{_TEXT}tables", "read_points")),
+    "log.csv": ("log.csv", _of("vomstudio.io.gate.point_tables", "read_boundaries")),
+    "points.csv": ("points.csv", _of("vomstudio.io.gate.point_tables", "read_points")),
     "pixels.csv": ("pixels.csv", _of(f"{_TEXT}pixel_tables", "read_pixels")),
     **{name: (name, _layer) for name in (
         "l.geojson", "l.gpkg", "l.shp", "l.dxf",

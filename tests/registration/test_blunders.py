@@ -67,7 +67,7 @@ def test_what_is_wrong_is_said_before_its_consequences(mirrored: bool) -> None:
         model = model * [1.0, 1.0, -1.0]
     else:
         world[2, 0] += 4.0
-    said = register_points(model, world).warnings
-    assert ("mirror image" if mirrored else "3 (") in said[0]
+    said = [str(each) for each in register_points(model, world).warnings]
+    assert ("look exchanged" if mirrored else "3 (") in said[0]
     assert any("can be turned" in words for words in said[1:])
     assert not any("Spread the points" in words or "farther apart" in words for words in said)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 from pyproj import Transformer
 
-from vomstudio.errors import GeometryError
+from vomstudio.errors import GeometryError, InputError
 from vomstudio.registration import coordinate_checks as checks
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import register_points
@@ -36,7 +36,7 @@ def test_right_coordinates_are_not_doubted() -> None:
         assert checks.said_of_degrees(world) == []
         assert checks.said_of_readings(model, world) == []
         assert checks.said_of_exchanged_labels(LABELS, model, world) == []
-        assert checks.said_of_area(world, "EPSG:32615") == []
+        assert checks.check_area(world, "EPSG:32615") == []
         assert checks.said_of_feet(1.0, 0.001) == []
         assert checks.said_of_move(world, world + 100.0, "EPSG:32615") == []
         assert checks.said_of_noise(world, world + 5.0) == []
@@ -49,7 +49,7 @@ def test_one_point_with_easting_and_northing_exchanged() -> None:
     far = checks.far_from_others(world)
     assert np.flatnonzero(far).tolist() == [2]
     (said,) = checks.said_of_far(LABELS, world, far)
-    assert "x and y of P2 look exchanged" in said
+    assert (said.code, said.values["labels"]) == ("control.swapped-columns", ("P2",))
 
 
 def test_one_point_of_another_zone() -> None:
@@ -57,8 +57,7 @@ def test_one_point_of_another_zone() -> None:
     to = Transformer.from_crs("EPSG:32615", "EPSG:32616", always_xy=True)
     world[5, :2] = to.transform(*world[5, :2])
     (said,) = checks.said_of_far(LABELS, world, checks.far_from_others(world))
-    assert said.startswith("P5:")
-    assert "zone" in said
+    assert (said.code, said.values["labels"]) == ("control.far-away", ("P5",))
 
 
 def test_two_labels_exchanged_are_told_from_one_wrong_point() -> None:
@@ -75,53 +74,60 @@ def test_two_labels_exchanged_are_told_from_one_wrong_point() -> None:
 def test_degrees_beside_heights_in_metres(latitude_first: bool) -> None:
     table = degrees(site()[1])
     (said,) = checks.said_of_degrees(table[:, [1, 0, 2]] if latitude_first else table)
-    assert "degrees" in said
-    assert ("latitude before" in said) == latitude_first
-    assert "projected" in said
+    assert said.code == "frame.maybe-degrees"
+    assert said.values["latitude_first"] == latitude_first
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "code", "axes"),
     [
-        (lambda w: w / [1, 1, 0.3048], "heights look like feet"),
-        (lambda w: w / [0.3048, 0.3048, 1], "x and y look like feet"),
-        (lambda w: w[:, [1, 0, 2]], "x and y look exchanged"),
-        (lambda w: w * [1, 1, -1], "heights are depths"),
+        (lambda w: w / [1, 1, 0.3048], "control.other-unit", "heights"),
+        (lambda w: w / [0.3048, 0.3048, 1], "control.other-unit", "x, y"),
+        (lambda w: w[:, [1, 0, 2]], "control.swapped-columns", None),
+        (lambda w: w * [1, 1, -1], "control.swapped-columns", None),
     ],
 )
-def test_columns_that_mean_something_else(changed, said: str) -> None:
+def test_columns_that_mean_something_else(changed, code: str, axes: str | None) -> None:
     model, world = site()
     (found,) = checks.said_of_readings(model, changed(world))
-    assert said in found
+    assert (found.code, found.values.get("axes")) == (code, axes)
 
 
 def test_feet_all_over_show_in_the_scale() -> None:
     (said,) = checks.said_of_feet(1 / 0.3048, 0.001)
-    assert "feet" in said
+    assert (said.code, said.values["unit"]) == ("control.scale-of-unit", "feet")
     assert checks.said_of_feet(1 / 0.3048, 0.2) == []
     assert checks.said_of_feet(3.2, 0.001) == []
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "code"),
     [
-        (lambda w: w[:, [1, 0, 2]], "x and y exchanged"),
-        (lambda w: w / 0.3048, "in feet"),
-        (lambda w: w + [-457_000.0, 11_000.0, 0.0], "Look up of which zone"),
+        (lambda w: w[:, [1, 0, 2]], "frame.swapped-axes"),
+        (lambda w: w / 0.3048, "control.other-unit"),
+        (lambda w: w / 1000.0, "control.other-unit"),
+        (lambda w: w + [-1_100_000.0, 11_000.0, 0.0], "frame.not-metric"),
     ],
 )
-def test_coordinates_outside_their_system(changed, said: str) -> None:
-    (found,) = checks.said_of_area(changed(site()[1]), "EPSG:32615")
-    assert said in found
-    assert "UTM zone 15N" in found
+def test_coordinates_outside_their_system_are_refused(changed, code: str) -> None:
+    with pytest.raises(InputError) as refused:
+        checks.check_area(changed(site()[1]), "EPSG:32615")
+    assert refused.value.code == code
+
+
+def test_coordinates_beside_their_system_are_reported() -> None:
+    shifted = site()[1] + [-457_000.0, 11_000.0, 0.0]
+    (found,) = checks.check_area(shifted, "EPSG:32615")
+    assert found.code == "frame.outside-area"
 
 
 def test_a_system_that_does_not_suit_the_place_is_replaced() -> None:
     lon_lat = degrees(site()[1])
     to = Transformer.from_crs("EPSG:4326", "EPSG:32613", always_xy=True)
     world = np.column_stack([*to.transform(lon_lat[:, 0], lon_lat[:, 1]), lon_lat[:, 2]])
-    (said,) = checks.said_of_area(world, "EPSG:32613", converted=True)
-    assert "Choose EPSG:32615" in said
+    with pytest.raises(InputError) as refused:
+        checks.check_area(world, "EPSG:32613", converted=True)
+    assert refused.value.values["suggested_crs"] == "EPSG:32615"
 
 
 def test_a_table_of_another_frame_than_the_model_is_refused() -> None:
@@ -204,7 +210,7 @@ def test_two_mistakes_that_hide_each_other_are_both_named() -> None:
 )
 def test_units_show_in_the_scale(scale: float, unit: str) -> None:
     (said,) = checks.said_of_feet(scale, 0.001)
-    assert unit in said
+    assert (said.code, said.values["unit"]) == ("control.scale-of-unit", unit)
 
 
 @pytest.mark.parametrize("order", [[7, 0, 1, 2, 3, 4, 5, 6], [2, 3, 4, 5, 6, 7, 0, 1],
@@ -236,8 +242,9 @@ def test_a_web_map_is_no_system_for_lengths() -> None:
 
     x, y = Transformer.from_crs("EPSG:4326", "EPSG:3857", always_xy=True).transform(13.7, 45.0)
     places = np.array([[x, y, 330.0], [x + 20.0, y, 340.0], [x, y + 30.0, 335.0]])
-    (said,) = checks.said_of_area(places, "EPSG:3857")
-    assert "1.41" in said
-    assert "32633" in said or "33N" in said
+    with pytest.raises(InputError) as refused:
+        checks.check_area(places, "EPSG:3857")
+    assert refused.value.values["scale"] == pytest.approx(1.0 / np.cos(np.radians(45.0)), rel=5e-3)
+    assert refused.value.values["suggested_crs"] == "EPSG:32633"
     utm = Transformer.from_crs("EPSG:4326", "EPSG:32633", always_xy=True).transform(13.7, 45.0)
-    assert checks.said_of_area(np.array([[*utm, 330.0]]), "EPSG:32633") == []
+    assert checks.check_area(np.array([[*utm, 330.0]]), "EPSG:32633") == []

@@ -47,23 +47,25 @@ def changed(world: Array, rows: list[int], by: Callable[[Array], Array]) -> Arra
 
 
 @pytest.mark.parametrize(
-    ("rows", "by", "said"),
+    ("rows", "by", "code"),
     [
-        ([0, 1, 3, 5, 6], exchanged, "x and y of P1, P2, P4, P6, P7 look exchanged"),
-        ([1, 3, 5, 6], exchanged, "x and y of P2, P4, P6, P7 look exchanged"),
-        ([1, 2, 3, 4], of_another_zone, "P2, P3, P4, P5: 457,"),
-        ([0, 1, 2, 3, 6], degrees, "P1, P2, P3, P4, P7 look like degrees"),
-        ([2, 3], degrees, "P3, P4 look like degrees"),
-        ([1], lambda w: w * 1000.0, "P2: in millimetres"),
+        ([0, 1, 3, 5, 6], exchanged, "control.swapped-columns"),
+        ([1, 3, 5, 6], exchanged, "control.swapped-columns"),
+        ([1, 2, 3, 4], of_another_zone, "control.far-away"),
+        ([0, 1, 2, 3, 6], degrees, "control.some-in-degrees"),
+        ([2, 3], degrees, "control.some-in-degrees"),
+        ([1], lambda w: w * 1000.0, "control.other-unit"),
     ],
 )
 def test_the_area_of_the_system_tells_which_rows_are_right(
-    rows: list[int], by: Callable[[Array], Array], said: str
+    rows: list[int], by: Callable[[Array], Array], code: str
 ) -> None:
     model, world = site(0)
     wrong = changed(world + ORIGIN, rows, by)
     (found,), which = said_of_apart(LABELS, model, wrong, "EPSG:32615")
-    assert said in found
+    assert found.code == code
+    names = tuple(LABELS[row] for row in rows)
+    assert found.values.get("labels", names) == names
     assert np.flatnonzero(which).tolist() == rows
 
 
@@ -90,25 +92,29 @@ def test_a_wrong_digit_makes_no_degrees_of_the_others() -> None:
     model, world = site(6)
     world[3, 0] += 5000.0
     (found,), which = said_of_apart(LABELS, model, world, None)
-    assert found.startswith("P4: 4,975 m or more from the others")
+    assert (found.code, found.values["labels"]) == ("control.far-away", ("P4",))
+    assert found.values["distance_m"] == pytest.approx(4975.0, abs=1.0)
     assert np.flatnonzero(which).tolist() == [3]
 
 
 @pytest.mark.parametrize("rows", [[0, 3, 5], [0, 3, 5, 6], [1, 2]])
 def test_values_of_another_system_in_some_rows(rows: list[int]) -> None:
-    names = ", ".join(LABELS[row] for row in rows)
+    names = tuple(LABELS[row] for row in rows)
     for seed in range(3):
         model, world = site(seed)
         world += [0.0, 0.0, 160.0]
         lower = changed(world, rows, lambda w: w - [0.0, 0.0, 27.3])
         (found,) = said_of_mixed(LABELS, model, lower)
-        assert "27.3 m are added" in found
+        assert found.code == "control.height-offset"
+        assert abs(found.values["offset_m"]) == pytest.approx(27.3, abs=0.2)
         if len(rows) < 4:
-            assert f"heights of {names} fit" in found
+            assert found.values["labels"] == names
         feet = changed(world, rows, lambda w: w / [1.0, 1.0, 0.3048])
-        assert f"heights of {names} look like feet" in said_of_mixed(LABELS, model, feet)[0]
+        (found,) = said_of_mixed(LABELS, model, feet)
+        assert (found.code, found.values["unit"]) == ("control.other-unit", "feet")
         turned = changed(world, rows, exchanged)
-        assert f"x and y of {names} look exchanged" in said_of_mixed(LABELS, model, turned)[0]
+        (found,) = said_of_mixed(LABELS, model, turned)
+        assert (found.code, found.values["labels"]) == ("control.swapped-columns", names)
 
 
 def test_three_of_six_heights_of_another_system_are_not_feet() -> None:
@@ -147,7 +153,7 @@ def test_sound_points_and_single_blunders_are_not_mixed() -> None:
 def test_heights_in_another_unit(times: float, unit: str) -> None:
     model, world = site(2)
     (found,) = said_of_readings(model, world * [1.0, 1.0, times], mirrors=False)
-    assert f"heights look like {unit}" in found
+    assert (found.code, found.values["unit"]) == ("control.other-unit", unit)
     cliff, there = model * [0.1, 0.1, 10.0], world * [0.1, 0.1, 10.0]
     assert said_of_readings(cliff, there, mirrors=False) == []
 

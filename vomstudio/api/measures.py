@@ -16,6 +16,7 @@ from vomstudio.api.checking import (
     single_number,
     warn,
 )
+from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
 from vomstudio.api.tables import text_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
@@ -24,7 +25,7 @@ from vomstudio.geology.faults.displacement_pairs import Displacements, displacem
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import no_places
-from vomstudio.io.text.log_reading import boundaries_of, pairs_of
+from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
 from vomstudio.words import tr
 
 
@@ -39,6 +40,10 @@ def displacement(
     fault_error_deg: float = 0.0,
     bed_error_deg: float = 0.0,
     rake_error_deg: float = 0.0,
+    crs: str | None = None,
+    up: UpAxis | None = None,
+    unit: str | None = None,
+    to_crs: str | None = None,
 ) -> Displacements:
     """How far the hanging wall of a fault moved, of pairs of points on both sides.
 
@@ -53,6 +58,8 @@ def displacement(
     sigma_m : standard deviation of each coordinate
     fault_error_deg, bed_error_deg : half-angles of the 95 % cones of the two normals
     rake_error_deg : 95 % of the rake
+    crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
+        `.prj` count, and what is not in metres is converted or refused
 
     Returns
     -------
@@ -83,7 +90,9 @@ def displacement(
         raise UsageError(tr("Give the slip by its rake or by trend and plunge."), field="slip")
     rake = single_number(rake_deg, "rake_deg")
     line = None if slip is None else Line(*angles_of(slip, "slip", 2))
-    names, points = pairs_of(_table(pairs, 6, "pairs"))
+    options = frame_options(crs, up, unit, to_crs)
+    with frame_arguments_named():
+        read = read_pairs(_table(pairs, 6, "pairs"), options)
     errors = Errors(
         required_number(sigma_m, "sigma_m"),
         required_number(fault_error_deg, "fault_error_deg"),
@@ -91,15 +100,24 @@ def displacement(
         required_number(rake_error_deg, "rake_error_deg"),
     )
     found = displacements(
-        names, points[:, :3], points[:, 3:], plane,
+        read.names, read.points[:, :3], read.points[:, 3:], plane,
         bed=None if bed is None else attitude_of(bed, "bed"), rake_deg=rake, slip=line,
         errors=errors,
     )  # fmt: skip
+    found = replace(found, warnings=(*read.warnings, *found.warnings))
     warn(found.warnings)
     return found
 
 
-def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
+def threepoint(
+    points: Any,
+    *,
+    sigma_m: float = 0.0,
+    crs: str | None = None,
+    up: UpAxis | None = None,
+    unit: str | None = None,
+    to_crs: str | None = None,
+) -> ThreePoints:
     """The plane through three points or more, with the errors that follow from theirs.
 
     Parameters
@@ -107,6 +125,8 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     points : (n, 3) World, metres, or a DataFrame or file with rows of x, y, z; n at least 3
     sigma_m : standard deviation of each coordinate; without it more than three points tell it by
         their misfit
+    crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
+        `.prj` count, and what is not in metres is converted or refused
 
     Returns
     -------
@@ -132,7 +152,9 @@ def threepoint(points: Any, *, sigma_m: float = 0.0) -> ThreePoints:
     (90, 26.6, 1.5)
     """
     sigma = required_number(sigma_m, "sigma_m")
-    read = boundaries_of(_table(points, 3, "points"))
+    options = frame_options(crs, up, unit, to_crs)
+    with frame_arguments_named():
+        read = read_boundaries(_table(points, 3, "points"), options)
     found = plane_of_three_points(read.points, sigma).of_table(read.dropped, read.warnings)
     warn(found.warnings)
     return found
@@ -145,6 +167,10 @@ def log(
     sigma_m: float = 0.0,
     bed_error_deg: float = 0.0,
     overturned: bool = False,
+    crs: str | None = None,
+    up: UpAxis | None = None,
+    unit: str | None = None,
+    to_crs: str | None = None,
 ) -> BedLog:
     """Boundaries of beds along a line, and the true thickness between them.
 
@@ -156,6 +182,8 @@ def log(
     sigma_m : standard deviation of each coordinate
     bed_error_deg : half-angle of the 95 % cone of the bedding's normal
     overturned : younger beds lie below
+    crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
+        `.prj` count, and what is not in metres is converted or refused
 
     Returns
     -------
@@ -180,15 +208,18 @@ def log(
     >>> round(found.total_m.value, 2), round(found.total_m.error95, 2)
     (5.0, 0.24)
     """
-    read = boundaries_of(_table(table, 3, "table"))
+    options = frame_options(crs, up, unit, to_crs)
+    with frame_arguments_named():
+        read = read_boundaries(_table(table, 3, "table"), options)
     found = bed_log(
         read.points, attitude_of(bed, "bed"), names=read.names, lithologies=read.lithologies,
         notes=read.notes, sigma_m=required_number(sigma_m, "sigma_m"),
         bed_error_deg=required_number(bed_error_deg, "bed_error_deg"),
         overturned=flag(overturned, "overturned"),
     )  # fmt: skip
+    found = replace(found, warnings=(*read.warnings, *found.warnings))
     warn(found.warnings)
-    return replace(found, warnings=(*read.warnings, *found.warnings))
+    return found
 
 
 def _table(given: Any, width: int, name: str) -> Any:

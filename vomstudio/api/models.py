@@ -15,19 +15,17 @@ from vomstudio.api.checking import (
     flag,
     is_path,
     maybe_path,
-    naming,
-    one_of,
     path_of,
     warn,
-    words_of,
 )
+from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
-from vomstudio.geometry.units import METRES, Axes
+from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.progress import Progress
 from vomstudio.reprs import html_table, in_lines
@@ -324,19 +322,13 @@ def read(
     >>> cliff.points.shape[1], cliff.faces.shape[1], cliff.crs
     (3, 3, 'EPSG:32633')
     """
-    if up is not None:
-        one_of(up, ("y", "z"), "up")
-    if unit is not None:
-        one_of(unit, METRES, "unit")
     from vomstudio.workspace.world_models import check_place
 
     file, folder = path_of(path, "path"), maybe_path(project, "project")
-    options = FrameOptions(
-        crs=words_of(crs, "crs"), up=up, unit=unit, to_crs=words_of(to_crs, "to_crs")
-    )
+    options = frame_options(crs, up, unit, to_crs)
     report = told(progress)
     if folder is None:
-        with naming("crs", "--crs"):
+        with frame_arguments_named():
             made = _read(file, options, report)
     else:
         check_place(options, folder)

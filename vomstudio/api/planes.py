@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -19,11 +20,13 @@ from vomstudio.api.checking import (
     positive,
     warn,
 )
-from vomstudio.api.tables import frame
+from vomstudio.api.tables import crs_of, frame
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.profiles import PROFILES
+from vomstudio.io.gate.points import points_to_world
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.reprs import html_table
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
@@ -405,7 +408,7 @@ class _Groups:
     offsets: npt.NDArray[np.int64]
     dropped: int = 0
     words: Words[Any] = field(default_factory=dict)
-    said: Sequence[str] = ()
+    said: Sequence[Message] = ()
 
 
 def _fitted(
@@ -459,7 +462,12 @@ def groups_of(given: Any, by: Any) -> _Groups:
             ),
             field="by",
         )
-    array = numbers(given[coordinate_names(columns, "groups")], "groups")
+    placed = points_to_world(
+        numbers(given[coordinate_names(columns, "groups")], "groups"),
+        file=Path("groups"),
+        comments=(f"CRS: {crs_of(given) or 'local'}",),
+    )
+    array = placed.points
     names = given[by]
     keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
     if not keep.any():
@@ -472,7 +480,8 @@ def groups_of(given: Any, by: Any) -> _Groups:
         c: given[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
     words, said = words_of_groups(beside, names.tolist(), keep.tolist())
-    return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, said)
+    findings: list[Message] = [*placed.findings, *said]
+    return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, findings)
 
 
 def plane_text(given: Any) -> str | None:

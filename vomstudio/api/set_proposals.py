@@ -13,6 +13,7 @@ from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.sets.proposals import SetProposal, propose_sets
 from vomstudio.geology.sets.scanline import checked_scanline
+from vomstudio.io.gate.point_tables import read_places
 from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
 from vomstudio.words import tr
 
@@ -88,8 +89,10 @@ def sets(
             field="exactly",
         )
     line = None if scanline is None else checked_scanline(numbers(scanline, "scanline"))
+    placed = read_places(rows)
+    places = None if placed is None else placed.points
     found = propose_sets(
-        rows, most=most, exactly=wanted, seeds=planes, pieces=pieces_of(rows), scanline=line
+        rows, most=most, exactly=wanted, seeds=planes, pieces=pieces_of(rows, places), scanline=line
     )
     # A table that was handed over keeps its own columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
@@ -103,6 +106,7 @@ def sets(
         ids = np.full(len(frame), "", dtype=object)
         ids[where] = found.discontinuity
         frame[DISCONTINUITY] = ids
-    warn(found.warnings[len(rows.warnings) :])
+    findings = () if placed is None else placed.findings
+    warn([*findings, *found.warnings[len(rows.warnings) :]])
     own = {f.name: getattr(found, f.name) for f in fields(SetProposal)}
     return ProposedSets(**own, table=frame)

@@ -107,7 +107,8 @@ def rows_of(
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(_without_claims(table), name)
         told = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
-        made = table_of_cells(names, cells, _IN_MEMORY, told)
+        comments = (*told, f"CRS: {crs_of(table) or 'local'}")
+        made = table_of_cells(names, cells, _IN_MEMORY, comments)
         found = orientations_of(made, azimuth, repeats=repeats)
     else:
         found = orientations_of(_arrays(table, name), None)
@@ -132,7 +133,13 @@ def text_of(table: Any, name: str = "table") -> TextTable:
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
         raise InputError(tr("Give a DataFrame or the path of a file."), field=name)
     names, cells = _cells_of(table, name)
-    return table_of_cells(names, cells, _IN_MEMORY)
+    return table_of_cells(names, cells, _IN_MEMORY, comments=(f"CRS: {crs_of(table) or 'local'}",))
+
+
+def crs_of(table: Any) -> str | None:
+    """Return the CRS of a GeoDataFrame as WKT in one line; None for any other table."""
+    crs = getattr(table, "crs", None)
+    return str(crs.to_wkt()) if crs is not None and hasattr(crs, "to_wkt") else None
 
 
 def _noticed(table: OrientationTable) -> list[Message]:

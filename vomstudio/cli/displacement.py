@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.angles import line_of, plane_of
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -39,19 +41,20 @@ def add_parser(subparsers: Subparsers) -> None:
         ("--rake-error", tr("95 %% error of the rake, in degrees")),
     ):
         parser.add_argument(option, type=float, default=0.0, metavar="N", help=of)
+    add_frame(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.faults.displacement import Errors
     from vomstudio.geology.faults.displacement_pairs import displacements
-    from vomstudio.io.text.log_reading import pairs_of
-    from vomstudio.io.text.tables import read_table
+    from vomstudio.io.gate.point_tables import read_pairs
 
     fault = plane_of(args.fault, "--fault")
     bed = None if args.bed is None else plane_of(args.bed, "--bed")
     slip = None if args.slip is None else line_of(args.slip, "--slip")
     progress = report_reading(args, args.pairs)
-    names, points = pairs_of(read_table(args.pairs))
+    pairs = read_pairs(args.pairs, frame_options(args))
+    names, points = pairs.names, pairs.points
     progress.stage(tr("Computing displacements"))
     with numbers_of(args.pairs):
         found = displacements(
@@ -59,6 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             slip=slip,
             errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
         )  # fmt: skip
+    found = replace(found, warnings=(*pairs.warnings, *found.warnings))
     result = found.as_dict()
     out.result(result)
     out.warn(found.warnings)

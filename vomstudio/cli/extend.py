@@ -19,6 +19,7 @@ from vomstudio.words import tr, tr_n
 if TYPE_CHECKING:
     from vomstudio.geology.beds.extended import PlaneBelief
     from vomstudio.products.section.extension import ExtendedPlane
+    from vomstudio.workspace.world_models import WorldModel
 
 _SHOWN = 20
 
@@ -74,9 +75,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(args.labels, force=args.force, inputs=[*inputs, args.output])
     if args.thickness is None and args.thickness_error is not None:
         raise UsageError(tr("--thickness-error is for --thickness."), field="--thickness-error")
-    belief, said = _belief(args)
+    _check_plane(args)
     progress = progress_of(args)
     model = read_in_world(args.model, progress, frame_options(args))
+    belief, said = _belief(args, model)
     progress.stage(tr("Extending the plane"))
     spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
     found = extend(
@@ -102,22 +104,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(in_words(found, unit_of(model.in_metres)))
 
 
-def _belief(args: argparse.Namespace) -> tuple[PlaneBelief, tuple[Message, ...]]:
-    from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
-    from vomstudio.geometry.planes import fit_plane
-    from vomstudio.io.text.tables import read_points
-    from vomstudio.products.section.curtain import parse_section_plane, parse_through
-
+def _check_plane(args: argparse.Namespace) -> None:
+    """Raise UsageError if the plane is given twice or in part."""
     typed = [args.plane, args.through, args.error, args.through_error]
-    if args.points is not None:
-        if any(value is not None for value in typed):
-            raise UsageError(tr("Give the points of the plane, or --plane with --through."))
-        given = read_points(args.points)
-        try:
-            return belief_of_fit(fit_plane(given.points)), given.warnings
-        except GeometryError as error:
-            raise GeometryError(error.message, file=args.points) from error
-    if args.plane is None or args.through is None or args.error is None:
+    if args.points is not None and any(value is not None for value in typed):
+        raise UsageError(tr("Give the points of the plane, or --plane with --through."))
+    if args.points is None and None in typed[:3]:
         raise UsageError(
             tr(
                 "Give the points of the plane, or --plane DD/D with --through X,Y,Z and "
@@ -125,6 +117,23 @@ def _belief(args: argparse.Namespace) -> tuple[PlaneBelief, tuple[Message, ...]]
             ),
             field="--error" if args.plane and args.through else "--plane",
         )
+
+
+def _belief(args: argparse.Namespace, model: WorldModel) -> tuple[PlaneBelief, tuple[Message, ...]]:
+    """Return the plane with its error, in World."""
+    from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
+    from vomstudio.geometry.planes import fit_plane
+    from vomstudio.io.gate.point_tables import read_points
+    from vomstudio.io.gate.points import ModelFrame
+    from vomstudio.products.section.curtain import parse_section_plane, parse_through
+
+    if args.points is not None:
+        read = read_points(args.points, model=ModelFrame(model.crs))
+        given = read.groups
+        try:
+            return belief_of_fit(fit_plane(given.points)), given.warnings
+        except GeometryError as error:
+            raise GeometryError(error.message, file=args.points) from error
     plane = parse_section_plane(args.plane)
     through = parse_through(args.through)
     return belief_of_attitude(plane, through, args.error, args.through_error or 0.0), ()

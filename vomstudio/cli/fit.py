@@ -13,6 +13,7 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr
@@ -75,6 +76,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="FILE",
         help=tr("draw coplanarity by collinearity of the planes: .svg, .pdf or .png"),
     )
+    add_frame(parser)
     add_output(parser, tr("write the orientation table as CSV"))
 
 
@@ -82,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     """Raises GeometryError where no plane at all can be fitted."""
     from vomstudio.files.atomic import check_target
     from vomstudio.geology.profiles import PROFILES
-    from vomstudio.io.text.tables import read_points
+    from vomstudio.io.gate.point_tables import read_points
     from vomstudio.tables.fitted_planes import fitted_planes
     from vomstudio.tables.orientation_table import write_orientation_csv
 
@@ -94,7 +96,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     priors = straight_traces.read_sets(args)
     limits = PROFILES[args.profile]
     progress = report_reading(args, args.points)
-    groups = read_points(args.points, args.by)
+    read = read_points(args.points, args.by, frame_options(args))
+    groups = read.groups
     fitted = fitted_planes(
         groups.ids, groups.points, groups.offsets, method=args.method, axis=args.axis,
         thresholds=limits, words=groups.words, progress=progress,
@@ -123,7 +126,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if curved is not None:
         result["curved"] = curved
     if args.output is not None:
-        write_orientation_csv(args.output, rows, limits=limits, force=args.force)
+        write_orientation_csv(args.output, rows, limits=limits, crs=read.crs, force=args.force)
         result["table"] = args.output
     if drawn is not None:
         from vomstudio.files.atomic import atomic_write

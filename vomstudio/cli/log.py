@@ -16,6 +16,7 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
@@ -68,6 +69,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--type", metavar="TYPE", help=tr("feature type of these traces (default: bedding)")
     )
+    add_frame(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
@@ -146,6 +148,11 @@ def _check_options(args: argparse.Namespace, of_project: bool) -> None:
                    option=f"--{option}", table=args.table),
                 field=f"--{option}",
             )  # fmt: skip
+    if of_project and frame_options(args).is_given:
+        raise UsageError(
+            tr("The frame of a project is declared with its models. Leave this option out."),
+            field=frame_options(args).first_given,
+        )
     if not of_project and args.bed is None:
         raise UsageError(tr("Give the attitude of the beds: --bed DD/D."), field="--bed")
     if of_project and args.bed is None and args.bed_error is not None:
@@ -162,11 +169,11 @@ def _check_options(args: argparse.Namespace, of_project: bool) -> None:
 
 def _of_table(args: argparse.Namespace, bed: Plane | None) -> _Made:
     from vomstudio.geology.beds.bed_log import bed_log
-    from vomstudio.io.text.log_reading import read_boundaries
+    from vomstudio.io.gate.point_tables import read_boundaries
 
     assert bed is not None
     progress = report_reading(args, args.table)
-    read = read_boundaries(args.table)
+    read = read_boundaries(args.table, frame_options(args))
     progress.stage(tr("Measuring thicknesses"))
     sigma, error = args.sigma or 0.0, args.bed_error or 0.0
     with numbers_of(args.table):

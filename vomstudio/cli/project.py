@@ -242,18 +242,21 @@ def _register(args: argparse.Namespace, out: Output) -> None:
 
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.text.tables import read_points
+    from vomstudio.io.gate.point_tables import read_points
+    from vomstudio.io.gate.points import ModelFrame
+    from vomstudio.io.gis.crs import world_crs
     from vomstudio.workspace.headless_project import Picks
 
-    groups = read_points(args.table, args.by)
-    names = groups.ids if args.by is not None else ("",)
-    ends = zip(groups.offsets, groups.offsets[1:], strict=False)
-    picks = [
-        Picks(name, groups.points[first:last], domain=args.domain)
-        for name, (first, last) in zip(names, ends, strict=True)
-    ]
     with _changing(args, out) as desk:
         model, kind = desk.find_model(args.model), desk.find_type(args.type)
+        world = world_crs(model.frame.crs, model.frame.unit_m)
+        groups = read_points(args.table, args.by, model=ModelFrame(world)).groups
+        names = groups.ids if args.by is not None else ("",)
+        ends = zip(groups.offsets, groups.offsets[1:], strict=False)
+        picks = [
+            Picks(name, groups.points[first:last], domain=args.domain)
+            for name, (first, last) in zip(names, ends, strict=True)
+        ]
         added = desk.add_picks(picks, model, kind, args.set)
     warnings = [*groups.warnings, *added.warnings]
     left_out = [

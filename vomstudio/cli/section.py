@@ -68,6 +68,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geometry.mesh import Mesh
+    from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.models.opening import point_spacing
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
@@ -86,10 +87,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     along = None if args.along == DOMAINS else _direction(args.along)
     writing.check_targets(args.output, args.features is not None, force=args.force)
-    read = ReadFeatures() if args.features is None else read_features(args.features, args.azimuth)
+    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
+    read = ReadFeatures()
+    if args.features is not None:
+        read = read_features(args.features, args.azimuth, ModelFrame(model.crs))
     own = args.along == DOMAINS
     directions = by_domain(read.items, "--along") if own else Directions(along)
-    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     if args.slab is not None and isinstance(model.data, Mesh):
         raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
     curtain, warnings = _curtain(asked, model)

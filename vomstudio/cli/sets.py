@@ -13,6 +13,7 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
 from vomstudio.words import tr, tr_n
@@ -39,12 +40,14 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("also the spacing of each set along the line between these two points"),
     )
     add_azimuth(parser)
+    add_frame(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target, write_bytes
     from vomstudio.geology.sets.proposals import parse_seeds, propose_sets
     from vomstudio.geology.sets.scanline import parse_scanline
+    from vomstudio.io.gate.point_tables import read_places
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.io.text.set_columns import pieces_of, table_with_sets
 
@@ -57,12 +60,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
+    places = read_places(table, frame_options(args))
     found = propose_sets(
         table,
         most=args.max_sets,
         exactly=args.exactly,
         seeds=seeds,
-        pieces=pieces_of(table),
+        pieces=pieces_of(table, None if places is None else places.points),
         scanline=line,
         progress=progress,
     )
@@ -75,10 +79,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         discontinuity=found.discontinuity,
     )
     write_bytes(args.output, text.encode("utf-8"), force=args.force)
-    result = {**found.as_dict(), "table": args.output}
+    warnings = [*(() if places is None else places.findings), *found.warnings]
+    result = {**found.as_dict(), "table": args.output, "warnings": warnings}
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))
-    out.warn(found.warnings)
+    out.warn(warnings)
     out.text(_in_words(result))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -27,15 +28,16 @@ def add_parser(subparsers: Subparsers) -> None:
             "misfit tells it)"
         ),
     )
+    add_frame(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.faults.three_points import plane_of_three_points
     from vomstudio.geology.notation import format_plane
-    from vomstudio.io.text.log_reading import read_boundaries
+    from vomstudio.io.gate.point_tables import read_boundaries
 
     progress = report_reading(args, args.points)
-    read = read_boundaries(args.points)
+    read = read_boundaries(args.points, frame_options(args))
     progress.stage(tr("Fitting the plane"))
     with numbers_of(args.points):
         found = plane_of_three_points(read.points, args.sigma)

@@ -128,12 +128,12 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
         )
     inputs = [args.model, args.through, args.photo, args.cameras, args.onnx_model]
     check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
-    given, noticed = _way_points(args)
+    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
+    given, noticed = _way_points(args, model)
     if len(given) < 2:
         raise InputError(
             tr("A trace is followed between at least two way-points."), file=args.through
         )
-    model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     spacing = resolution(model.data)
     with ExitStack() as stack:
         edges = None
@@ -162,16 +162,19 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
     out.text(in_words(found, unit_of(model.in_metres)))
 
 
-def _way_points(args: argparse.Namespace) -> tuple[npt.NDArray[np.float64], Sequence[Message]]:
+def _way_points(
+    args: argparse.Namespace, model: WorldModel
+) -> tuple[npt.NDArray[np.float64], Sequence[Message]]:
     """(n, 3) in World, or (n, 2) pixels where the table has columns and rows of a photo; and what
     was noticed in reading."""
+    from vomstudio.io.gate.point_tables import read_points
+    from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.text.pixel_tables import read_pixels
-    from vomstudio.io.text.tables import read_points
 
     pixels = None if args.photo is None else read_pixels(args.through)
     if pixels is not None:
         return pixels, ()
-    found = read_points(args.through)
+    found = read_points(args.through, model=ModelFrame(model.crs)).groups
     return found.points, found.warnings
 
 

@@ -60,4 +60,117 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         "warning",
         to_translate("{file} states {file_crs}; the given {crs} is used instead."),
     ),
+    "frame.crs-unreadable": (
+        "warning",
+        to_translate("The stated CRS ({crs}) is not known. State the right one with --crs."),
+    ),
+    "frame.height-unit-only": (
+        "warning",
+        to_translate(
+            "Only heights have a stated unit ({height_unit}). x and y are assumed to be in the same"
+            " unit."
+        ),
+    ),
+    "frame.height-unit-replaced": (
+        "warning",
+        to_translate(
+            "The file states heights in {height_unit}, its CRS in {crs_unit}. The first is used."
+        ),
+    ),
+    "frame.axes-unused": (
+        "warning",
+        to_translate(
+            "The axes of the stated CRS point west or south, but the coordinates are negative. They"
+            " are used as east and north, without this CRS."
+        ),
+    ),
+    "frame.degrees": (
+        "error",
+        to_translate(
+            "x and y are in degrees, which have no scale. Convert them with --to-crs, for example"
+            " to {suggested_crs}."
+        ),
+    ),
+    "frame.not-degrees": (
+        "error",
+        to_translate(
+            "The stated CRS is in degrees, but x and y are too large. State the right CRS with"
+            " --crs."
+        ),
+    ),
+    "frame.geocentric": (
+        "error",
+        to_translate(
+            "The coordinates are geocentric: z points to the pole. Convert them with --to-crs, for"
+            " example to a UTM zone."
+        ),
+    ),
+    "frame.depths": (
+        "error",
+        to_translate(
+            "The stated CRS defines z as a depth, positive downwards. Convert depths to heights"
+            " first."
+        ),
+    ),
+    "frame.other-axes": (
+        "error",
+        to_translate(
+            "The axes of the stated CRS point west or south, so azimuths would be wrong. Convert"
+            " the file to a CRS with axes east and north."
+        ),
+    ),
+    "frame.swapped-axes": (
+        "error",
+        to_translate(
+            "x and y are exchanged for {crs}. Exchange the two columns, or name them in the header."
+        ),
+    ),
+    "frame.model-without-crs": (
+        "warning",
+        to_translate(
+            "{file} is in {crs}, and the model states no CRS. Its coordinates are used as they are."
+        ),
+    ),
+    # --- control points and cameras ---------------------------------------------------------------
+    "control.swapped-columns": (
+        "warning",
+        to_translate(
+            "Two axes of the coordinates look exchanged ({labels}), or heights are depths. Exchange"
+            " the columns, or change the sign of the heights."
+        ),
+    ),
+    "control.other-unit": (
+        "warning",
+        to_translate(
+            "Coordinates ({axes}) look like {unit}, not metres. Multiply them by {factor:.4g}."
+        ),
+    ),
+    "control.far-away": (
+        "warning",
+        to_translate(
+            "{labels}: {distance_m:,.0f} m from the other points, which lie within {extent_m:,.0f}"
+            " m. Check the digits and the zone."
+        ),
+    ),
+    "control.scale-of-unit": (
+        "warning",
+        to_translate(
+            "The registration scales the model by {scale:.4g}, as from metres to {unit}. If the"
+            " model is in metres, multiply the coordinates by {factor:.4g}."
+        ),
+    ),
+    "control.some-in-degrees": (
+        "warning",
+        to_translate(
+            "x and y of {labels} look like degrees, those of the others like metres. Convert them"
+            " to the CRS of the others."
+        ),
+    ),
+    "control.height-offset": (
+        "warning",
+        to_translate(
+            "Heights of {labels} fit the others with {offset_m:+.3g} m added. Ellipsoidal and"
+            " orthometric heights, or two benchmarks, may be mixed."
+        ),
+    ),
 }

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.registration.listed_names import listed, listed_of
 from vomstudio.words import tr
@@ -35,7 +36,7 @@ _LEVEL = 0.95
 
 
 def left_out(
-    labels: Sequence[str], angles: Array, model: Array, said: list[str]
+    labels: Sequence[str], angles: Array, model: Array, said: list[Message]
 ) -> tuple[Flags, Flags]:
     """(n,) which photos do not agree with most others, and of which not even the vertical does.
 
@@ -74,7 +75,7 @@ def left_out(
 
 
 def verticals_left_out(
-    labels: Sequence[str], down: Array, model: Array, told: Flags, said: list[str]
+    labels: Sequence[str], down: Array, model: Array, told: Flags, said: list[Message]
 ) -> Flags:
     """(n,) which photos' verticals do not agree with most others.
 
@@ -170,7 +171,7 @@ def _described(
     usual: Array,
     out: Flags,
     limit: float,
-    said: list[str],
+    said: list[Message],
 ) -> list[bool]:
     """Of each photo that is left out, whether its vertical is too; said gets sentences on those
     alike together."""

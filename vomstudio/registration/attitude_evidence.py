@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.geology.bowing import Bowing, bowing_of_turns
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
@@ -51,7 +52,7 @@ def held(
     rows: Sequence[int],
     views: Sequence[View],
     north_doubt_deg: float,
-    said: list[str],
+    said: list[Message],
 ) -> Held:
     """The rows of a table, whose yaws are from the north of the map, with the cameras they are of.
 
@@ -202,7 +203,7 @@ def _norths(
 
 
 def _not_steep(
-    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, said: list[str]
+    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, said: list[Message]
 ) -> npt.NDArray[np.bool_]:
     steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_STEEPEST_DEG)))
     if steep.any():

@@ -289,7 +289,7 @@ def require_apart(world: Array) -> None:
             "Or name these columns longitude and latitude, and say with --crs into which system "
             "the model is placed."
         )
-        raise GeometryError(" ".join([*degrees, longitudes]))
+        raise GeometryError(" ".join(map(str, [*degrees, longitudes])))
     if len(world) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _SAME_PLACE_M:
         raise GeometryError(
             tr(
@@ -308,7 +308,7 @@ def cameras_that_fit(
     *,
     alone: bool,
     crs: str | None = None,
-) -> tuple[Points, list[str], list[str]]:
+) -> tuple[Points, list[Message], list[Message]]:
     """Those that can be right beside the others; what they look like that is wrong; and which were
     left out.
 
@@ -317,7 +317,7 @@ def cameras_that_fit(
     """
     require_apart(world)
     wrong, far = said_of_apart(labels, model, world, crs)
-    wrong = said_of_no_heights(labels, model, world) or wrong
+    wrong = [*(said_of_no_heights(labels, model, world) or wrong)]
     used = ~far
     near = np.flatnonzero(used)
     one_line = nearly_on_a_line(model[near]) or nearly_on_a_line(world[near])
@@ -326,13 +326,13 @@ def cameras_that_fit(
             "The cameras stand on one line, about which the model could turn. Add control points, "
             "or photos from beside the line."
         )
-        raise GeometryError(" ".join([*wrong, line]))
+        raise GeometryError(" ".join(map(str, [*wrong, line])))
     if len(near) >= 3:
         doubts, whole = _doubts([labels[int(i)] for i in near], model[near], world[near])
         wrong += doubts
         if not whole:
             used[near] = _agreeing(model[near], world[near], sigma[near])
-    gone = []
+    gone: list[Message] = []
     if not used.all():
         gone.append(
             tr_n(
@@ -349,10 +349,12 @@ def cameras_that_fit(
     return kept, wrong, gone
 
 
-def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[str], bool]:
+def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[Message], bool]:
     """What is said of all of them, and whether all are read wrongly, so that none of them is worse
     than the others."""
-    said = said_of_one_height(model, world) or said_of_order(labels, model, world, photos=True)
+    said: list[Message] = [
+        *(said_of_one_height(model, world) or said_of_order(labels, model, world, photos=True))
+    ]
     if said or fits_as_mirror(model, world):
         return said, True
     mixed = said_of_mixed(labels, model, world)

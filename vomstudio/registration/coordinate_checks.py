@@ -10,7 +10,9 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.findings import Finding, Message
+from vomstudio.errors import GeometryError, InputError
+from vomstudio.io.gate.metric import check_metric
 from vomstudio.registration.doubts.apart import (
     degrees_among_metres,
     fit_as_they_are,
@@ -27,7 +29,6 @@ from vomstudio.registration.doubts.mixed import said_of_mixed
 from vomstudio.registration.doubts.orders import said_of_order
 from vomstudio.registration.listed_names import listed
 from vomstudio.registration.observations import Points
-from vomstudio.registration.overlap import said_of_stretch
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
 from vomstudio.words import to_translate, tr, tr_n
 
@@ -54,6 +55,7 @@ _MUCH_BETTER = 0.1
 _SAME_SCALE = 0.005
 # Numbers of a neighbouring zone are wrong by less, degrees.
 _NEXT_ZONES_DEG = 15.0
+_MAX_KM = 20_000.0
 # A registration only refines how a file has a model in its own system.
 _TURNED_DEG = 20.0
 # Times the model's reach: further off nobody puts control points of it.
@@ -66,12 +68,12 @@ def doubts_about_points(
     world: Array,
     model: Array | None = None,
     crs: str | None = None,
-) -> list[str]:
+) -> list[Message]:
     """What the coordinates of points look like that are something else than they are taken for.
 
     labels, world, model : of all of them (n, 3), those that only judge among them; crs : of World
     """
-    alike = [*said_of_like_labels(labels), *said_of_one_place(labels, world)]
+    alike: list[Message] = [*said_of_like_labels(labels), *said_of_one_place(labels, world)]
     if degrees := said_of_degrees(world):
         return [*alike, *degrees]
     every = control.model if model is None else model
@@ -85,7 +87,9 @@ def doubts_about_points(
         # It is said of where they are placed; of columns of a mirror image any reading may fit.
         return alike
     those = (control.labels, control.model, control.world)
-    readings = said_of_mixed(*those) or said_of_readings(*those[1:], mirrors=False)
+    readings: Sequence[Message] = said_of_mixed(*those) or said_of_readings(
+        *those[1:], mirrors=False
+    )
     readings = readings or said_of_exchanged_labels(*those) or said_of_order(*those)
     return [*alike, *readings]
 
@@ -102,7 +106,7 @@ def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
 
 def said_of_apart(
     labels: Sequence[str], model: Array, world: Array, crs: str | None
-) -> tuple[list[str], npt.NDArray[np.bool_]]:
+) -> tuple[list[Message], npt.NDArray[np.bool_]]:
     """Of points that are in another place than those that are right, and which these are (n,), as
     far as that can be told.
 
@@ -119,11 +123,11 @@ def said_of_apart(
         return [], far
     right = where_the_model_is(model, world, here, inside_area(world, crs))
     if right is None:
-        return said_of_two_places(labels, world, here), np.zeros(len(world), bool)
+        return [*said_of_two_places(labels, world, here)], np.zeros(len(world), bool)
     return said_of_far(labels, world, ~right), ~right
 
 
-def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]) -> list[str]:
+def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]) -> list[Message]:
     """Of points that are in another place than the others, with what may have been meant."""
     if not far.any():
         return []
@@ -147,37 +151,28 @@ def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_])
             scaled.setdefault(units[0][1], []).append(int(row))
         else:
             lost.append(int(row))
-    said = [
-        tr(
-            "{labels}: in {unit}, it seems, beside metres of the others. Convert them.",
-            labels=listed([labels[row] for row in rows]),
-            unit=tr(unit),
-        )
+    metres = {tr(unit): 1.0 / times for times, unit in _UNITS}
+    findings: list[Message] = [
+        other_unit(listed([labels[row] for row in rows]), tr(unit), metres[tr(unit)])
         for unit, rows in scaled.items()
     ]
     if exchanged:
-        said.append(
-            tr(
-                "x and y of {labels} look exchanged: read the other way round they are where the "
-                "others are. Exchange them.",
-                labels=listed([labels[row] for row in exchanged]),
-            )
-        )
+        names = [labels[row] for row in exchanged]
+        findings.append(Finding("control.swapped-columns", labels=names))
     if lost:
-        off = float(np.linalg.norm(world[lost] - middle, axis=1).min())
-        said.append(
-            tr(
-                "{labels}: {off:,.0f} m or more from the others, which are within {reach:,.0f} m. "
-                "Look the coordinates up: a digit may be wrong, or they are of another zone.",
-                labels=listed([labels[row] for row in lost]),
-                off=off,
-                reach=reach,
+        distance = float(np.linalg.norm(world[lost] - middle, axis=1).min())
+        findings.append(
+            Finding(
+                "control.far-away",
+                labels=[labels[row] for row in lost],
+                distance_m=distance,
+                extent_m=reach,
             )
         )
-    return said
+    return findings
 
 
-def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
     """Of two points that fit the others if their labels are exchanged."""
     if not _FEWEST <= len(labels) <= _MOST:
         return []
@@ -212,7 +207,7 @@ def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) 
 
 
 # --- all of them ------------------------------------------------------------------------------
-def said_of_degrees(world: Array, *, apart_m: float = 0.0) -> list[str]:
+def said_of_degrees(world: Array, *, apart_m: float = 0.0) -> list[Message]:
     """Of x and y that are degrees. apart_m : as metres they are not nearer to each other"""
     if len(world) < 3:
         return []
@@ -222,20 +217,17 @@ def said_of_degrees(world: Array, *, apart_m: float = 0.0) -> list[str]:
         inside = (np.abs(world[:, x]) <= 180).all() and (np.abs(world[:, y]) <= 90).all()
         if inside and (0.0 < across < apart_m or (across < 1.0 and reach[2] > 100 * across)):
             return [
-                tr(
-                    "x and y look like degrees, latitude before longitude, beside heights in "
-                    "metres. Convert them to a projected coordinate reference system."
-                )
-                if exchanged
-                else tr(
-                    "x and y look like degrees beside heights in metres. Convert them to a "
-                    "projected coordinate reference system."
+                Finding(
+                    "frame.maybe-degrees",
+                    span=across,
+                    height=float(reach[2]),
+                    latitude_first=exchanged,
                 )
             ]
     return []
 
 
-def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> list[str]:
+def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> list[Message]:
     """What given coordinates (n, 3) look like that do not fit places of the model (n, 3), where
     they fit if they are read in another way. mirrors : whether exchanged axes are among these"""
     if len(model) < _FEWEST:
@@ -243,44 +235,40 @@ def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> lis
     given = _miss(model, world)
     if given is None or given < (_FITS if not _is_steep(world) else 0.1 * _FITS):
         return []
+    heights, feet = tr("heights"), tr("feet")
     readings = [
-        (
-            world * [1.0, 1.0, _FOOT_M],
-            tr("The heights look like feet beside x and y in metres. Multiply them by 0.3048."),
-        ),
-        (
-            world * [_FOOT_M, _FOOT_M, 1.0],
-            tr("x and y look like feet beside heights in metres. Multiply them by 0.3048."),
-        ),
+        (world * [1.0, 1.0, _FOOT_M], other_unit(heights, feet, _FOOT_M)),
+        (world * [_FOOT_M, _FOOT_M, 1.0], other_unit("x, y", feet, _FOOT_M)),
     ]
     readings += [
-        (
-            world * [1.0, 1.0, 1.0 / times],
-            tr(
-                "The heights look like {unit} beside x and y in metres. Convert them.",
-                unit=tr(unit),
-            ),
-        )
+        (world * [1.0, 1.0, 1.0 / times], other_unit(heights, tr(unit), 1.0 / times))
         for times, unit in _UNITS[:2]
         if _is_steep(world)
     ]
     if mirrors:
         # One mirror image fits as another does, so that the residuals cannot tell which it is.
-        readings.append(
-            (
-                world[:, [1, 0, 2]],
-                tr(
-                    "x and y look exchanged, or heights are depths. Exchange the columns, or "
-                    "change the sign of the heights."
-                ),
-            )
-        )
+        readings.append((world[:, [1, 0, 2]], Finding("control.swapped-columns", labels=())))
     found = [
         (miss, said)
         for changed, said in readings
         if (miss := _miss(model, changed)) is not None and miss < _BETTER * given
     ]
-    return [min(found)[1]] if found else []
+    return [min(found, key=lambda each: each[0])[1]] if found else []
+
+
+def other_unit(axes: str, unit: str, factor: float) -> Finding:
+    """Return the finding about coordinates that seem to be in another unit.
+
+    Parameters
+    ----------
+    axes : str
+        Which coordinates, in words.
+    unit : str
+        The unit, in words.
+    factor : float
+        Metres per unit.
+    """
+    return Finding("control.other-unit", axes=axes, unit=unit, factor=factor)
 
 
 def _is_steep(world: Array) -> bool:
@@ -289,7 +277,7 @@ def _is_steep(world: Array) -> bool:
     return float(np.ptp(world[:, 2])) > _STEEP * float(np.linalg.norm(np.ptp(world[:, :2], axis=0)))
 
 
-def said_of_feet(scale: float, scale_error_95: float | None) -> list[str]:
+def said_of_feet(scale: float, scale_error_95: float | None) -> list[Message]:
     """Of a model that grows or shrinks as from metres to feet.
 
     scale : metres per unit of the model; scale_error_95 : a share of it
@@ -300,54 +288,50 @@ def said_of_feet(scale: float, scale_error_95: float | None) -> list[str]:
     for times, unit in _UNITS:
         if abs(scale / times - 1.0) < near:
             return [
-                tr(
-                    "The model is {times:.4g} times as large then, as from metres to {unit}: if "
-                    "its unit is the metre, what was given is in {unit}. Multiply it by "
-                    "{metres:.4g}.",
-                    times=scale,
-                    unit=tr(unit),
-                    metres=1.0 / times,
-                )
+                Finding("control.scale-of-unit", scale=scale, unit=tr(unit), factor=1.0 / times)
             ]
     return []
 
 
-def said_of_area(world: Array, crs: str | None, *, converted: bool = False) -> list[str]:
-    """Of coordinates (n, 3) outside the area that a projected CRS in metres is made for.
+def check_area(world: Array, crs: str | None, *, converted: bool = False) -> list[Message]:
+    """Check that a projected CRS is metric where control points or cameras are.
 
-    converted : they were longitude and latitude, so that it is the CRS that does not suit them
+    Parameters
+    ----------
+    world : (n, 3) float
+        Coordinates in `crs`.
+    crs : str or None
+        Projected CRS in metres.
+    converted : bool
+        Whether they were converted from longitude and latitude, so that their unit is right.
+
+    Returns
+    -------
+    list of Message
+        ``frame.outside-area`` for a place outside the area of use.
+
+    Raises
+    ------
+    InputError
+        With ``control.other-unit`` for coordinates that are in the area of use in feet or
+        kilometres, and as `vomstudio.io.gate.metric.check_metric`.
     """
-    from pyproj import CRS
-
-    from vomstudio.io.gis.crs import utm_zone
-
-    beyond = degrees_beyond(crs)
-    if crs is None or beyond is None or not len(world):
+    if crs is None or not len(world):
         return []
-    middle = np.median(world, axis=0)
-    x, y = float(middle[0]), float(middle[1])
-    off, longitude, latitude = beyond(x, y)
-    if off <= BEYOND_DEG:
-        return said_of_stretch(crs, longitude, latitude)
-    if converted:
-        what = tr("Choose {zone} instead.", zone=utm_zone(longitude, latitude))
-    elif beyond(y, x)[0] == 0.0:
-        what = tr("Within it they would be with x and y exchanged. Exchange the columns.")
-    elif off > _NEXT_ZONES_DEG and beyond(x * 1000.0, y * 1000.0)[0] == 0.0:
-        what = tr("Within it they would be if they were in kilometres. Multiply them by 1000.")
-    elif off > _NEXT_ZONES_DEG and beyond(x * _FOOT_M, y * _FOOT_M)[0] == 0.0:
-        what = tr("Within it they would be if they were in feet. Multiply them by 0.3048.")
-    else:
-        what = tr("Look up of which zone or system they are.")
-    return [
-        tr(
-            "The coordinates ({x:.0f}, {y:.0f}, …) lie outside the area of {crs}. {what}",
-            x=x,
-            y=y,
-            crs=CRS.from_user_input(crs).name,
-            what=what,
+    x, y = np.median(world, axis=0)[:2].tolist()
+    beyond = degrees_beyond(crs)
+    if not converted and beyond is not None and (distance_deg := beyond(x, y)[0]) > BEYOND_DEG:
+        units = (
+            (1000.0, tr("kilometres"), max(abs(x), abs(y)) < _MAX_KM),
+            (_FOOT_M, tr("feet"), distance_deg > _NEXT_ZONES_DEG),
         )
-    ]
+        for factor, unit, is_plausible in units:
+            if is_plausible and beyond(y, x)[0] > 0.0 and beyond(x * factor, y * factor)[0] == 0.0:
+                finding = Finding(
+                    "control.other-unit", "error", axes="x, y", unit=unit, factor=factor
+                )
+                raise InputError.of_finding(finding, field="--crs")
+    return list(check_metric(crs, np.array([[x, y], [x, y]]), field="--crs"))
 
 
 # --- the model --------------------------------------------------------------------------------
@@ -379,7 +363,7 @@ def require_on_model(model: Array, extent: Array | None) -> None:
         )
 
 
-def said_of_move(extent: Array, placed: Array, crs: str) -> list[str]:
+def said_of_move(extent: Array, placed: Array, crs: str) -> list[Message]:
     """Of a model whose file says where it is, and that is put in quite another place, or turned.
 
     extent, placed : (n, 3) points of it before and after; crs : of both
@@ -420,7 +404,7 @@ def _turn_deg(before: Array, after: Array) -> float:
     return float(np.degrees(np.arccos(np.clip((np.trace(fit.rotation) - 1.0) / 2.0, -1.0, 1.0))))
 
 
-def said_of_views(forward: Array) -> list[str]:
+def said_of_views(forward: Array) -> list[Message]:
     """Of cameras that look up to the sky after the registration.
 
     forward : (n, 3) unit vectors in World, where they look
@@ -441,7 +425,7 @@ def said_of_views(forward: Array) -> list[str]:
     ]
 
 
-def said_of_noise(world: Array, placed: Array) -> list[str]:
+def said_of_noise(world: Array, placed: Array) -> list[Message]:
     """Of positions that are as wrong as they are far apart.
 
     world, placed : (n, 3) where they are said to be, and where the registration puts them

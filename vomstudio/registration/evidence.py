@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.bowing import Bowing
 from vomstudio.geometry import transform
@@ -139,8 +140,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     Raises UsageError where something refers to what is not there, GeometryError where the model
     cannot be placed by it.
     """
-    said: list[str] = []
-    doubts: list[str] = []
+    said: list[Message] = []
+    doubts: list[Message] = []
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
@@ -183,7 +184,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         )
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
-        raise GeometryError(" ".join(said if doubts else [*said, str(error)])) from error
+        raise GeometryError(" ".join(map(str, said if doubts else [*said, error]))) from error
     if evidence.compass is not None and len(kinds) == len(read) and not doubt:
         said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)
@@ -263,7 +264,7 @@ def _found(
     known: Mapping[str, Any],
     photos: Sequence[str],
     field_: str,
-    said: list[str],
+    said: list[Message],
 ) -> tuple[list[int], list[str]]:
     """Rows of photos that are cameras of the model, and their names there."""
     rows, names = [], []
@@ -303,7 +304,7 @@ def _found(
     return rows, names
 
 
-def _cameras(evidence: Evidence, said: list[str], doubts: list[str]) -> Points:
+def _cameras(evidence: Evidence, said: list[Message], doubts: list[Message]) -> Points:
     """said : gets all that is to be known of them, doubts : that which looks wrong"""
     positions = evidence.positions
     assert positions is not None
@@ -326,9 +327,11 @@ def _cameras(evidence: Evidence, said: list[str], doubts: list[str]) -> Points:
     return found
 
 
-def _said_of_cameras(evidence: Evidence, kinds: Sequence[Observed], placed: Placed) -> list[str]:
+def _said_of_cameras(
+    evidence: Evidence, kinds: Sequence[Observed], placed: Placed
+) -> list[Message]:
     """Where the cameras look after the registration, and how far they are from what was given."""
-    said = []
+    said: list[Message] = []
     if placed.known.vertical and evidence.views:
         rotation = np.array(placed.matrix)[:3, :3] / placed.scale
         forward = np.array([view.rotation[2] for view in evidence.views.values()]) @ rotation.T
@@ -344,7 +347,7 @@ def _alone(kinds: Sequence[Observed]) -> bool:
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_unsure(placed: Placed, doubts: Sequence[str]) -> None:
+def _refuse_unsure(placed: Placed, doubts: Sequence[Message]) -> None:
     worst = placed.rotation_error_95_deg.weakest.error_deg
     if worst is None or worst > _UNSURE_DEG:
         unsure = tr(
@@ -353,11 +356,11 @@ def _refuse_unsure(placed: Placed, doubts: Sequence[str]) -> None:
             "reading and a length.",
             limit=_UNSURE_DEG,
         )
-        raise GeometryError(" ".join(doubts or [unsure]))
+        raise GeometryError(" ".join(map(str, doubts or [unsure])))
 
 
 def marked_places(
-    evidence: Evidence, marks: Sequence[Marked], said: list[str] | None = None
+    evidence: Evidence, marks: Sequence[Marked], said: list[Message] | None = None
 ) -> dict[str, Array]:
     """(3,) on the model of every label that is marked in two photos of it or more.
 
@@ -397,7 +400,7 @@ def marked_places(
     return {label: place_ for label, place_ in found.items() if np.isfinite(place_).all()}
 
 
-def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[str]) -> Held:
+def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[Message]) -> Held:
     rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", said)
     views = [evidence.views[name] for name in names]
     return held(table, rows, views, evidence.north_doubt_deg, said)
@@ -424,7 +427,7 @@ def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
 
 
 def _level(
-    evidence: Evidence, table: LevelTable, extent: Array | None, said: list[str]
+    evidence: Evidence, table: LevelTable, extent: Array | None, said: list[Message]
 ) -> LevelLines:
     rows, names = _found(evidence, evidence.views, table.photos, "--horizon", [])
     views = [evidence.views[name] for name in names]

@@ -12,7 +12,6 @@ Array = npt.NDArray[np.float64]
 
 _SURE = 70
 # Of lengths: grids of countries differ from the ground by a tenth of that.
-_STRETCHED = 0.01
 
 
 def crs_doubts(first: str | None, second: str | None, names: tuple[str, str]) -> list[str]:
@@ -102,24 +101,3 @@ def refuse_apart(first: Array, second: Array, names: tuple[str, str]) -> None:
             size=size,
         )
     )
-
-
-def said_of_stretch(crs: str, longitude: float, latitude: float) -> list[str]:
-    """Of a projected CRS whose metres are not those of the ground, such as that of web maps."""
-    from pyproj import CRS, Proj
-
-    from vomstudio.io.gis.crs import utm_zone
-
-    factors = Proj(CRS.from_user_input(crs)).get_factors(longitude, latitude)
-    times = float(np.sqrt(factors.areal_scale))
-    if not np.isfinite(times) or abs(times - 1.0) <= _STRETCHED:
-        return []
-    return [
-        tr(
-            "Lengths in {crs} are {times:.3f} times as long there as on the ground: heights, "
-            "lengths and thicknesses would not fit each other. Choose {zone} instead.",
-            crs=CRS.from_user_input(crs).name,
-            times=times,
-            zone=utm_zone(longitude, latitude),
-        )
-    ]

@@ -252,15 +252,19 @@ def test_a_table_may_state_its_crs_in_a_comment(tmp_path: Path) -> None:
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) == "EPSG:32633"
     for comment in ("# measured like EPSG:32633", "# nothing", ""):
         assert crs_of(written(tmp_path, f"{comment}\n{table}", "a.csv")) is None
-    with pytest.raises(InputError, match="line 2: The projection 'EPSG:999999' is unknown"):
+    with pytest.raises(InputError) as refused:
         crs_of(written(tmp_path, f"# levelled\n# EPSG:999999\n{table}", "a.csv"))
+    assert (refused.value.code, refused.value.values["crs"]) == (
+        "frame.crs-unreadable",
+        "EPSG:999999",
+    )
 
 
 @pytest.mark.parametrize("code", ["4326", "4979"])
 def test_a_table_in_degrees_is_told_to_be_in_metres(tmp_path: Path, code: str) -> None:
     path = written(tmp_path, f"# levelled\n# EPSG:{code}\nlabel,x,y,z\nA,15,45,3\n", "a.csv")
     for asked in (None, "EPSG:32633"):
-        with pytest.raises(InputError, match=r"line 2: WGS 84 is in degrees.* UTM zone") as caught:
+        with pytest.raises(InputError, match=r"CRS: WGS 84 is in degrees.* UTM zone") as caught:
             agreed_crs(path, asked)
         assert "unknown" not in str(caught.value)
 

@@ -7,19 +7,19 @@ writes it. Without a header the columns stand in the order in which they are nam
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
+from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import orientations_of
 from vomstudio.io.text.rows import shortened
@@ -27,7 +27,6 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-_EPSG = re.compile(r"EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _MODEL = (
     ("model x", "local x", "xm", "mx"),
     ("model y", "local y", "ym", "my"),
@@ -98,7 +97,7 @@ class Positions:
     heights: tuple[str, ...] = ()
     file: Path | None = None
     line: int | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Message, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,19 +216,16 @@ def read_positions(path: str | Path) -> Positions:
     degrees = table.has(("lon", "longitude", "x longitude"))
     if not degrees:
         table.require_places(places)
-    crs = _crs_in(table.table.comments)
-    return Positions(photos, places, degrees, table.sigma(), crs, file=path, notes=table.notes)
-
-
-def _crs_in(comments: Sequence[str]) -> str | None:
-    """What a comment names: `EPSG:32633`, or `CoordinateSystem: WKT` as Metashape writes it."""
-    for comment in comments:
-        if (found := _EPSG.search(comment)) is not None:
-            return f"EPSG:{found[1]}"
-        name, _, wkt = comment.partition(":")
-        if name.replace(" ", "").casefold() == "coordinatesystem" and "CS[" in wkt:
-            return None if wkt.strip().upper().startswith("LOCAL") else wkt.strip()
-    return None
+    stated, findings = crs_of_table(path, table.table.comments)
+    return Positions(
+        photos,
+        places,
+        degrees,
+        table.sigma(),
+        stated.text,
+        file=path,
+        notes=(*table.notes, *findings),
+    )
 
 
 def read_level_lines(path: str | Path) -> LevelTable:

@@ -40,6 +40,7 @@ def in_metres(
                 ),
                 file=path,
                 line=line,
+                field="CRS",
             )
         if horizontal.is_geographic:
             for point in points:
@@ -65,10 +66,14 @@ def in_metres(
             ),
             file=path,
             line=line,
+            field="CRS",
         ) from error
     if unit != 1.0:
         raise InputError(
-            tr("{crs} is not in metres. Convert the points.", crs=crs.name), file=path, line=line
+            tr("{crs} is not in metres. Convert the points.", crs=crs.name),
+            file=path,
+            line=line,
+            field="CRS",
         )
     return list(points), code
 

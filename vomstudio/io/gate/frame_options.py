@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import check_options, declarations, given_options, option
 from vomstudio.geometry.units import METRES
 from vomstudio.words import to_translate
 
@@ -56,6 +56,12 @@ class FrameOptions:
     def is_given(self) -> bool:
         """Whether any option was given."""
         return self != FrameOptions()
+
+    @property
+    def first_given(self) -> str | None:
+        """The first option given, as on the command line; None if none was given."""
+        given = given_options(self)
+        return next((each.flag for each in declarations(type(self)) if each.name in given), None)
 
 
 AS_STATED = FrameOptions()

@@ -129,12 +129,19 @@ def check_metric(
     InputError
         With the code ``frame.not-metric`` if lengths differ from those on the ground, or differ
         with direction, by more than `MAX_SCALE_ERROR`; with ``frame.undefined-place`` if the
-        projection is not defined at the data.
+        projection is not defined at the data; with ``frame.swapped-axes`` if it would be metric
+        with x and y exchanged.
     """
     bounds = np.asarray(bounds, np.float64)[:, :2]
     if not np.isfinite(bounds).all() or _is_inside_utm_zone(crs, bounds):
         return ()
     found = map_scale(crs, bounds)
+    if found is None or not (found.is_metric or found.in_area):
+        exchanged = map_scale(crs, bounds[:, ::-1])
+        if exchanged is not None and exchanged.is_metric and exchanged.in_area:
+            raise InputError.of_finding(
+                Finding("frame.swapped-axes", crs=crs_name(crs)), file=file, field="x, y"
+            )
     if found is None:
         raise InputError.of_finding(
             Finding("frame.undefined-place", crs=crs_name(crs)), file=file, field=field

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import to_translate, tr
@@ -183,103 +184,66 @@ def _name_of(crs: Any) -> str:
     return str(crs.to_wkt())
 
 
-def unreadable_crs(named: str) -> str:
-    """What is said of a file whose CRS cannot be made out; named : as it stands there."""
-    return tr(
-        "The coordinate reference system cannot be read ({error}). Declare it yourself.",
-        error=named,
-    )
-
-
 def in_words(unit: str) -> str:
     """The name of a unit within a sentence."""
     return tr(_WORDS[unit]) if unit in _WORDS else unit
 
 
-def what_is_said(axes: StatedAxes) -> tuple[str, ...]:
-    """The sentences that a user must read of a file with these axes; none for plain metres."""
+def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
+    """Return what a reader of a file with these axes converts or assumes; none for plain metres."""
     flat, _, high = axes.units
-    said: list[str] = []
+    findings: list[Finding] = []
     if axes.has_heights and flat == "unknown":
-        said.append(
-            tr(
-                "The file states heights in {height_unit} and no unit of x and y. All are taken to "
-                "be in one unit.",
-                height_unit=in_words(high),
-            )
-        )
+        findings.append(Finding("frame.height-unit-only", height_unit=in_words(high)))
     if axes.grows:
-        said.append(
-            tr(
-                "The coordinate reference system counts to the west or south, and the coordinates "
-                "do not: they are below zero. They are taken as east and north without that system."
-            )
-        )
+        findings.append(Finding("frame.axes-unused"))
     if axes.overruled is not None:
-        said.append(
-            tr(
-                "The file states heights in {unit}, and its coordinate reference system in "
-                "{other}. The first is used.",
-                unit=in_words(high),
-                other=in_words(axes.overruled),
-            )
-        )
-    if axes.kind == "local" and axes.unit_factor != 1.0:
-        said.append(
-            tr(
-                "The file states x and y in {unit} and heights in {height_unit}. All were "
-                "converted to metres.",
-                unit=in_words(flat),
+        findings.append(
+            Finding(
+                "frame.height-unit-replaced",
                 height_unit=in_words(high),
+                crs_unit=in_words(axes.overruled),
             )
         )
-    elif axes.height_factor != 1.0 and not _same(axes.height_factor, 1.0):
-        said.append(
-            tr(
-                "The file states x and y in {unit} and heights in {height_unit}. The heights were "
-                "converted to {unit}.",
-                unit=in_words(flat),
-                height_unit=in_words(high),
-            )
+    is_converted = (
+        (axes.kind == "local" and axes.unit_factor != 1.0)
+        or not _same(axes.height_factor, 1.0)
+        or (axes.kind == "projected" and axes.unit_m is not None and not _same(axes.unit_m, 1.0))
+    )
+    if is_converted:
+        findings.append(
+            Finding("frame.unit-converted", unit=in_words(flat), height_unit=in_words(high))
         )
-    elif axes.kind == "projected" and axes.unit_m is not None and not _same(axes.unit_m, 1.0):
-        said.append(
-            tr(
-                "The file states x, y and z in {unit}. Measured lengths are given in metres.",
-                unit=in_words(flat),
-            )
-        )
-    return tuple(said)
+    return tuple(findings)
 
 
-def why_refused(axes: StatedAxes, bounds: npt.NDArray[np.float64]) -> str | None:
-    """Why a model with these axes and (2, 3) bounds has no true scale, or no up; else None."""
+def refusal(axes: StatedAxes, bounds: npt.NDArray[np.float64]) -> Finding | None:
+    """Return why coordinates with these axes have no true scale, or no up; else None.
+
+    Parameters
+    ----------
+    axes : StatedAxes
+    bounds : (2, 3) float
+        Lowest and highest corner of the data, as written.
+    """
     if axes.kind == "geocentric":
-        return tr(
-            "The coordinates are geocentric: z points to the pole, not up. Reproject the file "
-            "first into a projected coordinate reference system, such as a UTM zone (EPSG:326xx)."
-        )
+        return Finding("frame.geocentric")
     if "down" in axes.grows:
-        return tr(
-            "The coordinate reference system says that z is a depth, which grows downwards. "
-            "Convert the depths to heights first, or write a system of heights into the file."
-        )
+        return Finding("frame.depths")
     if axes.grows and float(np.asarray(bounds)[:, 1].sum()) > 0:
         # Coordinates below zero show that the file counts to the north all the same, as GIS do.
-        return tr(
-            "x and y of this coordinate reference system grow to the west or south, so that "
-            "azimuths would be wrong by 90 or 180 degrees. Reproject the file first into a system "
-            "of east and north, such as a UTM zone (EPSG:326xx)."
-        )
+        return Finding("frame.other-axes")
     if axes.kind != "geographic":
         return None
     if float(np.abs(np.asarray(bounds)[:, :2]).max(initial=0.0)) > MOST_DEGREES:
-        return tr(
-            "The file names a coordinate reference system in degrees, but its x and y cannot be "
-            "degrees. Write the right system into the file first, such as a UTM zone "
-            "(EPSG:326xx)."
-        )
-    return tr(
-        "x and y are in degrees and have no true scale. Reproject the file first into a "
-        "projected coordinate reference system, such as a UTM zone (EPSG:326xx)."
-    )
+        return Finding("frame.not-degrees")
+    return Finding("frame.degrees", suggested_crs=suggested_zone(bounds))
+
+
+def suggested_zone(bounds: npt.NDArray[np.float64]) -> str:
+    """Return ``EPSG:n`` of the UTM zone (WGS 84) at the middle of data in degrees."""
+    longitude, latitude = np.asarray(bounds, np.float64)[:, :2].mean(axis=0)
+    if not np.isfinite([longitude, latitude]).all():
+        return "EPSG:326xx"
+    zone = int((longitude + 180.0) % 360.0 // 6.0) + 1
+    return f"EPSG:{(32600 if latitude >= 0 else 32700) + zone}"

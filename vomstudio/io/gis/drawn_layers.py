@@ -19,7 +19,7 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, stated_axes, why_refused
+from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, refusal, stated_axes
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
@@ -209,9 +209,9 @@ def _axes(path: Path, crs: str | None, shapes: Shapes) -> StatedAxes:
                 "as a UTM zone (EPSG:326xx)."
             )
         raise InputError(said, file=path)
-    refused = why_refused(axes, np.nan_to_num(bounds))
+    refused = refusal(axes, np.nan_to_num(bounds))
     if refused is not None:
-        raise InputError(refused, file=path)
+        raise InputError.of_finding(refused, file=path, field="CRS")
     return axes
 
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gis.axis_units import stated_axes, unreadable_crs
+from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.words import tr
 
 COMPOUND = {"GTIFF_REPORT_COMPD_CS": "YES"}
@@ -68,7 +68,7 @@ def name_keys(keys: Keys) -> NamedKeys:
     # What GDAL falls back to is in metres, whatever the keys say.
     codes = [_value(rows, key) for key in _SYSTEMS.values()]
     code = next((code for code in codes if code not in (0, _USER_DEFINED)), None)
-    warnings = () if code is None else (unreadable_crs(f"EPSG:{code}"),)
+    warnings = () if code is None else (Finding("frame.crs-unreadable", crs=f"EPSG:{code}"),)
     return NamedKeys(_plain_system(keys, rows), height_unit, warnings)
 
 

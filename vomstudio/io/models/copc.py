@@ -33,7 +33,7 @@ from vomstudio.geometry.streaming.octree import (
     parents_of,
     parts_of,
 )
-from vomstudio.io.gis.axis_units import stated_axes, what_is_said, why_refused
+from vomstudio.io.gis.axis_units import refusal, stated_axes, unit_findings
 from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.formats._las_header import (
     MAX_CHUNK_POINTS,
@@ -163,8 +163,8 @@ class CopcFile:
             text, problem = sidecar_crs(self.path, self.top.bounds)
             said += [problem] if problem else []
         self._axes = stated_axes(text, stated.height_unit)
-        self.refused = why_refused(self._axes, self.top.bounds)
-        self.warnings = (*said, *(what_is_said(self._axes) if self.refused is None else ()))
+        self.refused = refusal(self._axes, self.top.bounds)
+        self.warnings = (*said, *(unit_findings(self._axes) if self.refused is None else ()))
         flat = self._axes.unit_factor
         self._factors = np.array([flat, flat, flat * self._axes.height_factor])
         if (self._factors != 1.0).any():
@@ -306,7 +306,7 @@ def crs_of(path: str | Path) -> tuple[str | None, tuple[str, ...]]:
     it. Raises InputError where x and y are in degrees."""
     with CopcFile(path) as file:
         if file.refused is not None:
-            raise InputError(file.refused, file=path, field="CRS")
+            raise InputError.of_finding(file.refused, file=path, field="CRS")
         hidden = (withheld_hidden(),) if file.has_withheld() else ()
         return file.crs, (*file.warnings, *hidden)
 
@@ -333,7 +333,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     try:
         found = file.nodes()
         if file.refused is not None:
-            raise InputError(file.refused, file=path, field="CRS")
+            raise InputError.of_finding(file.refused, file=path, field="CRS")
         if not len(found) or not np.isfinite(file.bounds).all():
             raise InputError(tr("The file holds no points that can be read."), file=path)
         order = np.argsort(found.offsets)

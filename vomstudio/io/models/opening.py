@@ -28,10 +28,9 @@ from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
     UNKNOWN,
     StatedAxes,
+    refusal,
     stated_axes,
-    unreadable_crs,
-    what_is_said,
-    why_refused,
+    unit_findings,
 )
 from vomstudio.io.gis.crs import crs_name, sidecar_crs, typed_crs
 from vomstudio.io.models.frames import frame_findings
@@ -77,7 +76,7 @@ def read_model(
     """
     loaded, refused = with_axes(_read(Path(path), progress), options)
     if refused is not None:
-        raise InputError(refused, file=path, field="CRS")
+        raise InputError.of_finding(refused, file=path, field="CRS")
     return loaded
 
 
@@ -297,13 +296,13 @@ def _first_positive(distance: npt.NDArray[np.float64]) -> npt.NDArray[np.float64
 
 def with_axes(
     loaded: LoadedModel, options: FrameOptions = AS_STATED
-) -> tuple[LoadedModel, str | None]:
+) -> tuple[LoadedModel, Finding | None]:
     """Settle the CRS of what a reader returned, with x, y, z in one unit.
 
     Returns
     -------
     loaded : LoadedModel
-    refused : str or None
+    refused : Finding or None
         Why the data cannot be used as a model.
     """
     messages: list[Message] = list(loaded.warnings)
@@ -312,8 +311,8 @@ def with_axes(
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
     if options.to_crs is not None and not axes.grows:
         return _reprojected(loaded, axes, options, messages), None
-    refused = why_refused(axes, loaded.data.bounds)
-    messages += what_is_said(axes) if refused is None else ()
+    refused = refusal(axes, loaded.data.bounds)
+    messages += unit_findings(axes) if refused is None else ()
     named = axes.kind != "none" and refused is None
     if axes.crs is None and named and not axes.grows:
         messages.append(
@@ -341,7 +340,8 @@ def _stated(loaded: LoadedModel, options: FrameOptions, messages: list[Message])
         axes = stated_axes(text, loaded.height_unit)
     except InputError:
         if options.crs is None:
-            messages.append(unreadable_crs(" ".join((text or "").split())[:80]))
+            named = " ".join((text or "").split())[:80]
+            messages.append(Finding("frame.crs-unreadable", file=loaded.path.name, crs=named))
         axes = stated_axes(None, loaded.height_unit)
     if options.crs is None:
         return axes

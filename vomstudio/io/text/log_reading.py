@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
-from vomstudio.io.text.file_text import MOST_OBJECTS
-from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
+from vomstudio.io.text.tables import TextTable, lines_in_words
 from vomstudio.words import tr, tr_n
 
 PAIR_COLUMNS = (
@@ -28,13 +26,15 @@ class Boundaries:
     lithologies: list[str]
     notes: list[str]
     dropped: tuple[int, ...]
+    findings: tuple[Finding, ...] = ()
 
     @property
     def warnings(self) -> tuple[Message, ...]:
-        """A sentence on the rows without a place."""
+        """Messages about the frame and about rows without coordinates."""
         if not self.dropped:
-            return ()
+            return self.findings
         return (
+            *self.findings,
             tr_n(
                 "{count} row without a finite x, y and z was left out: {lines}. What it stood for "
                 "is missing.",
@@ -68,10 +68,6 @@ def boundaries_of(table: TextTable) -> Boundaries:
         points[rows], [names[i] for i in rows], [rocks[i] for i in rows], [notes[i] for i in rows],
         tuple(int(line) for line in table.line_numbers[~sound]),
     )  # fmt: skip
-
-
-def read_boundaries(path: str | Path) -> Boundaries:
-    return boundaries_of(read_table(path, most=MOST_OBJECTS))
 
 
 def pairs_of(table: TextTable) -> tuple[list[str], NDArray[np.float64]]:

@@ -16,18 +16,33 @@ from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.io.text.shape_texts import shapes_of
-from vomstudio.io.text.tables import coordinate_columns
 from vomstudio.words import tr
 
 SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
 _WKT = "wkt"
 
 
-def pieces_of(table: OrientationTable) -> Pieces | None:
-    """What the table tells of where its planes are and how far they reach: x, y, z, area_m2, rms_m
-    with lambda1 to lambda3, and a border `wkt`; None without x, y, z. Raises InputError for a
-    border that is none."""
-    places = places_of(table)
+def pieces_of(table: OrientationTable, places: npt.NDArray[np.float64] | None) -> Pieces | None:
+    """Return position, extent and border of each plane of a table.
+
+    Read are area_m2, rms_m with lambda1 to lambda3, and a border `wkt`.
+
+    Parameters
+    ----------
+    table : OrientationTable
+    places : (n, 3) float or None
+        World coordinates of the rows (`vomstudio.io.gate.point_tables.read_places`).
+
+    Returns
+    -------
+    Pieces or None
+        None without places.
+
+    Raises
+    ------
+    InputError
+        For a border that is not WKT.
+    """
     if places is None:
         return None
     n = len(places)
@@ -87,18 +102,6 @@ def _outer_ring(shape: Any) -> npt.NDArray[np.float64]:
 def _area_of_ring(ring: npt.NDArray[np.float64]) -> float:
     own = ring - ring.mean(axis=0)
     return float(np.linalg.norm(np.cross(own, np.roll(own, -1, axis=0)).sum(axis=0)))
-
-
-def places_of(table: OrientationTable) -> npt.NDArray[np.float64] | None:
-    """(n, 3) x, y, z of the rows, NaN where they are empty; None where the table has no such
-    columns."""
-    if table.table.names is None:
-        return None
-    try:
-        found = table.table.numbers(coordinate_columns(table.table))
-    except InputError:
-        return None
-    return np.asarray(found[table.kept])
 
 
 def table_with_sets(

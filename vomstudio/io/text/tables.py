@@ -229,6 +229,8 @@ class PointGroups:
     warnings: tuple[Message, ...]
     words: Words[str] = field(default_factory=dict)
     """Kind and set of the groups that have one."""
+    comments: tuple[str, ...] = ()
+    """Comments of the table, which may name its CRS."""
 
 
 def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:
@@ -368,6 +370,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         dropped=dropped,
         words=words,
         warnings=(*warnings, *said),
+        comments=table.comments,
     )
 
 

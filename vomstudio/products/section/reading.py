@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
+from vomstudio.io.gate.points import ModelFrame, points_to_world
+from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -25,15 +27,26 @@ GIS_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".dxf")
 
 @dataclass(frozen=True, eq=False)
 class ProfileLine:
-    """points : (n, 2) as the file has them; crs : that the file states; unit_m : metres in a unit
-    of a drawing for CAD, None where nothing is said; unnamed : of a GeoJSON, which is in degrees
-    where it names no CRS; warnings : sentences"""
+    """A line of section as its file has it.
+
+    Parameters
+    ----------
+    path : Path
+    points : (n, 2) float64
+        As written.
+    stated : StatedCrs
+    unit_m : float, optional
+        Metres per unit of a drawing for CAD; None if it states none.
+    is_unnamed : bool
+        Whether this is GeoJSON without a ``crs``, which is in degrees by its standard.
+    warnings : tuple of Message
+    """
 
     path: Path
     points: Array
-    crs: str | None = None
+    stated: StatedCrs
     unit_m: float | None = None
-    unnamed: bool = False
+    is_unnamed: bool = False
     warnings: tuple[Message, ...] = ()
 
 
@@ -42,7 +55,7 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
     without a line, and where there are several."""
     path = Path(path)
     if path.suffix.lower() not in GIS_ENDINGS:
-        return ProfileLine(path, _line_of_table(path))
+        return _line_of_table(path)
     from vomstudio.io.gis.dxf_facts import dxf_facts
     from vomstudio.io.gis.layer_reading import names_no_crs
     from vomstudio.io.gis.line_reading import read_gis_lines
@@ -52,76 +65,60 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
         raise _not_one(len(read.lines), path)
     line = read.lines[0]
     unit = dxf_facts(path).unit_m if path.suffix.lower() == ".dxf" else None
-    return ProfileLine(path, line.points[:, :2], line.crs, unit, names_no_crs(path), read.warnings)
+    return ProfileLine(
+        path,
+        line.points[:, :2],
+        StatedCrs(line.crs),
+        unit_m=unit,
+        is_unnamed=names_no_crs(path),
+        warnings=read.warnings,
+    )
 
 
 def profile_in_world(
     line: ProfileLine, crs: str | None, bounds: Array
 ) -> tuple[Array, tuple[Message, ...]]:
-    """(n, 2) x, y of World, and what must be said. crs : of World; bounds : (2, 3) of the model.
+    """Convert a line of section to World.
 
-    A line in another CRS is converted. What a drawing for CAD says of its unit counts only where
-    the line meets the model in that unit and not in metres: templates say what nobody meant. Raises
-    InputError for degrees over a model that is on no map.
+    The unit that a drawing for CAD states counts only if the line meets the model in that unit and
+    not in metres, because templates state units that nobody chose. GeoJSON without a ``crs`` is in
+    degrees, unless only its plain numbers meet the model.
+
+    Parameters
+    ----------
+    line : ProfileLine
+    crs : str or None
+        CRS of World.
+    bounds : (2, 3) float
+        Lowest and highest corner of the model in World.
+
+    Returns
+    -------
+    points : (n, 2) float64
+    warnings : tuple of Message
+
+    Raises
+    ------
+    InputError
+        For a line that is not metric and cannot be converted, as `points_to_world`.
     """
-    said = list(line.warnings)
+    warnings = list(line.warnings)
     if line.unit_m not in (None, 1.0) and not _meets(line.points, bounds):
         scaled = line.points * line.unit_m
         if _meets(scaled, bounds):
-            said.append(
-                tr(
-                    "The drawing is in units of {unit:g} m and was converted to metres.",
-                    unit=line.unit_m,
-                )
-            )
-            return scaled, tuple(said)
-    moved = _converted(line, crs)
-    if line.unnamed and (moved is None or not _meets(moved, bounds)):
-        said.append(
-            tr(
-                "The GeoJSON of the profile states no projected CRS: its coordinates are taken as "
-                "metres of World."
-            )
-        )
-        return line.points, tuple(said)
-    if moved is None:
-        return line.points, tuple(said)
-    said.append(tr("The profile was converted to the coordinate reference system of the model."))
-    return moved, tuple(said)
-
-
-def _converted(line: ProfileLine, crs: str | None) -> Array | None:
-    """In the CRS of World; None where it is in that one, in none that is known, or World has none.
-    Raises InputError."""
-    if line.crs is None:
-        return None
-    from pyproj import CRS, Transformer
-    from pyproj.exceptions import CRSError, ProjError
-
-    try:
-        theirs = CRS.from_user_input(line.crs)
-        ours = None if crs is None else CRS.from_user_input(crs)
-    except CRSError:
-        return None
-    if ours is None:
-        if theirs.is_geographic and not line.unnamed:
-            raise InputError(
-                tr(
-                    "The profile is in degrees, and the model has no coordinate reference system. "
-                    "Say which one with --crs, or give the line in the coordinates of the model."
-                ),
-                file=line.path,
-                field="--profile",
-            )
-        return None
-    if theirs.equals(ours, True) or not (theirs.is_geographic or theirs.is_projected):
-        return None
-    try:
-        turn = Transformer.from_crs(theirs, ours, always_xy=True)
-        moved = np.stack(turn.transform(*line.points.T), axis=1)
-    except ProjError:
-        return None
-    return moved if np.isfinite(moved).all() else None
+            unit = f"{line.unit_m:g} m"
+            warnings.append(Finding("frame.unit-converted", unit=unit, height_unit=unit))
+            return scaled, tuple(warnings)
+    if line.is_unnamed and _meets(line.points, bounds):
+        warnings.append(Finding("frame.assumed", file=line.path.name, up="z", unit="m", crs=None))
+        return line.points, tuple(warnings)
+    placed = points_to_world(
+        np.column_stack([line.points, np.zeros(len(line.points))]),
+        file=line.path,
+        stated=line.stated,
+        model=ModelFrame(crs),
+    )
+    return placed.points[:, :2], (*warnings, *placed.findings)
 
 
 def _meets(points: Array, bounds: Array) -> bool:
@@ -138,7 +135,7 @@ def _not_one(count: int, path: Path) -> InputError:
     )
 
 
-def _line_of_table(path: Path) -> Array:
+def _line_of_table(path: Path) -> ProfileLine:
     from vomstudio.io.text.tables import read_table
 
     table = read_table(path)
@@ -155,7 +152,8 @@ def _line_of_table(path: Path) -> Array:
             file=path,
             field="--profile",
         )
-    return points
+    stated, findings = crs_of_table(path, table.comments)
+    return ProfileLine(path, points, stated, warnings=findings)
 
 
 _X_Y = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
@@ -171,10 +169,23 @@ class ReadFeatures:
     warnings: tuple[Message, ...] = ()
 
 
-def read_features(path: str | Path, azimuth: Azimuth | None = None) -> ReadFeatures:
-    """Features of a project folder, or planes of an orientation table with x, y, z.
+def read_features(
+    path: str | Path, azimuth: Azimuth | None = None, model: ModelFrame | None = None
+) -> ReadFeatures:
+    """Read features of a project folder, or planes of an orientation table with x, y, z.
 
-    azimuth : what a column of the table called azimuth means. Raises InputError, UsageError."""
+    Parameters
+    ----------
+    path : str or Path
+    azimuth : optional
+        Meaning of a column of the table called azimuth.
+    model : ModelFrame, optional
+        Frame of the model of the section, to which the table's coordinates are converted.
+
+    Raises
+    ------
+    InputError, UsageError
+    """
     path = Path(path)
     if path.is_dir() or path.name == "journal.sqlite":
         return ReadFeatures(read_items(path))
@@ -183,7 +194,13 @@ def read_features(path: str | Path, azimuth: Azimuth | None = None) -> ReadFeatu
 
     table = read_orientations(path, azimuth)
     columns = coordinate_columns(table.table)
-    places = table.table.numbers(columns)[table.kept]
+    placed = points_to_world(
+        table.table.numbers(columns)[table.kept],
+        file=path,
+        comments=table.table.comments,
+        model=model,
+    )
+    places = placed.points
     keep = np.asarray(table.is_plane & np.isfinite(places).all(axis=1))
     if not keep.any():
         raise InputError(
@@ -207,7 +224,7 @@ def read_features(path: str | Path, azimuth: Azimuth | None = None) -> ReadFeatu
         }
         for k in np.flatnonzero(keep)
     ]
-    said = list(table.warnings)
+    said = [*table.warnings, *placed.findings]
     lines = int((~table.is_plane).sum())
     if lines:
         said.append(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.similarity import fit_similarity
@@ -86,7 +87,7 @@ def _near_own(model: Array, world: Array) -> Which:
     return np.asarray(far_out & (away < _FAR * reach))
 
 
-def said_of_two_places(labels: Sequence[str], world: Array, which: Which) -> list[str]:
+def said_of_two_places(labels: Sequence[str], world: Array, which: Which) -> list[Message]:
     """Of points of which as many are in one place as in another."""
     middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
     names = [listed_of(labels, rows) for rows in (which, ~which)]
@@ -111,12 +112,7 @@ def said_of_two_places(labels: Sequence[str], world: Array, which: Which) -> lis
     ]
 
 
-def said_of_degrees_among(labels: Sequence[str], which: Which) -> list[str]:
+def said_of_degrees_among(labels: Sequence[str], which: Which) -> list[Message]:
     """Of points in degrees among others in metres."""
-    return [
-        tr(
-            "x and y of {labels} look like degrees, beside metres of the others. Convert them to "
-            "the projected coordinate reference system of the others.",
-            labels=listed_of(labels, which),
-        )
-    ]
+    names = [labels[int(row)] for row in np.flatnonzero(which)]
+    return [Finding("control.some-in-degrees", labels=names)]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.registration.doubts.comparing import Left, far_better, left_over
 from vomstudio.registration.doubts.orders import other_order
@@ -57,27 +58,14 @@ def _most_fit_so(model: Array, world: Array, given: Left) -> bool:
     return far_better(mirrored, own, _BY_CHANCE**2)
 
 
-def said_of_mirrors(points: Points | None) -> list[str]:
+def said_of_mirrors(points: Points | None) -> list[Message]:
     """Whether points that fit badly are a mirror image of the others."""
     if points is None or not fits_as_mirror(points.model, points.world):
         return []
-    if points.name == "cameras":
-        return [
-            tr(
-                "The positions of the cameras fit as a mirror image: x and y look exchanged, or "
-                "heights are depths. Exchange the columns, or change the sign of the heights."
-            )
-        ]
-    return [
-        tr(
-            "The points fit as a mirror image: two axes of one of the frames are exchanged, "
-            "or one runs the other way. Exchange the columns of easting and northing, or give "
-            "heights instead of depths."
-        )
-    ]
+    return [Finding("control.swapped-columns", labels=(), points=points.name)]
 
 
-def said_of_tipping(rotation: Array, up: Array | None, points: Points | None) -> list[str]:
+def said_of_tipping(rotation: Array, up: Array | None, points: Points | None) -> list[Message]:
     """Of a model that a registration tips over. up : (3,) in the model's frame, where its file or
     its user says what is up; None where nobody does, and then points must leave it open"""
     axis = np.array([0.0, 0.0, 1.0]) if up is None else up / np.linalg.norm(up)

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.registration.doubts.comparing import Left, far_better, left_over
-from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.words import tr
 
@@ -133,7 +133,7 @@ def _fits_of_triples(model: Array, world: Array) -> Iterator[Similarity]:
             continue
 
 
-def said_of_mixed(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+def said_of_mixed(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
     """Of points of which some are read in another way than the others."""
     found = mixed_values(model, world)
     if found is None:
@@ -141,29 +141,10 @@ def said_of_mixed(labels: Sequence[str], model: Array, world: Array) -> list[str
     which, offset = found.which, found.offset_m
     if offset is not None and 2 * which.sum() > len(labels):
         which, offset = ~which, -offset
-    names = listed_of(labels, which)
+    names = [labels[int(row)] for row in np.flatnonzero(which)]
     if offset is not None:
-        return [
-            tr(
-                "The heights of {labels} fit those of the others if {offset:+.3g} m are added to "
-                "them: heights above the ellipsoid and above the sea, or of two benchmarks, may "
-                "be mixed. Bring all of them into one system.",
-                labels=names,
-                offset=offset,
-            )
-        ]
+        return [Finding("control.height-offset", labels=names, offset_m=offset)]
     if found.kind == "feet":
-        return [
-            tr(
-                "The heights of {labels} look like feet beside those of the others in metres. "
-                "Multiply them by 0.3048.",
-                labels=names,
-            )
-        ]
-    return [
-        tr(
-            "x and y of {labels} look exchanged: read the other way round they fit the others. "
-            "Exchange them.",
-            labels=names,
-        )
-    ]
+        axes = tr("heights of {labels}", labels=", ".join(names))
+        return [Finding("control.other-unit", axes=axes, unit=tr("feet"), factor=_FOOT_M)]
+    return [Finding("control.swapped-columns", labels=names)]

@@ -29,6 +29,7 @@ from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.notation import format_plane
 from vomstudio.geometry.units import Axes
+from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import Background
@@ -195,8 +196,10 @@ class ThreePointsPanel(SeenPanel):
         if isinstance(made, VomError):
             self._studio.fail(made)
             return
-        assert isinstance(made, np.ndarray)
-        self._fill([[repr(value) for value in row] for row in made.tolist()])
+        assert isinstance(made, Boundaries)
+        self._fill([[repr(value) for value in row] for row in made.points.tolist()])
+        if made.warnings:
+            self._studio.warn(" ".join(map(str, made.warnings)))
 
     def _fill(self, rows: list[list[str]]) -> None:
         """Rows that a person can write into follow, as long as there are fewer than three."""
@@ -366,11 +369,11 @@ def _after(found: ThreePoints) -> str:
     return "".join(f" {warning}" for warning in found.warnings)
 
 
-def _read(path: Path) -> Array | VomError:
-    from vomstudio.io.text.log_reading import read_boundaries
+def _read(path: Path) -> Boundaries | VomError:
+    from vomstudio.io.gate.point_tables import read_boundaries
 
     try:
-        return read_boundaries(path).points
+        return read_boundaries(path)
     except VomError as error:
         return error
 

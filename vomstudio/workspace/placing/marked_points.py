@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.evidence import Evidence
@@ -16,7 +17,7 @@ _NAMED = 12
 
 
 def marked_pairs(
-    control: Path, marks_file: Path | None, evidence: Evidence, crs: str | None, said: list[str]
+    control: Path, marks_file: Path | None, evidence: Evidence, crs: str | None, said: list[Message]
 ) -> tuple[Pairs, str | None]:
     """Control points with the places on the model that their marks in the photos show, beside the
     pairs that are there; and the CRS of both. said : gets what of them was not used

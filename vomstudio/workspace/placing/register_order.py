@@ -101,7 +101,7 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         from vomstudio.io.models.opening import read_model
 
         loaded = read_model(Path(asked.model), progress)
-    said, unused = list[Message](), list[str]()
+    said, unused = list[Message](), list[Message]()
     evidence, crs = _evidence(asked, crs, loaded, said, unused)
     evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
     fitted = _fitted(asked, evidence, loaded, crs, progress)
@@ -130,12 +130,14 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
     return Registered(placed, attitude_misses(evidence, found), loaded, crs, fitted)
 
 
-def _by_unused(failure: GeometryError, unused: Sequence[str], evidence: Evidence) -> GeometryError:
+def _by_unused(
+    failure: GeometryError, unused: Sequence[Message], evidence: Evidence
+) -> GeometryError:
     """A failure that follows from marks that were not used: these are its cause."""
     why = failure.message
     if evidence.too_few_alone:
         why = tr("Three points at least are needed, each marked in two photos or more.")
-    return GeometryError(" ".join([*unused, why]), file=failure.file, field=failure.field)
+    return GeometryError(" ".join(map(str, [*unused, why])), file=failure.file, field=failure.field)
 
 
 def _pairs_file(asked: RegisterOrder) -> str | None:
@@ -211,7 +213,7 @@ def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
     return np.array([0.0, 0.0, 1.0]) if known else None
 
 
-def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[str]:
+def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[Message]:
     """How far a model is put from where its own file says that it is."""
     from vomstudio.registration.coordinate_checks import said_of_move
 
@@ -228,13 +230,13 @@ def _evidence(
     crs: str | None,
     loaded: LoadedModel | None,
     said: list[Message],
-    unused: list[str],
+    unused: list[Message],
 ) -> tuple[Evidence, str | None]:
     """And the CRS. said : gets what was noticed; unused : which control points and marks were not
     used, and why"""
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
-    from vomstudio.registration.coordinate_checks import said_of_area
+    from vomstudio.registration.coordinate_checks import check_area
     from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
     from vomstudio.workspace.placing.marked_points import marked_pairs
 
@@ -266,10 +268,10 @@ def _evidence(
         evidence.compass = tables.read_compass(asked.orientations)
     place = None
     if evidence.pairs is not None:
-        said += said_of_area(evidence.pairs.world, crs)
+        said += check_area(evidence.pairs.world, crs)
     if asked.cameras is not None:
         evidence.positions, crs, place = in_metres(_positions(asked.cameras, own), crs, said)
-        said += said_of_area(evidence.positions.places, crs, converted=place is not None)
+        said += check_area(evidence.positions.places, crs, converted=place is not None)
     north = _north(asked, evidence, crs, place)
     if asked.attitudes is not None:
         table = _held(asked.attitudes, asked.north, own)

@@ -29,7 +29,7 @@ from vomstudio.document.records.basics import Matrix, Point
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
-from vomstudio.registration.coordinate_checks import require_on_model, said_of_area, said_of_move
+from vomstudio.registration.coordinate_checks import check_area, require_on_model, said_of_move
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed, PointResidual
@@ -157,7 +157,7 @@ def placed_by_points(
         )  # fmt: skip
     if not len(pairs.labels):
         return placed
-    said = said_of_area(pairs.world, crs)
+    said = check_area(pairs.world, crs)
     # A model that was registered before stands there by that, not by its file.
     by_file = model.registration is None and model.frame.crs == crs and placed.known.position
     if bounds is not None and crs is not None and by_file:

@@ -2,33 +2,29 @@
 
 Control points are a table `label, x, y, z` with, where wanted, `sigma` (metres) and `use` (control
 or check); marks are a table `label, photo, x, y`, in pixels of the photo as stored, from the outer
-corner of its top left pixel, x to the right and y down. A comment that begins with it states the
-CRS: `# EPSG:32633`, or WKT in one line. Coordinates are in metres. Columns may have the names that
-other programs give them, in a header that begins with `#`, as Metashape's do, or none at all.
+corner of its top left pixel, x to the right and y down. A comment states the CRS
+(`# EPSG:32633`, or WKT in one line), or `NAME.prj` beside the table does. Coordinates are in
+metres. Columns may have the names that other programs give them, in a header that begins with `#`,
+as Metashape's do, or none at all.
 """
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.regular import read_whole
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
-from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_ENDINGS, read_table
 from vomstudio.words import to_translate, tr
 
-_IN_COMMENT = re.compile(
-    r"[#\s]*(?:CRS\s*(?:[:=]\s*)?)?(EPSG:\d+\b|[A-Z]+CRS\[.*\])", re.IGNORECASE
-)
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
 """The order of the columns where there is no header."""
 _IN_PHOTO = tuple(name for name in PHOTO if name not in LABEL)
@@ -87,24 +83,17 @@ def marks_of(path: Path) -> list[Mark]:
 
 
 def crs_of(path: Path) -> str | None:
-    """Raises InputError for one in degrees, which a table is not read in."""
-    for comment in read_table(path, most=MOST_OBJECTS).comments:
-        if stated := _IN_COMMENT.match(comment):
-            return in_metres(path, (), stated[1], _line_of(path, comment))[1]
-    return None
+    """Return the CRS that the table or its `.prj` states.
 
-
-def _line_of(path: Path, comment: str) -> int | None:
-    """The line of a comment of a table; None where its encoding hides it, or it
-    cannot be read a second time."""
-    try:
-        lines = as_utf8(read_whole(path)).decode("utf-8", "replace").splitlines()
-    except (InputError, OSError):
-        return None
-    bare = (text.strip() for text in lines)
-    return next(
-        (n for n, t in enumerate(bare, 1) if t[:1] == "#" and t[1:].strip() == comment), None
-    )
+    Raises
+    ------
+    InputError
+        For a CRS in degrees, or one that is not known.
+    """
+    stated, findings = crs_of_table(path, read_table(path, most=MOST_OBJECTS).comments)
+    if findings and stated.text is None:
+        raise InputError.of_finding(findings[0], file=path, field="CRS")
+    return in_metres(path, (), stated.text)[1]
 
 
 CONTROL_FORMAT = ControlFormat(

@@ -9,10 +9,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gis.axis_units import StatedAxes, in_words, stated_axes, unreadable_crs
+from vomstudio.io.gis.axis_units import StatedAxes, in_words, stated_axes
 from vomstudio.io.gis.geo_keys import Keys, name_keys
 from vomstudio.io.models.reader import Reference
 from vomstudio.io.text.encodings import as_utf8
@@ -42,7 +43,9 @@ def las_reference(path: Path) -> Reference:
         if reference is not None
     ]
     if not found:
-        return Reference(warnings=tuple(unreadable_crs(one) for one in wrong[:1]))
+        return Reference(
+            warnings=tuple(Finding("frame.crs-unreadable", crs=one) for one in wrong[:1])
+        )
     if len(found) == 1:
         return found[0]
     first, other = found if by_wkt else reversed(found)

@@ -1,0 +1,240 @@
+"""One bed, written in many frames, has one attitude in World."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from pyproj import CRS, Transformer
+
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.planes import fit_plane
+from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
+from vomstudio.io.gate.stated_crs import crs_in_comments
+
+Array = npt.NDArray[np.float64]
+ZONE = "EPSG:32633"
+ATTITUDE = (60.0, 30.0)
+
+
+def bed(east: float = 500_000.0, north: float = 5_094_000.0) -> Array:
+    """Points on a bed of 060/30, in metres."""
+    rng = np.random.default_rng(38)
+    x, y = rng.uniform(0.0, 40.0, (2, 60))
+    azimuth, dip = np.radians(ATTITUDE)
+    z = 300.0 - np.tan(dip) * (x * np.sin(azimuth) + y * np.cos(azimuth))
+    return np.column_stack([east + x, north + y, z])
+
+
+def placed(points: Array, path: Path, options: FrameOptions = AS_STATED, **more) -> WorldPoints:
+    return points_to_world(points, file=path, options=options, **more)
+
+
+def attitude(points: Array) -> tuple[float, float]:
+    fit = fit_plane(points)
+    return fit.dip_direction_deg, fit.dip_deg
+
+
+def codes(found: WorldPoints) -> list[str]:
+    return [finding.code for finding in found.findings]
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    return tmp_path / "picks.csv"
+
+
+def write_prj(table: Path, crs: str, version: str = "WKT2_2019") -> None:
+    table.with_suffix(".prj").write_text(CRS.from_user_input(crs).to_wkt(version))
+
+
+FEET = METRES["us-ft"]
+
+
+@pytest.mark.parametrize(
+    ("crs", "factors", "expected"),
+    [
+        (ZONE, (1.0, 1.0, 1.0), []),
+        (f"{ZONE}+5703", (1.0, 1.0, 1.0), []),
+        (f"{ZONE}+6360", (1.0, 1.0, 1.0 / FEET), ["frame.unit-converted"]),
+    ],
+    ids=["metres", "heights in metres", "heights in US survey feet"],
+)
+def test_axes_have_the_units_of_the_prj(table: Path, crs, factors, expected) -> None:
+    write_prj(table, crs)
+    found = placed(bed() * factors, table)
+    assert attitude(found.points) == pytest.approx(ATTITUDE, abs=1e-6)
+    assert codes(found) == expected
+    assert found.points == pytest.approx(bed(), abs=1e-6)
+
+
+@pytest.mark.parametrize("heights", ["m", "us-ft"])
+def test_a_state_plane_in_feet_is_brought_to_metres(table: Path, heights: str) -> None:
+    crs = {"us-ft": "EPSG:2263", "m": "EPSG:2263+5703"}[heights]
+    metric = bed(300_000.0, 60_000.0)
+    factors = [1.0 / FEET, 1.0 / FEET, 1.0 / METRES[heights]]
+    write_prj(table, crs)
+    found = placed(metric * factors, table)
+    assert found.points == pytest.approx(metric, abs=1e-6)
+    assert codes(found) == ["frame.unit-converted"]
+    assert found.crs is not None
+    assert CRS.from_user_input(found.crs).axis_info[0].unit_name == "metre"
+
+
+@pytest.mark.parametrize("statement", ["CRS: {}; x East, y North, metres", "{}", "picks, {}; seed"])
+def test_a_comment_states_the_crs(table: Path, statement: str) -> None:
+    mercator = Transformer.from_crs(ZONE, "EPSG:3857", always_xy=True)
+    points = bed()
+    points[:, 0], points[:, 1] = mercator.transform(points[:, 0], points[:, 1])
+    with pytest.raises(InputError) as error:
+        placed(points, table, comments=(statement.format("EPSG:3857"),))
+    assert error.value.code == "frame.not-metric"
+    assert error.value.values["suggested_crs"] in ("EPSG:32632", "EPSG:32633")
+
+
+@pytest.mark.parametrize(
+    "source", ["EPSG:3857", "EPSG:4326", "EPSG:32632", "EPSG:3035", "EPSG:4978"]
+)
+def test_conversion_restores_the_attitude(table: Path, source: str) -> None:
+    three_dimensional = source == "EPSG:4978"
+    origin = CRS.from_user_input(ZONE).to_3d() if three_dimensional else ZONE
+    transformer = Transformer.from_crs(origin, source, always_xy=True)
+    points = bed()
+    if three_dimensional:
+        points = np.column_stack(transformer.transform(*points.T))
+    else:
+        points[:, 0], points[:, 1] = transformer.transform(points[:, 0], points[:, 1])
+    write_prj(table, source)
+    found = placed(points, table, FrameOptions(to_crs=ZONE))
+    assert found.points == pytest.approx(bed(), abs=1e-3)
+    assert "frame.reprojected" in codes(found)
+    assert attitude(found.points) == pytest.approx(ATTITUDE, abs=1e-3)
+
+
+def test_points_of_a_model_are_converted_to_its_crs(table: Path) -> None:
+    points = bed()
+    transformer = Transformer.from_crs(ZONE, "EPSG:4326", always_xy=True)
+    points[:, 0], points[:, 1] = transformer.transform(points[:, 0], points[:, 1])
+    write_prj(table, "EPSG:4326")
+    found = placed(points, table, model=ModelFrame(ZONE))
+    assert found.points == pytest.approx(bed(), abs=1e-3)
+    assert found.crs == ZONE
+
+
+def test_points_without_a_frame_are_in_the_world_of_their_model(table: Path) -> None:
+    found = placed(bed(), table, model=ModelFrame(ZONE))
+    assert (found.crs, codes(found)) == (ZONE, [])
+    assert (found.points == bed()).all()
+
+
+def test_a_frame_beside_a_model_without_one_is_reported(table: Path) -> None:
+    write_prj(table, ZONE)
+    assert codes(placed(bed(), table, model=ModelFrame())) == ["frame.model-without-crs"]
+
+
+@pytest.mark.parametrize(
+    ("crs", "code"),
+    [
+        ("EPSG:4326", "frame.degrees"),
+        ("EPSG:4978", "frame.geocentric"),
+        ("EPSG:3857", "frame.not-metric"),
+    ],
+)
+def test_what_is_not_metric_is_refused(table: Path, crs: str, code: str) -> None:
+    points = bed() if code != "frame.degrees" else bed() * [3e-5, 9e-6, 1.0]
+    write_prj(table, crs)
+    with pytest.raises(InputError) as error:
+        placed(points, table)
+    assert error.value.code == code
+
+
+def test_exchanged_columns_are_recognised(table: Path) -> None:
+    write_prj(table, ZONE)
+    with pytest.raises(InputError) as error:
+        placed(bed()[:, [1, 0, 2]], table)
+    assert error.value.code == "frame.swapped-axes"
+
+
+def test_exchanged_degrees_are_recognised(table: Path) -> None:
+    points = bed()
+    transformer = Transformer.from_crs(ZONE, "EPSG:4326", always_xy=True)
+    longitude, latitude = transformer.transform(points[:, 0], points[:, 1])
+    exchanged = np.column_stack([latitude, longitude, points[:, 2]])
+    write_prj(table, "EPSG:4326")
+    with pytest.raises(InputError) as error:
+        placed(exchanged, table, FrameOptions(to_crs=ZONE))
+    assert error.value.code == "frame.swapped-axes"
+
+
+def test_a_table_without_a_frame_is_assumed_to_be_metric(table: Path) -> None:
+    found = placed(bed(), table)
+    (finding,) = found.findings
+    assert finding.code == "frame.assumed"
+    assert (finding.values["up"], finding.values["unit"]) == ("z", "m")
+    assert not placed(bed(), table, comments=("CRS: local; x East, y North, metres",)).findings
+
+
+def test_degrees_beside_metres_are_noticed(table: Path) -> None:
+    assert "frame.maybe-degrees" in codes(placed(bed(0.0, 0.0) * [3e-5, 9e-6, 1.0], table))
+
+
+@pytest.mark.parametrize("unit", sorted(METRES))
+def test_the_unit_option_scales_all_axes(table: Path, unit: str) -> None:
+    points = bed(0.0, 0.0)
+    found = placed(points / METRES[unit], table, FrameOptions(unit=unit))
+    assert found.points == pytest.approx(points, abs=1e-9)
+
+
+def test_y_up_is_turned(table: Path) -> None:
+    points = bed()
+    y_up = np.column_stack([points[:, 0], points[:, 2], -points[:, 1]])
+    assert placed(y_up, table, FrameOptions(up="y")).points == pytest.approx(points)
+
+
+def test_options_that_contradict_the_table_are_refused(table: Path) -> None:
+    write_prj(table, ZONE)
+    with pytest.raises(UsageError):
+        placed(bed(), table, FrameOptions(unit="ft"))
+    found = placed(bed(), table, FrameOptions(crs="EPSG:25833"))
+    assert codes(found) == ["frame.crs-replaced"]
+
+
+def test_conversion_needs_a_crs(table: Path) -> None:
+    with pytest.raises(UsageError):
+        placed(bed(), table, FrameOptions(to_crs=ZONE))
+
+
+def test_an_unknown_crs_is_reported(table: Path) -> None:
+    table.with_suffix(".prj").write_text("not a projection")
+    assert codes(placed(bed(), table)) == ["frame.crs-unreadable", "frame.assumed"]
+
+
+def test_rows_without_coordinates_pass(table: Path) -> None:
+    write_prj(table, ZONE)
+    points = bed()
+    points[3] = np.nan
+    found = placed(points, table)
+    assert np.isnan(found.points[3]).all()
+    assert np.isfinite(np.delete(found.points, 3, axis=0)).all()
+
+
+@pytest.mark.parametrize(
+    ("comments", "text"),
+    [
+        (("CRS: EPSG:32633; x East",), "EPSG:32633"),
+        (("from EPSG:4326", "CRS: EPSG:32633"), "EPSG:32633"),
+        (("from EPSG:4326 to EPSG:32633",), None),
+        (("EPSG::25833",), "EPSG:25833"),
+        (("CRS: none declared, coordinates as given",), None),
+        (("CRS: local; metres",), None),
+        ((f"CoordinateSystem: {CRS.from_epsg(32633).to_wkt()}",), CRS.from_epsg(32633).to_wkt()),
+        ((CRS.from_epsg(32633).to_wkt("WKT1_GDAL"),), CRS.from_epsg(32633).to_wkt("WKT1_GDAL")),
+        (("nothing",), None),
+    ],
+)
+def test_a_crs_in_comments(comments: tuple[str, ...], text: str | None) -> None:
+    assert crs_in_comments(comments).text == text

@@ -1,0 +1,45 @@
+"""The arguments `crs`, `up`, `unit` and `to_crs` of Python functions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Literal
+
+from vomstudio.api.checking import one_of, words_of
+from vomstudio.core.options import declarations
+from vomstudio.errors import VomError
+from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.frame_options import FrameOptions
+
+UpAxis = Literal["y", "z"]
+_ARGUMENTS = {each.flag: each.name for each in declarations(FrameOptions)}
+
+
+def frame_options(
+    crs: str | None, up: UpAxis | None, unit: str | None, to_crs: str | None
+) -> FrameOptions:
+    """Return the frame options of a call.
+
+    Raises
+    ------
+    InputError, UsageError
+        For a value that is not one of the choices, naming the argument.
+    """
+    if up is not None:
+        one_of(up, ("y", "z"), "up")
+    if unit is not None:
+        one_of(unit, METRES, "unit")
+    return FrameOptions(
+        crs=words_of(crs, "crs"), up=up, unit=unit, to_crs=words_of(to_crs, "to_crs")
+    )
+
+
+@contextmanager
+def frame_arguments_named() -> Iterator[None]:
+    """Let errors about the frame name the argument instead of the option."""
+    try:
+        yield
+    except VomError as error:
+        error.field = _ARGUMENTS.get(error.field or "", error.field)
+        raise

@@ -1,0 +1,146 @@
+"""Tables of points in World: the readers that commands, Python functions and the window use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Message
+from vomstudio.errors import InputError
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
+from vomstudio.io.text import log_reading, tables
+from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.text.log_reading import Boundaries
+from vomstudio.io.text.orientation_reading import OrientationTable
+from vomstudio.io.text.tables import PointGroups, TextTable, coordinate_columns, read_table
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class GroupsInWorld:
+    """Groups of points in World.
+
+    Parameters
+    ----------
+    groups : PointGroups
+        With coordinates in World, and the messages of reading and placing them.
+    crs : str or None
+        CRS of World.
+    """
+
+    groups: PointGroups
+    crs: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class PairsInWorld:
+    """Pairs of points on both sides of a fault.
+
+    Parameters
+    ----------
+    names : list of str
+    points : (n, 6) float64
+        East, north, up in metres on the hanging wall, then on the footwall.
+    warnings : tuple of Message
+    """
+
+    names: list[str]
+    points: Array
+    warnings: tuple[Message, ...] = ()
+
+
+def read_points(
+    path: str | Path,
+    by: str | None = None,
+    options: FrameOptions = AS_STATED,
+    model: ModelFrame | None = None,
+) -> GroupsInWorld:
+    """Read the points of a text table, by feature, in World.
+
+    Parameters
+    ----------
+    path : str or Path
+    by : str, optional
+        Column that names the feature of each point; see `vomstudio.io.text.tables.read_points`.
+    options : FrameOptions
+        What the caller knows about the frame.
+    model : ModelFrame, optional
+        The model that the points belong to; without a statement of their own they are in its World.
+
+    Raises
+    ------
+    InputError, UsageError
+        For a table that cannot be read, and as `points_to_world`.
+    """
+    groups = tables.read_points(path, by)
+    placed = points_to_world(
+        groups.points, file=Path(path), comments=groups.comments, options=options, model=model
+    )
+    warnings = (*groups.warnings, *placed.findings)
+    return GroupsInWorld(replace(groups, points=placed.points, warnings=warnings), placed.crs)
+
+
+def read_places(
+    table: OrientationTable, options: FrameOptions = AS_STATED, model: ModelFrame | None = None
+) -> WorldPoints | None:
+    """Return the coordinates of the rows of an orientation table, in World.
+
+    Returns
+    -------
+    WorldPoints or None
+        (n, 3), NaN for rows without coordinates; None if the table has no columns x, y, z.
+
+    Raises
+    ------
+    InputError, UsageError
+        As `points_to_world`.
+    """
+    text = table.table
+    if text.names is None:
+        return None
+    try:
+        points = text.numbers(coordinate_columns(text))[table.kept]
+    except InputError:
+        return None
+    return points_to_world(
+        points, file=text.path, comments=text.comments, options=options, model=model
+    )
+
+
+def read_boundaries(table: str | Path | TextTable, options: FrameOptions = AS_STATED) -> Boundaries:
+    """Read points with names and notes, such as the boundaries of a log, in World.
+
+    Raises
+    ------
+    InputError, UsageError
+        For a table that cannot be read, and as `points_to_world`.
+    """
+    text = _table(table)
+    read = log_reading.boundaries_of(text)
+    placed = points_to_world(read.points, file=text.path, comments=text.comments, options=options)
+    return replace(read, points=placed.points, findings=placed.findings)
+
+
+def read_pairs(table: str | Path | TextTable, options: FrameOptions = AS_STATED) -> PairsInWorld:
+    """Read pairs of points on both sides of a fault, in World.
+
+    Raises
+    ------
+    InputError, UsageError
+        For a table that cannot be read, and as `points_to_world`.
+    """
+    text = _table(table)
+    names, points = log_reading.pairs_of(text)
+    placed = points_to_world(
+        points.reshape(-1, 3), file=text.path, comments=text.comments, options=options
+    )
+    return PairsInWorld(names, placed.points.reshape(-1, 6), placed.findings)
+
+
+def _table(table: str | Path | TextTable) -> TextTable:
+    return table if isinstance(table, TextTable) else read_table(table, most=MOST_OBJECTS)

@@ -1,0 +1,252 @@
+"""Coordinates of tables, brought to World: East, North, Up in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.metric import check_metric, looks_like_degrees
+from vomstudio.io.gate.reprojection import Reprojection
+from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.io.gis.axis_units import StatedAxes, refusal, stated_axes, unit_findings
+from vomstudio.io.gis.crs import crs_name, metric_crs, typed_crs, world_crs
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ModelFrame:
+    """The frame of the model that points belong to.
+
+    Parameters
+    ----------
+    crs : str or None
+        CRS of World, in metres; None for a model without one.
+    """
+
+    crs: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class WorldPoints:
+    """Points in World.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        East, north, up in metres.
+    crs : str or None
+        CRS of World; None for local coordinates.
+    findings : tuple of Finding
+        What was assumed or converted.
+    """
+
+    points: Array
+    crs: str | None = None
+    findings: tuple[Finding, ...] = ()
+
+
+def points_to_world(
+    points: Array,
+    *,
+    file: Path,
+    comments: Sequence[str] = (),
+    stated: StatedCrs | None = None,
+    options: FrameOptions = AS_STATED,
+    model: ModelFrame | None = None,
+) -> WorldPoints:
+    """Establish the frame of the points of a table and convert them to World.
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        As written; rows with NaN are passed through.
+    file : Path
+        The table, for messages and for `NAME.prj` beside it.
+    comments : sequence of str
+        Comments of the table, which may name its CRS.
+    stated : StatedCrs, optional
+        What the file states about its CRS, if it is not a table with comments.
+    options : FrameOptions
+        What the caller knows about the frame.
+    model : ModelFrame, optional
+        Frame of the model that the points belong to. Points whose table states another CRS are
+        converted to it; points without a stated frame are in its World.
+
+    Returns
+    -------
+    WorldPoints
+        With ``frame.assumed`` if neither table, options nor model define the frame.
+
+    Raises
+    ------
+    InputError
+        For coordinates that are not metric (``frame.degrees``, ``frame.geocentric``,
+        ``frame.depths``, ``frame.other-axes``, ``frame.not-metric``, ``frame.undefined-place``)
+        and are not converted by `options.to_crs`.
+    UsageError
+        For options that contradict the table or each other.
+    """
+    points = np.ascontiguousarray(points, np.float64)
+    findings: tuple[Finding, ...] = ()
+    if stated is None:
+        stated, findings = crs_of_table(file, comments)
+    if options.up == "y":
+        # x East, y Up, z South.
+        points = np.ascontiguousarray(points[:, [0, 2, 1]] * [1.0, -1.0, 1.0])
+    axes = _axes(stated, options, file)
+    if axes is None or axes.kind == "none":
+        if options.to_crs is not None:
+            raise UsageError(
+                tr("The table states no CRS to convert from. Give --crs too."),
+                file=file,
+                field="--to-crs",
+            )
+        return _without_crs(points, stated, findings, options, file, model)
+    if options.crs is not None and stated.text is not None:
+        findings += _replaced(file, stated.text, axes)
+    target = options.to_crs or (None if model is None else model.crs)
+    bounds = _bounds(points)
+    if target is not None and (options.to_crs is not None or not _is_same(axes, target)):
+        return _converted(points, axes, target, findings, file)
+    refused = refusal(axes, bounds)
+    if refused is not None:
+        raise InputError.of_finding(refused, file=file, field="CRS")
+    findings += unit_findings(axes)
+    if axes.crs is None or axes.unit_m is None:
+        # A local system has units and no place on Earth.
+        return WorldPoints(points * _factors(axes), None if model is None else model.crs, findings)
+    field = "--crs" if options.crs is not None else "CRS"
+    checked = check_metric(axes.crs, bounds[:, :2], file=file, field=field)
+    if model is not None and model.crs is None:
+        findings += (Finding("frame.model-without-crs", file=file.name, crs=crs_name(axes.crs)),)
+    world = world_crs(axes.crs, axes.unit_m)
+    return WorldPoints(points * _factors(axes), world, (*findings, *checked))
+
+
+def _axes(stated: StatedCrs, options: FrameOptions, file: Path) -> StatedAxes | None:
+    """Return the axes by the options, else by what the table states; None if neither does."""
+    text = options.crs or stated.text
+    if text is None:
+        return None
+    if options.crs is not None and options.to_crs is None:
+        typed_crs(options.crs)
+    try:
+        axes = stated_axes(text)
+    except InputError as error:
+        raise UsageError(error.message, file=file, field="--crs") from error
+    if options.unit is not None and axes.unit_m is not None:
+        unit_m = METRES[options.unit]
+        if not np.isclose(unit_m, axes.unit_m, rtol=2e-7, atol=0.0):
+            raise UsageError(
+                tr(
+                    "The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit.",
+                    crs=crs_name(text),
+                    metres=axes.unit_m,
+                    unit=options.unit,
+                ),
+                file=file,
+                field="--unit",
+            )
+    return axes
+
+
+def _without_crs(
+    points: Array,
+    stated: StatedCrs,
+    findings: tuple[Finding, ...],
+    options: FrameOptions,
+    file: Path,
+    model: ModelFrame | None,
+) -> WorldPoints:
+    unit = options.unit or "m"
+    if METRES[unit] != 1.0:
+        points = points * METRES[unit]
+    if options.unit is None and model is None:
+        maybe = looks_like_degrees(_bounds(points))
+        findings += () if maybe is None else (maybe.of_file(file.name),)
+    if model is None and not (stated.is_local or options.is_given):
+        findings += (Finding("frame.assumed", "info", file=file.name, up="z", unit="m", crs=None),)
+    return WorldPoints(points, None if model is None else model.crs, findings)
+
+
+def _converted(
+    points: Array, axes: StatedAxes, target: str, findings: tuple[Finding, ...], file: Path
+) -> WorldPoints:
+    """Return points converted to another CRS, which is metric there."""
+    source = axes.crs
+    if source is None:
+        refused = refusal(axes, _bounds(points))
+        finding = refused or Finding("frame.crs-unreadable", file=file.name, crs=axes.kind)
+        raise InputError.of_finding(finding, file=file, field="CRS")
+    code = metric_crs(target, "--to-crs")
+    heights = axes.height_m or axes.unit_m or 1.0
+    conversion = Reprojection.create(source, code, height_factor=heights)
+    finite = np.isfinite(points).all(axis=1)
+    converted = np.full_like(points, np.nan)
+    try:
+        converted[finite] = conversion.apply(points[finite])
+        checked = check_metric(code, _bounds(converted)[:, :2], file=file, field="--to-crs")
+    except InputError as error:
+        if axes.kind == "geographic" and _is_exchanged(points[finite], conversion, code):
+            finding = Finding("frame.swapped-axes", file=file.name, crs=crs_name(source))
+            raise InputError.of_finding(finding, file=file, field="x") from error
+        raise
+    return WorldPoints(converted, code, (*findings, conversion.finding, *checked))
+
+
+def _is_exchanged(points: Array, conversion: Reprojection, code: str) -> bool:
+    """Return whether points are metric in the target if longitude and latitude are exchanged."""
+    try:
+        exchanged = conversion.apply(points[:, [1, 0, 2]])
+        return not check_metric(code, _bounds(exchanged)[:, :2])
+    except InputError:
+        return False
+
+
+def _is_same(axes: StatedAxes, world: str) -> bool:
+    """Return whether a CRS is World's, apart from its unit."""
+    from pyproj import CRS
+
+    if axes.crs is None:
+        return axes.kind == "local"
+    if axes.crs == world or axes.unit_m is None:
+        return axes.crs == world
+    metric = world_crs(axes.crs, axes.unit_m)
+    return metric == world or CRS.from_user_input(metric).equals(CRS.from_user_input(world), True)
+
+
+def _replaced(file: Path, stated: str, axes: StatedAxes) -> tuple[Finding, ...]:
+    own = stated_axes(stated)
+    if own.crs is None or axes.crs is None or own.crs == axes.crs:
+        return ()
+    return (
+        Finding(
+            "frame.crs-replaced",
+            file=file.name,
+            file_crs=crs_name(own.crs),
+            crs=crs_name(axes.crs),
+        ),
+    )
+
+
+def _factors(axes: StatedAxes) -> Array:
+    """Return metres per unit of x, y and z, (3,)."""
+    flat = axes.unit_m or 1.0
+    return np.array([flat, flat, axes.height_m or flat])
+
+
+def _bounds(points: Array) -> Array:
+    finite = points[np.isfinite(points).all(axis=1)]
+    if not len(finite):
+        return np.full((2, 3), np.nan)
+    return np.array([finite.min(axis=0), finite.max(axis=0)])

@@ -1,0 +1,132 @@
+"""The CRS that a text table states: in its comments, or in `NAME.prj` beside it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.core.findings import Finding
+from vomstudio.errors import InputError
+from vomstudio.files.regular import read_small
+from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
+from vomstudio.io.gis.crs import sidecar_path
+from vomstudio.io.text.encodings import as_utf8
+
+MAX_BYTES = 100_000
+_CODE = re.compile(r"\bEPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
+_CODE_IN_LIST = re.compile(r"(?:^|[,;:(])\s*EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
+_NAMED = re.compile(r"\s*(?:CRS|Coordinate\s*System|SRS|Projection)\s*[:=]\s*(\S.*)", re.IGNORECASE)
+_WKT = re.compile(r"\s*([A-Z]{3,}(?:CRS|CS)\[.*\])\s*$", re.IGNORECASE)
+_LOCAL = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
+
+
+@dataclass(frozen=True)
+class StatedCrs:
+    """What a table states about its coordinate reference system.
+
+    Parameters
+    ----------
+    text : str or None
+        Code, name or WKT; None if the table names none.
+    is_local : bool
+        Whether the table states that its coordinates are local metres.
+    """
+
+    text: str | None = None
+    is_local: bool = False
+
+
+def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
+    """Return the CRS that the comments of a table name.
+
+    Understood are ``CRS: EPSG:32633`` and ``CoordinateSystem: WKT`` (as Metashape writes it),
+    WKT on a line of its own, and a code at the start of a comment or of an item of a list in it, if
+    all comments name the same one.
+
+    Parameters
+    ----------
+    comments : sequence of str
+        Without their ``#``.
+    """
+    for comment in comments:
+        if (named := _NAMED.match(comment)) is None:
+            continue
+        text = named[1].strip()
+        if text.casefold().startswith(_LOCAL):
+            return StatedCrs(is_local=text.casefold().startswith(("local", "eng")))
+        if (code := _CODE.match(text)) is not None:
+            return StatedCrs(f"EPSG:{code[1]}")
+        return StatedCrs(text if _WKT.match(text) else text.partition(";")[0].strip())
+    for comment in comments:
+        if (wkt := _WKT.match(comment)) is not None:
+            is_local = wkt[1].casefold().startswith(_LOCAL)
+            return StatedCrs(is_local=True) if is_local else StatedCrs(wkt[1])
+    codes = {code for comment in comments for code in _CODE_IN_LIST.findall(comment)}
+    return StatedCrs(f"EPSG:{codes.pop()}" if len(codes) == 1 else None)
+
+
+def crs_of_table(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Finding, ...]]:
+    """Return the CRS of a table of coordinates, from its comments, else `NAME.prj` beside it.
+
+    Parameters
+    ----------
+    path : Path
+        The table; a path without a file has no `NAME.prj`.
+    comments : sequence of str
+
+    Returns
+    -------
+    StatedCrs
+    findings : tuple of Finding
+        ``frame.crs-unreadable`` for a CRS that is not known, which then counts as not stated;
+        ``frame.crs-replaced`` if the comments and `NAME.prj` disagree: the comments are used.
+    """
+    stated = crs_in_comments(comments)
+    findings: list[Finding] = []
+    if stated.text is not None and _axes(stated.text) is None:
+        findings.append(Finding("frame.crs-unreadable", file=path.name, crs=stated.text[:80]))
+        stated = StatedCrs()
+    beside = _read_sidecar(path)
+    if beside is None:
+        return stated, tuple(findings)
+    name, shown = sidecar_path(path).name, " ".join(beside.split())[:80]
+    axes = _axes(beside)
+    if axes is None:
+        findings.append(Finding("frame.crs-unreadable", file=name, crs=shown))
+    elif stated.text is None and not stated.is_local:
+        stated = StatedCrs(beside)
+    elif stated.text is not None and _differ(stated.text, axes):
+        findings.append(
+            Finding(
+                "frame.crs-replaced",
+                file=name,
+                file_crs=axes.crs or shown,
+                crs=stated.text,
+            )
+        )
+    return stated, tuple(findings)
+
+
+def _axes(text: str) -> StatedAxes | None:
+    try:
+        return stated_axes(text)
+    except InputError:
+        return None
+
+
+def _differ(text: str, axes: StatedAxes) -> bool:
+    own = _axes(text)
+    return own is not None and own.crs != axes.crs
+
+
+def _read_sidecar(path: Path) -> str | None:
+    """Return the text of `NAME.prj`, or None if there is none that can be read."""
+    beside = sidecar_path(path)
+    if beside == path:
+        return None
+    try:
+        return as_utf8(read_small(beside, MAX_BYTES)).decode("utf-8", "replace")
+    except (OSError, InputError):
+        return None
