@@ -14,7 +14,7 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message, as_finding
+from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -135,6 +135,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     """Rows and columns; bounds where there are x, y and z, in the CRS that lies beside them."""
     import numpy as np
 
+    from vomstudio.io.gate.stated_crs import crs_of_table
     from vomstudio.io.text.tables import coordinate_columns, read_table
 
     table = read_table(path)
@@ -173,23 +174,25 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
         "fields": list(table.names or (table.label(i) for i in range(table.width))),
         "warnings": warnings,
     }
-    return found if bounds is None else found | _place(path, warnings, progress)
+    stated, findings = crs_of_table(path, table.comments)
+    warnings += findings
+    if bounds is None or stated.text is None:
+        return found
+    return found | _place(path, warnings, progress)
 
 
 def _place(path: Path, warnings: list[Message], progress: Progress) -> dict[str, Any]:
-    """Of points with a NAME.prj beside them, as a cloud has it; nothing without."""
-    from vomstudio.io.gis.crs import sidecar_path
+    """Describe points whose CRS is stated, as a cloud."""
     from vomstudio.io.models.opening import describe
 
-    if not sidecar_path(path).exists():
-        return {}
     try:
         cloud: dict[str, Any] = dict(describe(path, progress))
     except InputError as error:
         return {"warnings": [*warnings, error.message]}
-    own = ("crs", "units", "bounds", "resolution_m", "resolution")
-    said = [*warnings, *(said for said in cloud["warnings"] if said not in warnings)]
-    return {key: cloud[key] for key in own if key in cloud} | {"warnings": said}
+    keys = ("crs", "units", "bounds", "resolution_m", "resolution")
+    findings = [each for each in cloud["warnings"] if isinstance(each, Finding)]
+    added = [each for each in findings if each not in warnings]
+    return {key: cloud[key] for key in keys if key in cloud} | {"warnings": [*warnings, *added]}
 
 
 _GREY = ("1", "L", "P")

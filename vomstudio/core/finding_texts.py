@@ -24,7 +24,7 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         "error",
         to_translate(
             "Lengths in {crs} are {scale:.4g} times those on the ground there, and differ by"
-            " {anisotropy_percent:.2g} % with direction. Use {suggested_crs}."
+            " {anisotropy_percent:.1f} % with direction. Use {suggested_crs}."
         ),
     ),
     "frame.undefined-place": (

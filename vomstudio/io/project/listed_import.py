@@ -4,9 +4,8 @@ drew in three dimensions under the same names of layers and columns."""
 from __future__ import annotations
 
 import csv
-import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document import edits
 from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.lithology import Lithology
@@ -26,6 +25,8 @@ from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
+from vomstudio.io.gate.points import ModelFrame, points_to_world
+from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.io.text.encodings import text_of
 from vomstudio.io.text.file_text import MOST_OBJECTS, refuse_too_many
 from vomstudio.io.text.shape_texts import shapes_of
@@ -108,14 +109,14 @@ def read_listed(
     made: list[Feature] = []
     skipped: list[tuple[str, str]] = []
     unknown: set[str] = set()
+    in_world, findings = _in_world(rows, path, crs)
     watched.stage(tr("Importing features"), len(rows))
-    for number, row in enumerate(rows, 1):
+    for number, (row, points) in enumerate(zip(rows, in_world, strict=True), 1):
         if not number % _LOOKED_AT:
             watched.step(number)
         name = row.word("name", "number", "id") or tr("row {number}", number=number)
-        points = _in_frame(row, crs)
-        if isinstance(points, str):
-            skipped.append((name, points))
+        if (reason := _why_unusable(row, points)) is not None:
+            skipped.append((name, reason))
             continue
         placed = transform.apply(to_file, points)
         if (far := _why_not_on(placed, bounds)) is not None:
@@ -128,8 +129,11 @@ def read_listed(
         type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
         made.append(_feature(row, model, places, type_id, area_inside, points))
     said = [
-        tr("The project has no feature type {type}: it became Contact.", type=kind)
-        for kind in sorted(unknown)
+        *findings,
+        *(
+            tr("The project has no feature type {type}: it became Contact.", type=kind)
+            for kind in sorted(unknown)
+        ),
     ]
     if not made:
         name, reason = skipped[0]
@@ -179,37 +183,35 @@ def _feature(
     return replace(made, area=area)
 
 
-def _in_frame(row: _Row, crs: str | None) -> Floats | str:
-    """(n, 3) in World, or why not."""
+def _in_world(
+    rows: Sequence[_Row], path: Path, crs: str | None
+) -> tuple[list[Floats], tuple[Finding, ...]]:
+    """Return the points of each row in World, all rows with the same CRS at once."""
+    places: list[Floats] = [row.points for row in rows]
+    findings: list[Finding] = []
+    for stated in dict.fromkeys(row.crs for row in rows):
+        numbers = [i for i, row in enumerate(rows) if row.crs == stated]
+        placed = points_to_world(
+            np.concatenate([rows[i].points for i in numbers]),
+            file=path,
+            stated=StatedCrs(stated),
+            model=ModelFrame(crs),
+        )
+        findings += placed.findings
+        ends = np.cumsum([len(rows[i].points) for i in numbers])
+        for i, points in zip(numbers, np.split(placed.points, ends[:-1]), strict=True):
+            places[i] = points
+    return places, tuple(dict.fromkeys(findings))
+
+
+def _why_unusable(row: _Row, points: Floats) -> str | None:
+    """Return why the points of a row cannot be used; None if they can."""
     least = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
-    points = row.points
     if len(points) < least:
         return tr("it has fewer than {count} points.", count=least)
-    if not np.isfinite(points[:, 2]).all():
+    if not np.isfinite(row.points[:, 2]).all():
         return tr("it has no heights; draw it in three dimensions.")
-    if row.crs is not None and crs is not None:
-        from pyproj.exceptions import CRSError
-
-        try:
-            turn = _turn(row.crs, crs)
-        except CRSError:
-            return tr("the file names no coordinate reference system that is known.")
-        if turn is not None:
-            x, y = turn.transform(points[:, 0], points[:, 1])
-            points = np.stack([x, y, points[:, 2]], axis=1)
-    return why_no_coordinate(points.ravel().tolist()) or points
-
-
-@functools.lru_cache(8)
-def _turn(one: str, other: str) -> Any:
-    """From one CRS to the other, None where they are the same. Raises pyproj's CRSError. It takes
-    as long as reading a thousand rows, and is the same for all."""
-    from pyproj import CRS, Transformer
-
-    here, there = CRS.from_user_input(one), CRS.from_user_input(other)
-    if here.equals(there, ignore_axis_order=True):
-        return None
-    return Transformer.from_crs(here, there, always_xy=True)
+    return why_no_coordinate(points.ravel().tolist())
 
 
 def _why_not_on(points: Floats, bounds: Floats | None) -> str | None:
@@ -290,7 +292,8 @@ def _table(path: Path) -> Iterator[_Row]:
             error
         )
     refuse_too_many(path, len(lines), MOST_OBJECTS)
-    crs = next((x[6:].strip() for x in lines if x.startswith("# CRS:")), "")
+    comments = [line[1:].strip() for line in lines if line.startswith("#")]
+    crs = crs_of_table(path, comments)[0].text
     layer = _layer_word(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
     known = {*_WORDS, *"xyz", WKT}
@@ -304,7 +307,6 @@ def _table(path: Path) -> Iterator[_Row]:
             message = tr("The row cannot be read ({error}).", error=error)
             raise InputError(message, file=path, line=body.line_num) from error
         row = {k.casefold(): unguarded(v) for k in wanted if isinstance(v := told.get(k), str)}
-        own = crs if crs.startswith("EPSG:") else None
         if row.get(WKT):
             try:
                 (shape,) = shapes_of([row[WKT]])
@@ -314,10 +316,10 @@ def _table(path: Path) -> Iterator[_Row]:
                 shape.geom_type, layer
             )
             for points in _points(shape) if kind else ():
-                yield _Row(kind, points, row, own)
+                yield _Row(kind, points, row, crs)
         elif {"x", "y", "z"} <= row.keys() and layer in ("", "stations"):
             try:
                 place = [float(row[axis]) for axis in "xyz"]
             except ValueError:
                 place = [np.nan] * 3
-            yield _Row("stations", np.array([place]), row, own)
+            yield _Row("stations", np.array([place]), row, crs)

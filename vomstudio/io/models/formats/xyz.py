@@ -16,6 +16,7 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.places import FARTHEST_M
+from vomstudio.io.gate.stated_crs import crs_in_comments
 from vomstudio.io.models.formats._common import (
     ROWS_AT_ONCE,
     Columns,
@@ -61,6 +62,7 @@ class Layout:
     """How the rows are written: the sample decides, the whole file must follow.
 
     skip : lines before the first row of numbers
+    comments : lines before it that are comments, without their sign
     """
 
     delimiter: str
@@ -70,6 +72,7 @@ class Layout:
     skip: int
     width: int
     sample: list[list[str]]
+    comments: list[str] = field(default_factory=list)
 
 
 # The head of an Esri grid, whose numbers below are heights without places.
@@ -122,7 +125,8 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     _refuse_ragged(table, data, layout, path)
     del data
     cloud = _cloud(table, columns, layout, path, said)
-    return LoadedModel(drop_unsound_points(cloud, said, path), "cloud", None, tuple(said), path)
+    cloud = drop_unsound_points(cloud, said, path)
+    return LoadedModel(cloud, "cloud", crs_in_comments(layout.comments).text, tuple(said), path)
 
 
 def _layout(head: bytes, more: bool, path: Path) -> Layout:
@@ -166,6 +170,7 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
         rows[at][0],
         max(width, len(header or ())),
         cells,
+        [line[1:].strip() for line in lines[: rows[at][0]] if line[:1] == "#"],
     )
 
 
