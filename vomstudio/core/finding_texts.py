@@ -60,4 +60,39 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         "warning",
         to_translate("{file} states {file_crs}; the given {crs} is used instead."),
     ),
+    # --- lines ---------------------------------------------------------------------------------
+    "lines.not-planar": (
+        "warning",
+        to_translate(
+            "The lines are three-dimensional. They were analysed on the plane {plane}, from which"
+            " they scatter {scatter_m:.2g} m. --plane sets another."
+        ),
+    ),
+    "lines.no-plane": (
+        "error",
+        to_translate(
+            "The lines lie on one straight line, so they define no plane. State their plane"
+            " (--plane DD/D)."
+        ),
+    ),
+    "lines.no-heights": (
+        "warning",
+        to_translate(
+            "Lines without heights: {lines}. They cannot be placed on the plane {plane}. Export"
+            " them with heights."
+        ),
+    ),
+    "lines.edge-on": (
+        "error",
+        to_translate(
+            "The {option} is seen edge-on on the plane {plane} of the lines. Give it with heights"
+            " (a circle as X,Y,Z,R)."
+        ),
+    ),
+    "lines.closed": (
+        "warning",
+        to_translate(
+            "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
+        ),
+    ),
 }
