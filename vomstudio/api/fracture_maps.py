@@ -56,8 +56,8 @@ def fractures(
     area : in which traces were mapped: path of a layer of polygons, a shapely polygon, or its
         corners (k, 2) or (k, 3)
     circle : (x, y, radius) in metres, in place of an area; (x, y, z, radius) on a plane
-    scanline : path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place of
-        an area
+    scanline : path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place
+        of an area
     by : attribute of the file that names sets, or the set of each trace
     strikes : ranges of strike (from, to), degrees, clockwise, each a set
     terzaghi_cap : the largest Terzaghi weight, None for none
@@ -104,7 +104,7 @@ def fractures(
         layer=_layer(layer, traces),
         plane=None if plane is None else attitude_of(plane, "plane"),
     )
-    with naming("plane", "--plane"), naming("area", "--area"), naming("by", "--set"):
+    with naming("plane", "--plane"), naming("by", "--set"):
         mapped = map_fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),
@@ -197,8 +197,8 @@ def _corners(given: Any, name: str, least: int) -> npt.NDArray[np.float64]:
     if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < least or not np.isfinite(xy).all():
         raise InputError(
             tr(
-                "At least {count} corners with x and y are needed, as an array (k, 2), or (k, 3) with "
-                "heights, of finite numbers.",
+                "At least {count} corners with x and y are needed, as an array (k, 2), or (k, 3) "
+                "with heights, of finite numbers.",
                 count=least,
             ),
             field=name,

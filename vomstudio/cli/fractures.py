@@ -29,7 +29,8 @@ def add_parser(subparsers: Subparsers) -> None:
         "--area", metavar="POLYGON", help=tr("file with the area in which traces were mapped")
     )
     where.add_argument(
-        "--circle", metavar="X,Y,R",
+        "--circle",
+        metavar="X,Y,R",
         help=tr("count in a circle: centre and radius in metres (X,Y,Z,R on a plane)"),
     )
     where.add_argument(

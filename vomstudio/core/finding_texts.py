@@ -64,8 +64,9 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "lines.not-planar": (
         "warning",
         to_translate(
-            "The lines are three-dimensional. They were analysed on the plane {plane}, from which"
-            " they scatter {scatter_m:.2g} m. --plane sets another."
+            "The lines are three-dimensional. They were analysed on the plane {plane}: scatter"
+            " {scatter_m:.2g} m, {shortening_percent:.1f} % shorter than in space. --plane sets"
+            " another."
         ),
     ),
     "lines.no-plane": (

@@ -49,6 +49,7 @@ def test_traces_on_inclined_planes_have_that_plane(dip: float) -> None:
     assert plane is not None
     assert (plane.dip_direction_deg, plane.dip_deg) == pytest.approx((130, dip), abs=1e-6)
     assert plane.max_distance_m == pytest.approx(0, abs=1e-6)
+    assert plane.shortening_percent == pytest.approx(0, abs=1e-7)
 
 
 def test_rough_pavements_are_maps_however_dense_their_vertices_are() -> None:
@@ -110,14 +111,14 @@ def test_the_threshold_of_the_docstring() -> None:
         lines = np.array(traces_on_plane(Plane(40, dip), 20_000))
         rise = np.abs(lines[:, 1, 2] - lines[:, 0, 2]).sum()
         assert rise / np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).sum() == pytest.approx(
-            climb, abs=0.005
+            climb, abs=0.01
         )
 
 
 @pytest.mark.parametrize("attitude", [(130, 55), (250, 90), (10, 0), (300, 89.5)])
 def test_projections_keep_lengths_and_agree_with_the_window(attitude: tuple[float, float]) -> None:
     lines = traces_on_plane(Plane(*attitude))
-    plane = TracePlane.through(Plane(*attitude), np.concatenate(lines))
+    plane = TracePlane.through(Plane(*attitude), lines)
     flat = plane.project(shapes_of(lines))
     lengths = [np.linalg.norm(b - a) for a, b in lines]
     assert shapely.length(flat) == pytest.approx(lengths, rel=1e-9)
@@ -135,22 +136,26 @@ def test_projections_keep_lengths_and_agree_with_the_window(attitude: tuple[floa
 def test_equal_points_stay_equal_wherever_they_are_in_the_list() -> None:
     """Joins and repeats are recognised by exact coordinates."""
     lines = traces_on_plane(Plane(123.4, 67.8))
-    plane = TracePlane.through(Plane(123.4, 67.8), np.concatenate(lines))
+    plane = TracePlane.through(Plane(123.4, 67.8), lines)
     alone = [plane.coordinates(line) for line in lines]
     assert (plane.coordinates(np.concatenate(lines)) == np.concatenate(alone)).all()
 
 
 def test_the_map_is_projected_vertically_onto_a_slope_and_refused_on_a_wall() -> None:
-    slope = TracePlane.through(Plane(90, 60), np.array([AT]))
+    slope = TracePlane.through(Plane(90, 60), [np.array([AT])])
     square = np.array([shapely.box(*(AT[:2] - 1), *(AT[:2] + 1))], object)
     assert shapely.area(slope.project_window(square, "area", (90, 110)))[0] == pytest.approx(8)
     at_zero = shapely.force_3d(square, 0.0)
     assert shapely.area(slope.project_window(at_zero, "area", (90, 110)))[0] == pytest.approx(8)
     x, y, radius = slope.project_circle((AT[0] + 1, AT[1], 5.0))
     assert (x, y, radius) == pytest.approx((0, -2, 5), abs=1e-6)
-    wall = TracePlane.through(Plane(90, 85), np.array([AT]))
+    wall = TracePlane.through(Plane(90, 85), [np.array([AT])])
     level = np.array([shapely.LineString([AT, AT + [0, 10, 0]])], object)
-    for shapes, option in ((square, "area"), (at_zero, "area"), (shapely.force_2d(level), "scanline")):
+    for shapes, option in (
+        (square, "area"),
+        (at_zero, "area"),
+        (shapely.force_2d(level), "scanline"),
+    ):
         with pytest.raises(GeometryError) as refused:
             wall.project_window(shapes, option, (90, 110))
         assert (refused.value.code, refused.value.values["option"]) == ("lines.edge-on", option)
@@ -167,7 +172,7 @@ def test_the_map_is_projected_vertically_onto_a_slope_and_refused_on_a_wall() ->
 def test_an_area_with_heights_is_projected_at_right_angles() -> None:
     turn = Rotation.from_euler("x", 70, degrees=True)
     corners = turn.apply([[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]]) + AT
-    plane = TracePlane.through(Plane(180, 70), corners)
+    plane = TracePlane.through(Plane(180, 70), [corners])
     shape = np.array([shapely.Polygon(corners)], object)
     assert shapely.area(plane.project_window(shape, "area", (0, 0)))[0] == pytest.approx(12)
 

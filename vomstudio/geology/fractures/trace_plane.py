@@ -46,6 +46,8 @@ class TracePlane:
         World place of x = y = 0, and unit vectors of World along x and y.
     scatter_m, max_distance_m : float
         Root mean square and largest distance of the vertices from the plane.
+    shortening_percent : float
+        How much shorter the lines are on the plane than in space: traces on a rough face wind.
     azimuths_from : {"up", "north"}
         Direction from which angles of traces (`strike_deg`, ranges of strikes, the rose) are
         counted clockwise on the plane: up the dip (the rake is this angle - 90), or north on a
@@ -59,11 +61,13 @@ class TracePlane:
     up: tuple[float, float, float]
     scatter_m: float
     max_distance_m: float
+    shortening_percent: float
     azimuths_from: Literal["up", "north"]
 
     @classmethod
-    def through(cls, plane: Plane, points: Floats) -> TracePlane:
-        """Return the plane with this attitude through the middle of World points (n, 3)."""
+    def through(cls, plane: Plane, lines: Sequence[Floats]) -> TracePlane:
+        """Return the plane with this attitude through the middle of World lines, (k, 3) each."""
+        points = np.concatenate(lines)
         normal = plane.normal()
         frame = ViewFrame.looking(0.0 - normal)
         up = 0.0 - frame.down
@@ -75,6 +79,9 @@ class TracePlane:
         elif plane.vertical:
             # y is then the height.
             origin = np.array([middle[0], middle[1], 0.0])
+        in_space = sum(float(_lengths(line).sum()) for line in lines)
+        across = np.stack([frame.right, up])
+        on_plane = sum(float(_lengths(line @ across.T).sum()) for line in lines)
         return cls(
             dip_direction_deg=plane.dip_direction_deg,
             dip_deg=plane.dip_deg,
@@ -83,6 +90,7 @@ class TracePlane:
             up=_triple(up),
             scatter_m=float(np.sqrt(np.mean(distance**2))),
             max_distance_m=float(np.abs(distance).max()),
+            shortening_percent=100.0 * (1.0 - on_plane / in_space) if in_space > 0 else 0.0,
             azimuths_from="north" if plane.undefined else "up",
         )
 
@@ -110,6 +118,7 @@ class TracePlane:
             lines=lines,
             scatter_m=self.scatter_m,
             max_distance_m=self.max_distance_m,
+            shortening_percent=self.shortening_percent,
         )
 
     def coordinates(self, points: Floats) -> Floats:
@@ -124,12 +133,12 @@ class TracePlane:
         import shapely
 
         if self.is_horizontal:
-            return shapely.force_2d(shapes)
+            return _flat(shapes)
 
         def onto(points: Floats) -> Floats:
             return np.column_stack([self.coordinates(points), np.zeros(len(points))])
 
-        return shapely.force_2d(shapely.transform(shapes, onto, include_z=True))
+        return _flat(shapely.transform(shapes, onto, include_z=True))
 
     def project_window(
         self, shapes: Shapes, option: Literal["area", "scanline"], heights: tuple[float, float]
@@ -153,7 +162,7 @@ class TracePlane:
         import shapely
 
         if self.is_horizontal:
-            return shapely.force_2d(shapes)
+            return _flat(shapes)
         placed = shapes.copy()
         for i, shape in enumerate(shapes):
             if shape is None or shape.is_empty:
@@ -261,14 +270,14 @@ def find_trace_plane(lines: Sequence[Floats]) -> TracePlane | None:
         raise _no_plane()
     plane = Plane.from_normal(axes[2])
     if plane.dip_deg < MIN_DIP_DEG:
-        return TracePlane.through(Plane(0.0, 0.0), points) if climbs else None
+        return TracePlane.through(Plane(0.0, 0.0), lines) if climbs else None
     if not climbs and (_is_straight(sizes) or sizes[1] < MIN_FLATNESS * sizes[2]):
         return None
-    return TracePlane.through(plane, points)
+    return TracePlane.through(plane, lines)
 
 
 def vertices_in_space(shapes: Shapes) -> tuple[list[Floats], Flags]:
-    """Return the vertices (k, 3) of the open lines among shapes (n,) that have heights, part by part
+    """Return the vertices (k, 3) of open lines among shapes (n,) that have heights, part by part
     (of closed lines if there are no others), and which shapes (n,) are lines without heights."""
     import shapely
 
@@ -278,6 +287,8 @@ def vertices_in_space(shapes: Shapes) -> tuple[list[Floats], Flags]:
     usable = is_finite[:, :2].all(axis=1)
     without = np.zeros(len(shapes), np.bool_)
     without[of[row[usable & ~is_finite[:, 2]]]] = True
+    if not is_finite[:, 2].any():
+        return [], without
     parts, part_of = shapely.get_parts(shapes[of], return_index=True)
     points, part = shapely.get_coordinates(parts, include_z=True, return_index=True)
     bad = _rows_with(part, ~np.isfinite(points).all(axis=1), len(parts))
@@ -333,8 +344,19 @@ def _extent(shape: Any, option: str) -> float:
             at = points - points.mean(axis=0)
             total += float(np.linalg.norm(np.cross(at[:-1], at[1:]).sum(axis=0))) / 2
         else:
-            total += float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+            total += float(_lengths(points).sum())
     return total
+
+
+def _flat(shapes: Any) -> Shapes:
+    import shapely
+
+    return np.asarray(shapely.force_2d(shapes), np.object_)
+
+
+def _lengths(points: Floats) -> Floats:
+    """Return the lengths (n - 1,) of the segments between points (n, 2 or 3)."""
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
 def _triple(vector: Floats) -> tuple[float, float, float]:

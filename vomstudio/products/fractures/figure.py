@@ -144,9 +144,7 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     plane = mapped.found.plane
     on_map = plane is None or plane.is_horizontal
     rings = rings_of(float(rose.shares.max()))
-    draw_rose(
-        ax, rose, rings, True, _color(1, style), style, up="N" if on_map else tr("up")
-    )
+    draw_rose(ax, rose, rings, True, _color(1, style), style, up="N" if on_map else tr("up"))
     if plane is None or on_map:
         words = tr("strike, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
     else:

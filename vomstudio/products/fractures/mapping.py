@@ -222,7 +222,7 @@ def _given_plane(attitude: Plane, in_space: Sequence[Floats], flat: int) -> Trac
     if attitude.undefined or not (in_space or flat):
         return None
     if in_space:
-        return TracePlane.through(attitude, np.concatenate(in_space))
+        return TracePlane.through(attitude, in_space)
     finding = Finding("lines.no-heights", lines=flat, plane=format_plane(attitude))
     raise GeometryError.of_finding(finding, field="--plane")
 

@@ -92,9 +92,10 @@ def _law_in_words(length: dict[str, Any]) -> str:
 
 def _plane_in_words(plane: TracePlane) -> str:
     words = tr(
-        "{plane}, scatter {scatter} m (maximum {largest} m)",
+        "{plane}, scatter {scatter} m (maximum {largest} m), lengths {percent} % shorter than in "
+        "space",
         plane=plane.name, scatter=figures(plane.scatter_m, 2),
-        largest=figures(plane.max_distance_m, 2),
+        largest=figures(plane.max_distance_m, 2), percent=number(plane.shortening_percent, 1),
     )  # fmt: skip
     if plane.is_horizontal:
         return words

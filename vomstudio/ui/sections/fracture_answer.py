@@ -76,7 +76,7 @@ class FractureQuestion:
 
 @dataclass(frozen=True, eq=False)
 class FractureAnswer:
-    """lines : (n, 2) each, on the face; plane : that of the face; mapped : None with the reason `why`
+    """lines : (n, 2) each, on the face; plane : of the face; mapped : None with the reason `why`
     if nothing can be counted, and the map can be drawn on"""
 
     question: FractureQuestion
@@ -149,9 +149,7 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
         return error
     lines = on_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
-    placed = TracePlane.through(
-        face.plane, np.concatenate([trace.points for trace in q.traces])
-    )
+    placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
     cells = _on_face(q.cells, face)
     drawing = _drawing(q, face, lines, cells)
     place = q.place

@@ -373,7 +373,7 @@ class FracturesPanel(SeenPanel):
             return
         self._drawn = answered
         labelled = None if answered is None else answered.labelled
-        if labelled is None:
+        if answered is None or labelled is None:
             self.picture.show_image(QImage())
         else:
             self._background.run(
