@@ -46,6 +46,9 @@ def test_what_is_no_map_is_refused() -> None:
         vs.fractures([[(0, 0, 0), (1, 1, 1)]])
     with pytest.raises(vs.errors.InputError, match="no lines"):
         vs.fractures([])
+    for scanline in ([(3, 0), (3, 0)], [(3, 0, 0), (3, 0, 4)]):
+        with pytest.raises(vs.errors.GeometryError, match="no length"):
+            vs.fractures(JOINTS, scanline=scanline)
     with pytest.raises(vs.errors.UsageError, match="one of them"):
         vs.fractures(JOINTS, area=CORNERS, circle=(0, 0, 1))
     with pytest.raises(vs.errors.InputError, match="circle"):

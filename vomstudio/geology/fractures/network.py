@@ -307,6 +307,10 @@ def _check(lines: Shapes, counted: Counted, snap_m: float, cap: float | None) ->
         raise GeometryError(
             tr("Terzaghi weights begin at 1; the cap cannot be lower."), field="--terzaghi-cap"
         )
+    if counted.scanlines is not None and not float(shapely.length(counted.scanlines).sum()) > 0:
+        raise GeometryError(
+            tr("The scanline has no length. Draw it across the traces."), field="--scanline"
+        )
     if counted.area is None:
         return
     if not shapely.area(counted.area) > 0:
