@@ -260,10 +260,13 @@ def find_trace_plane(lines: Sequence[Floats]) -> TracePlane | None:
     if not lines:
         return None
     points = np.concatenate(lines)
-    rises = [float(np.abs(line[:, 2] - line[0, 2]).max()) for line in lines]
-    lengths = [float(np.linalg.norm(line - line[0], axis=1).max()) for line in lines]
-    climbs = sum(rises) >= MIN_CLIMB * sum(lengths) > 0
-    if not climbs and (len(lines) < 3 or not _are_stacked(lines)):
+    counts = np.array([len(line) for line in lines])
+    first = np.cumsum(counts) - counts
+    away = points - np.repeat(points[first], counts, axis=0)
+    rises = np.maximum.reduceat(np.abs(away[:, 2]), first)
+    lengths = np.maximum.reduceat(np.linalg.norm(away, axis=1), first)
+    climbs = bool(rises.sum() >= MIN_CLIMB * lengths.sum() > 0)
+    if not climbs and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first)):
         return None
     sizes, axes = _axes(points)
     if climbs and _is_straight(sizes):
@@ -311,10 +314,13 @@ def _rows_with(row: Ints, flags: Flags, count: int) -> Flags:
     return found
 
 
-def _are_stacked(lines: Sequence[Floats]) -> bool:
-    """Whether heights differ more between lines than along them."""
-    between = float(np.std([line[:, 2].mean() for line in lines]))
-    along = float(np.sqrt(np.mean([line[:, 2].var() for line in lines])))
+def _are_stacked(heights: Floats, counts: Ints, first: Ints) -> bool:
+    """Return whether heights (n,) differ more between lines than along them. counts, first : (m,)
+    number of vertices of each line, and row of its first"""
+    means = np.add.reduceat(heights, first) / counts
+    off = heights - np.repeat(means, counts)
+    along = float(np.sqrt(np.mean(np.add.reduceat(off**2, first) / counts)))
+    between = float(np.std(means))
     return between > 0 and between >= MIN_STEP_RATIO * along
 
 
