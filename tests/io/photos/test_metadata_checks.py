@@ -102,6 +102,13 @@ def test_the_forms_of_angles_in_a_comment(text: str, angles) -> None:
 
 
 @pytest.mark.parametrize(
+    "text", ["yaw" + " " * 60_000 + "x", "yaw " * 16_000, "yaw" + "9" * 60_000, "yaw(" * 15_000]
+)
+def test_comments_of_any_form_are_read_in_a_moment(text: str) -> None:
+    assert comment_angles(text) is None
+
+
+@pytest.mark.parametrize(
     "raw",
     [
         b"ASCII\0\0\0Yaw: 5 Pitch: 1\0\0",

@@ -28,11 +28,11 @@ _AXES = {
 }  # fmt: skip
 _ANGLE = re.compile(
     r"""(?<![A-Za-z0-9_])
-    (?:(gimbal|camera|flight|aircraft|drone|uav|vehicle|body|home)[\s_-]?)?
+    (?:(gimbal|camera|flight|aircraft|drone|uav|vehicle|body|home)[ _-]?)?
     (yaw|heading|azimuth|pan|pitch|tilt|roll)
-    (?:[\s_-]?(?:degrees?|deg|angle))?
-    \s*(?:\(\s*(?:degrees?|deg|°)\s*\))?
-    ["']?\s*[:=]?\s*["']?
+    (?:[ _-]?(?:degrees?|deg|angle))?
+    [ ]?(?:\([ ]?(?:degrees?|deg|°)[ ]?\))?
+    [ ]?["']?[ ]?[:=]?[ ]?["']?[ ]?
     ([+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?!\d|\.\d)""",
     re.IGNORECASE | re.VERBOSE,
 )
@@ -61,8 +61,10 @@ def comment_angles(text: str | None) -> Angles | None:
     """
     if not text:
         return None
+    # Runs of white space would cost the pattern a power of their length.
+    words = " ".join(text[:_MAX_CHARACTERS].split())
     angles: dict[str, list[set[float]]] = {}
-    for owner, name, number in _ANGLE.findall(text):
+    for owner, name, number in _ANGLE.findall(words):
         axes = angles.setdefault(owner.lower(), [set(), set(), set()])
         axes[_AXES[name.lower()]].add(float(number))
     for owner in _OF_CAMERA:
