@@ -41,9 +41,14 @@ def test_it_says_what_the_command_says(data_dir: Path, tmp_path: Path) -> None:
 
 def test_what_is_no_map_is_refused() -> None:
     with pytest.raises(vs.errors.InputError, match="corners"):
+        vs.fractures([[(0, 0, 0, 0), (1, 1, 1, 1)]])
+    with pytest.raises(vs.errors.GeometryError, match="straight line"):
         vs.fractures([[(0, 0, 0), (1, 1, 1)]])
     with pytest.raises(vs.errors.InputError, match="no lines"):
         vs.fractures([])
+    for scanline in ([(3, 0), (3, 0)], [(3, 0, 0), (3, 0, 4)]):
+        with pytest.raises(vs.errors.GeometryError, match="no length"):
+            vs.fractures(JOINTS, scanline=scanline)
     with pytest.raises(vs.errors.UsageError, match="one of them"):
         vs.fractures(JOINTS, area=CORNERS, circle=(0, 0, 1))
     with pytest.raises(vs.errors.InputError, match="circle"):

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from tests.cli.test_register_cameras import TURN, VIEWS, degrees, off_deg, world
 from tests.io.photos import camera_files as files
 from tests.io.photos import photo_maker as maker
-from tests.messages import messages
+from tests.messages import codes, messages
 from vomstudio.geometry.cameras import View
 
 Array = npt.NDArray[np.float64]
@@ -121,6 +121,58 @@ def test_gimbals_turn_the_model(run, model: Path) -> None:
     assert any("doubted" in said for said in messages(told))
     sure = run("register", model, "--attitudes", folder, "--north-sigma", "2", "--json").json
     assert sure["rotation_error_95_deg"]["about_up"] == pytest.approx(3.92, abs=0.1)
+
+
+def test_gimbals_that_did_not_report_are_reported_and_not_used(run, model: Path) -> None:
+    folder = model.parent / "photos"
+    zero = maker.drone_xmp(
+        GimbalYawDegree="+0.00", GimbalPitchDegree="+0.00", GimbalRollDegree="+0.00"
+    )
+    for number, view in enumerate(VIEWS):
+        maker.write_photo(folder / view.name, seed=number, xmp=zero, gps=located(view))
+    positions = ["register", model, "--cameras", folder, "--crs", "EPSG:32633", "--json"]
+    told = run(*positions, "--attitudes", folder).json
+    assert "photo.angles-not-measured" in codes(told)
+    alone = run(*positions).json
+    assert "photo.angles-not-measured" not in codes(alone)
+    assert told["matrix"] == alone["matrix"]
+    assert "attitudes" not in told
+    refused = run("register", model, "--attitudes", folder, "--json")
+    assert (refused.code, refused.json["error"]["code"]) == (2, "photo.angles-not-measured")
+
+
+def test_a_geo_file_filled_with_zeros_states_no_angles(run, model: Path) -> None:
+    rows = [f"{v.name} {' '.join(map(str, world(v.centre[None])[0]))} 0 0 0" for v in VIEWS]
+    geo = model.parent / "geo.txt"
+    geo.write_text("\n".join(["EPSG:32633", *rows]))
+    told = run("register", model, "--cameras", geo, "--attitudes", geo, "--json").json
+    assert "photo.angles-not-measured" in codes(told)
+    assert off_deg(told) < 1e-4
+
+
+def test_angles_in_a_comment_turn_the_model(run, model: Path) -> None:
+    folder = model.parent / "photos"
+    for number, view in enumerate(VIEWS):
+        yaw, pitch, roll = gimbal(view)
+        text = f"ASCII\0\0\0Roll {roll:.6f} Pitch {pitch:.6f} Yaw {yaw:.6f}".encode()
+        maker.write_photo(folder / view.name, seed=number, exif={0x9286: (7, len(text), text)})
+    told = run("register", model, "--attitudes", folder, "--json").json
+    assert off_deg(told) < 1e-4
+    assert "photo.angles-in-comment" in codes(told)
+
+
+def test_heights_are_those_of_xmp_where_exif_contradicts_their_sign(run, model: Path) -> None:
+    """EXIF writes "below sea level" for heights above it."""
+    folder = model.parent / "photos"
+    for number, view in enumerate(VIEWS):
+        longitude, latitude, z = degrees(world(view.centre[None]))[0]
+        maker.write_photo(
+            folder / view.name, seed=number, gps=maker.at(latitude, longitude, z, 1),
+            xmp=maker.drone_xmp(AbsoluteAltitude=f"{z:+.3f}"),
+        )  # fmt: skip
+    told = run("register", model, "--cameras", folder, "--crs", "EPSG:32633", "--json").json
+    assert "photo.altitude-sign" in codes(told)
+    assert told["matrix"][2][3] == pytest.approx(320.0, abs=0.5)
 
 
 def test_true_north_is_turned_to_that_of_the_map(run, model: Path) -> None:

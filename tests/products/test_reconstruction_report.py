@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from vomstudio.core.findings import Finding
 from vomstudio.products.report.reconstruction import write_report
 
 
@@ -33,6 +35,13 @@ def found(**more: Any) -> dict[str, Any]:
 def page(tmp_path: Path, **more: Any) -> str:
     write_report(tmp_path / "r.html", found(**more))
     return (tmp_path / "r.html").read_text("utf-8")
+
+
+def test_warnings_are_sentences_and_findings(tmp_path: Path) -> None:
+    finding = Finding("photo.angles-not-measured", photos=3, photo="a<b>.jpg")
+    text = page(tmp_path, warnings=["look & see", finding.to_dict()])
+    assert "look &amp; see" in text
+    assert escape(finding.message) in text
 
 
 def test_names_are_text_and_never_markup(tmp_path: Path) -> None:

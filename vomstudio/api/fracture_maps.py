@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.api.checking import (
     angles_of,
+    attitude_of,
     flag,
     is_path,
     items_of,
@@ -24,7 +25,7 @@ from vomstudio.api.checking import (
     words_of,
 )
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.fractures.network import Counted, FractureNetwork, Mapped
+from vomstudio.geology.fractures.network import FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
 from vomstudio.words import tr
 
@@ -33,13 +34,14 @@ def fractures(
     traces: Any,
     *,
     area: Any = None,
-    circle: tuple[float, float, float] | None = None,
+    circle: tuple[float, ...] | None = None,
     scanline: Any = None,
     snap_m: float = 0.0,
     by: str | Sequence[str] | None = None,
     strikes: Sequence[tuple[float, float]] = (),
     terzaghi_cap: float | None = None,
     layer: str | None = None,
+    plane: Any = None,
     plot: str | Path | None = None,
     force: bool = False,
 ) -> FractureNetwork:
@@ -48,16 +50,20 @@ def fractures(
     Parameters
     ----------
     traces : path of a GeoPackage, GeoJSON, shapefile or DXF; or the lines themselves, arrays (k, 2)
-        of x East and y North in metres or shapely lines; or a GeoDataFrame in metres
+        of x East and y North in metres, or (k, 3) with heights, or shapely lines; or a
+        GeoDataFrame in metres. Three-dimensional lines are analysed on their plane of best fit,
+        with the warning ``lines.not-planar``
     area : in which traces were mapped: path of a layer of polygons, a shapely polygon, or its
-        corners (k, 2)
-    circle : (x, y, radius) in metres, in place of an area
-    scanline : path of a layer of lines, a shapely line, or its corners (k, 2), in place of an area
-    snap_m : how far ends may miss the trace on which they abut
+        corners (k, 2) or (k, 3)
+    circle : (x, y, radius) in metres, in place of an area; (x, y, z, radius) on a plane
+    scanline : path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place
+        of an area
     by : attribute of the file that names sets, or the set of each trace
     strikes : ranges of strike (from, to), degrees, clockwise, each a set
     terzaghi_cap : the largest Terzaghi weight, None for none
     layer : of the traces, where their file has several
+    plane : on which lines with heights are analysed: "DD/D", (dip direction, dip) or a PlaneFit;
+        (0, 0) is the map
     plot, force : picture to write (.svg, .pdf, .png), and whether it may replace one
 
     Returns
@@ -65,12 +71,14 @@ def fractures(
     FractureNetwork: ``traces``, ``pieces``, ``area_m2``, ``P10_1_per_m``, ``P20_1_per_m2``,
     ``P20_nodes_1_per_m2``, ``P21_1_per_m``, ``nodes`` (``I``, ``Y``, ``X``), ``mended``, ``length``
     (``mean_m``, ``naive_mean_m``, ``censored_share``, ``distribution``, ``parameters``, ...),
-    ``sets``, ``P21_by_size``, ``scanline``; None is what cannot be stated.
+    ``sets``, ``P21_by_size``, ``scanline``, ``plane`` (of three-dimensional lines: ``dip_deg``,
+    ``scatter_m``, ``azimuths_from``, ...); None is what cannot be stated.
 
     Raises
     ------
     vs.errors.InputError for files that cannot be read or are in degrees; vs.errors.GeometryError
-    for an area outside the map; vs.errors.UsageError for more than one of area, circle, scanline.
+    for an area outside the map, lines that define no plane, and an area or scanline seen edge-on;
+    vs.errors.UsageError for more than one of area, circle, scanline.
 
     Nodes after Sanderson & Nixon (2015), lengths in a window after Laslett (1982) and Pahl (1981),
     circles after Mauldon et al. (2001), weights along scanlines after Terzaghi (1965).
@@ -94,13 +102,18 @@ def fractures(
         strikes=tuple(_range(pair) for pair in items_of(strikes, "strikes")),
         terzaghi_cap=single_number(terzaghi_cap, "terzaghi_cap"),
         layer=_layer(layer, traces),
+        plane=None if plane is None else attitude_of(plane, "plane"),
     )
-    given = {"area": area, "circle": circle, "scanline": scanline}
-    with naming("by", "--set"):
+    with naming("plane", "--plane"), naming("by", "--set"):
         mapped = map_fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),
-            counted=_counted({k: v for k, v in given.items() if v is not None and not is_path(v)}),
+            area=None if area is None or order.area is not None else _areas(area),
+            scanlines=(
+                None
+                if scanline is None or order.scanline is not None
+                else _shapes([scanline], "scanline")
+            ),
             sets=_sets_of(by),
         )
     if picture is not None:
@@ -141,29 +154,22 @@ def _path(given: Any, name: str) -> Path | None:
     return path_of(given, name) if is_path(given) else None
 
 
-def _circle(given: Any) -> tuple[float, float, float]:
+def _circle(given: Any) -> tuple[float, ...]:
     values = numbers(given, "circle").ravel()
-    if values.shape != (3,):
-        raise InputError(tr("A circle is given as (x, y, radius), in metres."), field="circle")
-    return float(values[0]), float(values[1]), float(values[2])
+    if values.shape not in ((3,), (4,)):
+        raise InputError(
+            tr("A circle is given as (x, y, radius) or (x, y, z, radius), in metres."),
+            field="circle",
+        )
+    return tuple(values.tolist())
 
 
-def _counted(given: dict[str, Any]) -> Counted | None:
-    """What was handed over as coordinates."""
+def _areas(given: Any) -> npt.NDArray[np.object_]:
+    """A polygon of the interface, or of its corners. Raises InputError."""
     import shapely
 
-    from vomstudio.geometry.outlines.self_crossing import taken_apart
-
-    if "area" in given:
-        area = given["area"]
-        if not hasattr(area, "geom_type"):
-            corners = _corners(area, "area", 3)
-            area = shapely.Polygon(corners)
-        sound, said = taken_apart(area)
-        return Counted(sound, warnings=tuple(said))
-    if "scanline" in given:
-        return Counted(scanlines=_shapes([given["scanline"]], "scanline"))
-    return None
+    area = given if hasattr(given, "geom_type") else shapely.Polygon(_corners(given, "area", 3))
+    return np.array([area], object)
 
 
 def _shapes(given: Any, name: str) -> npt.NDArray[np.object_]:
@@ -188,11 +194,11 @@ def _shapes(given: Any, name: str) -> npt.NDArray[np.object_]:
 
 def _corners(given: Any, name: str, least: int) -> npt.NDArray[np.float64]:
     xy = numbers(given, name)
-    if xy.ndim != 2 or xy.shape[1] != 2 or len(xy) < least or not np.isfinite(xy).all():
+    if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < least or not np.isfinite(xy).all():
         raise InputError(
             tr(
-                "At least {count} corners with x and y are needed, as an array (k, 2) of finite "
-                "numbers.",
+                "At least {count} corners with x and y are needed, as an array (k, 2), or (k, 3) "
+                "with heights, of finite numbers.",
                 count=least,
             ),
             field=name,

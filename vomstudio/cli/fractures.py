@@ -29,7 +29,9 @@ def add_parser(subparsers: Subparsers) -> None:
         "--area", metavar="POLYGON", help=tr("file with the area in which traces were mapped")
     )
     where.add_argument(
-        "--circle", metavar="X,Y,R", help=tr("count in a circle: centre and radius in metres")
+        "--circle",
+        metavar="X,Y,R",
+        help=tr("count in a circle: centre and radius in metres (X,Y,Z,R on a plane)"),
     )
     where.add_argument(
         "--scanline", metavar="LINE", help=tr("file with one line or several to count along")
@@ -37,6 +39,10 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--snap", type=float, default=0.0, metavar="M",
         help=tr("how far ends may miss a trace that they abut on, in metres (default 0)"),
+    )  # fmt: skip
+    parser.add_argument(
+        "--plane", metavar="DD/D",
+        help=tr("plane of lines with heights (default: best fit, if they are three-dimensional)"),
     )  # fmt: skip
     sets = parser.add_mutually_exclusive_group()
     sets.add_argument(
@@ -68,6 +74,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         parse_strikes,
     )  # fmt: skip
     from vomstudio.products.net.figure import picture_format
+    from vomstudio.products.section.curtain import parse_section_plane
 
     order = FractureOrder(
         traces=Path(args.traces),
@@ -79,6 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         strikes=parse_strikes(args.strikes),
         terzaghi_cap=args.terzaghi_cap,
         layer=args.layer,
+        plane=None if args.plane is None else parse_section_plane(args.plane),
     )
     format_ = None
     if args.plot is not None:

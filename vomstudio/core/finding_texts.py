@@ -173,4 +173,62 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " orthometric heights, or two benchmarks, may be mixed."
         ),
     ),
+    # --- lines ---------------------------------------------------------------------------------
+    "lines.not-planar": (
+        "warning",
+        to_translate(
+            "The lines are three-dimensional. They were analysed on the plane {plane}: scatter"
+            " {scatter_m:.2g} m, {shortening_percent:.1f} % shorter than in space. --plane sets"
+            " another."
+        ),
+    ),
+    "lines.no-plane": (
+        "error",
+        to_translate(
+            "The lines lie on one straight line, so they define no plane. State their plane"
+            " (--plane DD/D)."
+        ),
+    ),
+    "lines.no-heights": (
+        "warning",
+        to_translate(
+            "Lines without heights: {lines}. They cannot be placed on the plane {plane}. Export"
+            " them with heights."
+        ),
+    ),
+    "lines.edge-on": (
+        "error",
+        to_translate(
+            "The {option} is seen edge-on on the plane {plane} of the lines. Give it with heights"
+            " (a circle as X,Y,Z,R)."
+        ),
+    ),
+    "lines.closed": (
+        "warning",
+        to_translate(
+            "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
+        ),
+    ),
+    # --- photos --------------------------------------------------------------------------------
+    "photo.altitude-sign": (
+        "warning",
+        to_translate(
+            "{photo}: EXIF states a height of {exif_m:+.2f} m, XMP {xmp_m:+.2f} m ({photos}"
+            " photos). The XMP heights are used. Check their sign."
+        ),
+    ),
+    "photo.angles-not-measured": (
+        "warning",
+        to_translate(
+            "Yaw, pitch and roll are exactly 0 in {photos} photos ({photo}, ...), so they were not"
+            " measured. They are not used."
+        ),
+    ),
+    "photo.angles-in-comment": (
+        "info",
+        to_translate(
+            "The angles of {photos} photos ({photo}, ...) are from EXIF UserComment: yaw from true"
+            " north, pitch 0 level and -90 straight down. Check this."
+        ),
+    ),
 }

@@ -11,8 +11,13 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geometry.cameras import View
-from vomstudio.io.control.attitude_tables import AttitudeTable, attitude_table
+from vomstudio.io.control.attitude_tables import (
+    AttitudeTable,
+    attitude_table,
+    without_attitudes,
+)
 from vomstudio.io.control.observation_tables import Positions
+from vomstudio.io.photos.metadata_checks import altitude_findings, without_unmeasured_angles
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.reading import read_photo
 from vomstudio.words import tr
@@ -25,8 +30,8 @@ def positions_in(photos: Mapping[str, Path]) -> Positions:
     with what it is above. Receivers state a radius for the horizontal; it is left to the residuals
     whether that is true. Raises UsageError where no photo has one."""
     names, places, heights = list[str](), list[tuple[float, float, float]](), list[str]()
-    for name, path in photos.items():
-        photo = read_photo(path)
+    taken = [read_photo(path) for path in photos.values()]
+    for name, photo in zip(photos, taken, strict=True):
         if photo.longitude_deg is None or photo.latitude_deg is None:
             continue
         names.append(name)
@@ -39,20 +44,28 @@ def positions_in(photos: Mapping[str, Path]) -> Positions:
             field="--cameras",
         )
     unstated = np.full((len(names), 3), np.nan)
-    return Positions(tuple(names), np.array(places), True, unstated, heights=tuple(heights))
+    return Positions(
+        tuple(names),
+        np.array(places),
+        True,
+        unstated,
+        heights=tuple(heights),
+        findings=tuple(altitude_findings(taken)),
+    )
 
 
 def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> AttitudeTable:
     """How photos were held, by the names of their cameras: by the gimbal of a drone, or by the
-    accelerometer and the compass of a phone. Raises UsageError where no photo says it.
+    accelerometer and the compass of a phone. Raises UsageError where no photo says it; a table
+    without photos has the finding why their angles are not used.
 
     views : the cameras, whose photos a program may have turned upright before it used them
     """
     names, angles, down, norths = list[str](), list[Array](), list[Array](), list[str]()
     days, places = list[date | None](), list[Array]()
     drones = unnamed = 0
-    for name, path in photos.items():
-        photo = read_photo(path)
+    taken, findings = without_unmeasured_angles([read_photo(path) for path in photos.values()])
+    for name, photo in zip(photos, taken, strict=True):
         turns = _quarter_turns(photo, views.get(name))
         told = np.full(3, np.nan)
         north, fall = "true", np.full(3, np.nan)
@@ -76,6 +89,8 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
         longitude, latitude = photo.longitude_deg, photo.latitude_deg
         there = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
         places.append(np.array(there))
+    if not names and findings:
+        return without_attitudes(findings)
     if not names:
         raise UsageError(
             tr(
@@ -93,7 +108,7 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
         down=np.array(down),
         days=tuple(days),
         places=np.array(places),
-        notes=_notes(drones, unnamed),
+        notes=(*findings, *_notes(drones, unnamed)),
     )
 
 

@@ -317,7 +317,7 @@ _FORM = (
         (
             'xmlns:Camera="http://pix4d.com/camera/1.0/"',
             "<Camera:Yaw>0</Camera:Yaw><Camera:Pitch>0</Camera:Pitch><Camera:Roll>0</Camera:Roll>",
-            (None, None, None),
+            (0, -90, 0),
         ),
     ],
 )

@@ -21,6 +21,7 @@ from vomstudio.geology.fractures.scanlines import (
     crossings_of,
     spacing_of,
 )  # fmt: skip
+from vomstudio.geology.fractures.trace_plane import TracePlane
 from vomstudio.geology.fractures.windows import (
     BEYOND,
     CircleEstimates,
@@ -105,7 +106,8 @@ class FractureSet:
 @dataclass(frozen=True, repr=False)
 class FractureNetwork(Shown):
     """See docs/cli.md; None is what cannot be stated. P21_unclipped_1_per_m : with all that the
-    traces have outside the area, which is too much."""
+    traces have outside the area, which is too much; plane : on which three-dimensional traces were
+    analysed, None for a map."""
 
     traces: int
     pieces: int
@@ -128,10 +130,14 @@ class FractureNetwork(Shown):
     terzaghi_cap: float | None
     warnings: tuple[Message, ...]
     notes: tuple[str, ...]
+    plane: TracePlane | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
+        """Return the figures ready for JSON; `plane` only if there is one."""
+        figures = asdict(self)
+        if self.plane is None:
+            del figures["plane"]
+        return figures
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +159,12 @@ def fracture_network(
     snap_m: float = 0.0,
     terzaghi_cap: float | None = None,
     warnings: Sequence[Message] = (),
+    plane: TracePlane | None = None,
 ) -> Mapped:
     """The figures of traces (n,), shapely lines in metres, x East and y North.
 
-    sets : (n,) the set of each trace, "" for none. Raises GeometryError where the area has no
+    sets : (n,) the set of each trace, "" for none. plane : of three-dimensional traces, whose x and
+    y are coordinates on it. Raises GeometryError where the area has no
     traces near it or no size, and for tolerances that cannot be.
     """
     import shapely
@@ -215,6 +223,7 @@ def fracture_network(
             ),
             *_beyond(lines, area),
         ),
+        plane=plane,
     )
     return Mapped(found, counted, pieces, names, set_of[pieces.trace])
 
@@ -297,6 +306,10 @@ def _check(lines: Shapes, counted: Counted, snap_m: float, cap: float | None) ->
     if cap is not None and not (math.isfinite(cap) and cap >= 1):
         raise GeometryError(
             tr("Terzaghi weights begin at 1; the cap cannot be lower."), field="--terzaghi-cap"
+        )
+    if counted.scanlines is not None and not float(shapely.length(counted.scanlines).sum()) > 0:
+        raise GeometryError(
+            tr("The scanline has no length. Draw it across the traces."), field="--scanline"
         )
     if counted.area is None:
         return

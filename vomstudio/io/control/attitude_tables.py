@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
 from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
 from vomstudio.io.control.geo_file import is_geo, read_geo
@@ -48,7 +50,7 @@ class AttitudeTable:
     doubted : yaws are of a compass, which may be wrong for all photos alike
     days : when each was read, None where that is not known; places : (n, 2) longitude and latitude,
         NaN where not known
-    notes : what was assumed
+    notes : what was assumed, or why there are no photos
     """
 
     photos: tuple[str, ...]
@@ -59,7 +61,7 @@ class AttitudeTable:
     down: Array
     days: tuple[date | None, ...]
     places: Array
-    notes: tuple[str, ...] = ()
+    notes: tuple[Message, ...] = ()
 
 
 def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
@@ -93,7 +95,7 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     norths = _norths(table, len(photos), north)
     yaws = np.isfinite(angles[:, 0])
     unstated = bool(yaws.any()) and not np.isfinite(sigma[yaws, 0]).any()
-    notes: tuple[str, ...] = ()
+    notes: tuple[Message, ...] = ()
     if unstated and "magnetic" not in norths:
         notes = (
             tr(
@@ -115,7 +117,7 @@ def attitude_table(
     down: Array | None = None,
     days: tuple[date | None, ...] | None = None,
     places: Array | None = None,
-    notes: tuple[str, ...] = (),
+    notes: tuple[Message, ...] = (),
 ) -> AttitudeTable:
     """With what is not known left empty."""
     n = len(photos)
@@ -130,6 +132,11 @@ def attitude_table(
         np.full((n, 2), np.nan) if places is None else places,
         notes,
     )
+
+
+def without_attitudes(notes: Sequence[Message]) -> AttitudeTable:
+    """Return a table without photos, with the reasons."""
+    return attitude_table((), np.empty((0, 3)), notes=tuple(notes))
 
 
 def down_of(table: AttitudeTable) -> Array:
@@ -192,12 +199,16 @@ def _of_geo(path: Path) -> AttitudeTable:
             line=geo.lines[0],
             field="yaw",
         )
+    photos = tuple(geo.photos[i] for i in rows)
+    if not geo.angles[rows].any():
+        return without_attitudes(
+            [Finding("photo.angles-not-measured", photos=len(photos), photo=photos[0])]
+        )
     note = tr(
         "Yaw, pitch and roll of {file} were taken as OpenDroneMap has them: pitch 0 looks straight "
         "down, 90 ahead.",
         file=path.name,
     )
-    photos = tuple(geo.photos[i] for i in rows)
     angles = of_nadir_body(geo.angles[rows])
     norths = ("true",) * len(rows)
     return attitude_table(photos, angles, None, norths, doubted=True, notes=(note,))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
@@ -29,6 +29,8 @@ from vomstudio.words import tr, tr_n
 Shapes = npt.NDArray[np.object_]
 
 _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
+OUTLINE_LAYERS = ("patches", "lithologies")
+"""Layers of closed lines in drawings of this program, behind the type of the feature."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,80 @@ class DrawnLayer:
         return ["" if _is_empty(v) else str(v).strip() for v in self.columns[found]]
 
 
+@dataclass(frozen=True, eq=False)
+class RawLayer:
+    """Features of a layer as they were read, with their heights, before any is left out.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    shapes : (n,) array of shapely geometries or None
+        Coordinates in metres; those of a file without heights have none.
+    feature : (n,) array of int
+        Row of each in the file.
+    columns, crs, fields
+        As in `DrawnLayer`.
+    warnings, left_out : tuple
+        What reading reported of coordinates, and of entities of a drawing.
+    mixed_units : Finding or None
+        States that heights were in another unit than x and y.
+    field : str or None
+        Argument of the Python interface, if there is no file.
+    """
+
+    path: Path
+    shapes: Shapes
+    feature: npt.NDArray[np.int64]
+    columns: Mapping[str, npt.NDArray[Any]]
+    crs: str | None
+    warnings: tuple[Message, ...] = ()
+    left_out: tuple[Message, ...] = ()
+    fields: tuple[str, ...] = ()
+    mixed_units: Finding | None = None
+    field: str | None = None
+
+    def only(self, rows: npt.NDArray[np.bool_]) -> RawLayer:
+        """Return the layer with these features (n,) only."""
+        return replace(
+            self,
+            shapes=self.shapes[rows],
+            feature=self.feature[rows],
+            columns={name: values[rows] for name, values in self.columns.items()},
+        )
+
+    def are_outlines(self) -> npt.NDArray[np.bool_]:
+        """Return which features (n,) lie on a layer of outlines in a drawing of this program."""
+        names = next((v for n, v in self.columns.items() if n.casefold() == "layer"), ())
+        found = np.zeros(len(self.shapes), np.bool_)
+        for row, name in enumerate(names):
+            found[row] = str(name).casefold().rpartition("_")[2] in OUTLINE_LAYERS
+        return found
+
+
+def read_raw_lines(
+    path: str | Path,
+    layer: str | None = None,
+    columns: Iterable[str] = (),
+    progress: Progress | None = None,
+) -> RawLayer:
+    """Read all features of a layer of lines, with heights. Raises as `read_lines`."""
+    return _read(Path(path), layer, _LINES, columns, progress)
+
+
+def read_raw_areas(
+    path: str | Path, layer: str | None = None, progress: Progress | None = None
+) -> RawLayer:
+    """Read all features of a layer of polygons, with heights. Raises as `read_lines`."""
+    return _read(Path(path), layer, _AREAS, (), progress)
+
+
+def raw_shapes(shapes: Shapes, name: str) -> RawLayer:
+    """Return shapes (n,) of the Python interface, in metres, as if they had been read."""
+    rows = np.arange(len(shapes), dtype=np.int64)
+    return RawLayer(Path(name), shapes, rows, {}, None, field=name)
+
+
 def read_lines(
     path: str | Path,
     layer: str | None = None,
@@ -69,36 +145,60 @@ def read_lines(
     """The lines of a file, with those of their attributes that are called so, in any letters.
     Raises InputError for files that are no drawing, hold no line or are in degrees, UsageError
     where the layer must be named, and Cancelled."""
-    return _read(
-        Path(path), layer, _LINES,
-        tr("The file holds no line. Save the traces as lines, each from end to end."),
-        columns, progress,
-    )  # fmt: skip
-
-
-def drawn_lines(lines: Shapes | None) -> DrawnLayer:
-    """Lines (n,) of the interface, in metres, as if they had been read. Raises InputError."""
-    given = np.empty(0, np.object_) if lines is None else lines
-    parts, feature, said = _parts(given, _LINES)
-    if not len(parts):
-        raise InputError(tr("There are no lines with a length."), field="traces")
-    return DrawnLayer(Path("traces"), parts, feature + 1, {}, None, tuple(said))
+    return lines_of(read_raw_lines(path, layer, columns, progress))
 
 
 def read_area(
     path: str | Path, layer: str | None = None, progress: Progress | None = None
 ) -> tuple[Any, DrawnLayer]:
     """All polygons of a file as one shapely area, with what was read. Raises as `read_lines`."""
-    found = _read(
-        Path(path), layer, _AREAS,
-        tr("The file holds no polygon. Draw one around the area in which traces were mapped."),
-        (), progress,
+    return area_of(read_raw_areas(path, layer, progress))
+
+
+def lines_of(raw: RawLayer, *, with_rings: bool = True) -> DrawnLayer:
+    """Return the lines of a layer, heights dropped, each part by itself.
+
+    Parameters
+    ----------
+    with_rings : bool
+        False leaves closed lines out, with the finding ``lines.closed``.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
+    return _drawn(raw, _LINES, (), with_rings)
+
+
+def area_of(raw: RawLayer) -> tuple[Any, DrawnLayer]:
+    """Return all polygons of a layer, heights dropped, as one shapely area, and the layer. Raises
+    InputError if there are none."""
+    import shapely
+
+    shapes, said = _outlines(shapely.force_2d(raw.shapes))
+    found = _drawn(replace(raw, shapes=shapes), _AREAS, said, True)
+    area, crossing = taken_apart(found.shapes)
+    return area, replace(found, warnings=(*found.warnings, *crossing))
+
+
+def _drawn(
+    raw: RawLayer, wanted: tuple[str, ...], said: Iterable[Message], with_rings: bool
+) -> DrawnLayer:
+    import shapely
+
+    shapes = shapely.force_2d(raw.shapes)
+    parts, row, left = _parts(shapes, raw.feature, wanted, with_rings)
+    if not len(parts):
+        raise _no_shape(raw, wanted)
+    return DrawnLayer(
+        raw.path, parts, raw.feature[row] + 1,
+        {name: values[row] for name, values in raw.columns.items()},
+        raw.crs, (*raw.warnings, *said, *left, *raw.left_out), raw.fields,
     )  # fmt: skip
-    area, said = taken_apart(found.shapes)
-    return area, replace(found, warnings=(*found.warnings, *said))
 
 
-def same_frame(one: DrawnLayer, other: DrawnLayer) -> None:
+def same_frame(one: DrawnLayer, other: RawLayer) -> None:
     """Raises InputError where two drawings name different reference systems."""
     if one.crs is None or other.crs is None:
         return
@@ -118,10 +218,9 @@ def _read(
     path: Path,
     layer: str | None,
     wanted: tuple[str, ...],
-    none: str,
     attributes: Iterable[str],
     progress: Progress | None,
-) -> DrawnLayer:
+) -> RawLayer:
     import shapely
 
     if not is_there(path) or is_folder(path):
@@ -129,7 +228,7 @@ def _read(
     layer = layer or _layer_of(path, wanted, progress)
     names = {name.casefold() for name in (*attributes, *OF_ENTITIES, "layer")}
     read = next(
-        iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress)),
+        iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress, flat=False)),
         VectorLayer("", None),
     )
     # A table without geometry has none at all.
@@ -142,19 +241,42 @@ def _read(
         columns = {name: values[keep] for name, values in columns.items()}
     axes = _axes(path, read.crs, shapes)
     factor, said = _factor(path, axes)
+    shapes = _scaled(shapes, factor, factor * axes.height_factor)
+    mixed = None
+    if axes.height_factor != 1.0:
+        unit, _, height_unit = axes.units
+        mixed = Finding("frame.unit-converted", unit=unit, height_unit=height_unit)
+    feature = np.arange(len(shapes), dtype=np.int64)
+    return RawLayer(
+        path, shapes, feature, columns, axes.crs, tuple(said), tuple(left_out), read.fields, mixed
+    )
+
+
+def _scaled(shapes: Shapes, factor: float, height_factor: float) -> Shapes:
+    """Return shapes (n,) with x and y times one factor, and heights times the other."""
+    import shapely
+
+    if factor == height_factor == 1.0:
+        return shapes
+    scaled, is_flat = shapes.copy(), ~shapely.has_z(shapes)
+    scale = np.array([factor, factor, height_factor])
+    scaled[is_flat] = shapely.transform(shapes[is_flat], lambda points: points * factor)
+    scaled[~is_flat] = shapely.transform(
+        shapes[~is_flat], lambda points: points * scale, include_z=True
+    )
+    return scaled
+
+
+def _no_shape(raw: RawLayer, wanted: tuple[str, ...]) -> InputError:
+    if raw.field is not None:
+        return InputError(tr("There are no lines with a length."), field=raw.field)
     if wanted is _AREAS:
-        shapes, outlines = _outlines(shapes)
-        said += outlines
-    parts, feature, left = _parts(shapes, wanted)
-    said += left
-    if not len(parts):
-        raise InputError(none, file=path)
-    if factor != 1.0:
-        parts = shapely.transform(parts, lambda xy: xy * factor)
-    return DrawnLayer(
-        path, parts, feature + 1, {name: values[feature] for name, values in columns.items()},
-        axes.crs, (*said, *left_out), read.fields,
-    )  # fmt: skip
+        words = tr(
+            "The file holds no polygon. Draw one around the area in which traces were mapped."
+        )
+    else:
+        words = tr("The file holds no line. Save the traces as lines, each from end to end.")
+    return InputError(words, file=raw.path)
 
 
 def _unreadable(path: Path) -> InputError:
@@ -261,9 +383,15 @@ def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
 
 
 def _parts(
-    shapes: Shapes, wanted: tuple[str, ...]
-) -> tuple[Shapes, npt.NDArray[np.int64], list[str]]:
-    """Single shapes of the wanted kind, the row of each, and what was left out in words."""
+    shapes: Shapes,
+    numbers: npt.NDArray[np.int64],
+    wanted: tuple[str, ...],
+    with_rings: bool,
+) -> tuple[Shapes, npt.NDArray[np.int64], list[Message]]:
+    """Single shapes of the wanted kind, the row of each, and what was left out.
+
+    numbers : (n,) row of each shape in its file, for the messages
+    """
     import shapely
 
     there = np.flatnonzero(~(shapely.is_missing(shapes) | shapely.is_empty(shapes)))
@@ -280,7 +408,7 @@ def _parts(
         size = shapely.area(shapely.make_valid(parts))
     long = kind & (size > 0)
     feature = finite.astype(np.int64)[at]
-    said = []
+    said: list[Message] = []
     if lost := len(shapes) - len(finite):
         said.append(
             tr_n(
@@ -303,10 +431,15 @@ def _parts(
                 "{count} shape without length or area is left out: feature {first}.",
                 "{count} shapes without length or area are left out, the first is feature {first}.",
                 short,
-                first=int(feature[kind & ~long][0]) + 1,
+                first=int(numbers[feature[kind & ~long][0]]) + 1,
             )
         )
     parts, feature = parts[long], feature[long]
+    if not with_rings:
+        closed = np.asarray(shapely.is_closed(parts))
+        if closed.any():
+            said.append(Finding("lines.closed", lines=int(closed.sum())))
+        parts, feature = parts[~closed], feature[~closed]
     again = len(feature) - len(np.unique(feature))
     if again and "Polygon" not in wanted:
         said.append(

@@ -12,6 +12,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.io.photos.apple_maker_note import Vector, acceleration
+from vomstudio.io.photos.user_comment import comment_text
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ class Exif:
     direction_deg : azimuth of the view; direction_north : "true", "magnetic", or None where the
         photo does not say
     acceleration : of an Apple phone, by its own axes, in units of g
+    comment : text of `UserComment`
     """
 
     make: str | None = None
@@ -57,6 +59,7 @@ class Exif:
     direction_deg: float | None = None
     direction_north: str | None = None
     acceleration: Vector | None = None
+    comment: str | None = None
     problems: tuple[str, ...] = field(default=())
 
 
@@ -127,6 +130,7 @@ def from_tags(
         direction_deg=_direction(gps, said),
         direction_north={"T": "true", "M": "magnetic"}.get((_text(gps.get(0x10)) or "").upper()),
         acceleration=acceleration(tags.get(0x927C)),
+        comment=comment_text(tags.get(0x9286)),
         problems=tuple(said),
     )
 

@@ -19,8 +19,11 @@ class Photo:
     focal_px : by the rule that `focal_source` names
     altitude_m : in `altitude_reference` "sea level", "below sea level" (then negative) or
         "ellipsoid"; relative_altitude_m : of a drone, above the place of take-off
+    exif_altitude_m : height in EXIF if its sign contradicts that of XMP, which altitude_m then is
     gps_accuracy_m : what the receiver states, horizontally
     yaw_deg, pitch_deg, roll_deg : of the optical axis: from north, above the horizon, about it
+    has_zero_angles : these three are exactly 0 as written; has_comment_angles : they are from
+        EXIF `UserComment`
     direction_deg : azimuth of the view by the phone's compass, from direction_north: "true",
         "magnetic", or None where the photo does not say
     down : the direction in which things fall, by the phone's accelerometer, in the frame of the
@@ -50,11 +53,14 @@ class Photo:
     longitude_deg: float | None = None
     altitude_m: float | None = None
     altitude_reference: str | None = None
+    exif_altitude_m: float | None = None
     relative_altitude_m: float | None = None
     gps_accuracy_m: float | None = None
     yaw_deg: float | None = None
     pitch_deg: float | None = None
     roll_deg: float | None = None
+    has_zero_angles: bool = False
+    has_comment_angles: bool = False
     direction_deg: float | None = None
     direction_north: str | None = None
     down: tuple[float, float, float] | None = None

@@ -19,13 +19,20 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.pictures import jpeg_scan_start
 from vomstudio.files.regular import open_regular
+from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
 from vomstudio.io.photos.exif import Exif, read_exif
 from vomstudio.io.photos.mask_files import PICTURES, SAME_SHAPE, MaskFinder, is_mask
+from vomstudio.io.photos.metadata_checks import (
+    altitude_findings,
+    signed_altitude,
+    without_unmeasured_angles,
+)
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened
-from vomstudio.io.photos.xmp import DroneTags, read_drone_tags
+from vomstudio.io.photos.user_comment import comment_angles
+from vomstudio.io.photos.xmp import Angles, DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
 from vomstudio.words import to_translate, tr, tr_n
@@ -143,6 +150,9 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
         )
     result.warnings.extend(f"{_names(names)}: {words}" for words, names in problems.items())
     result.photos.sort(key=lambda photo: _natural(photo.name))
+    photos, findings = without_unmeasured_angles(result.photos)
+    result.photos[:] = photos
+    result.warnings.extend([*altitude_findings(photos), *findings])
     if not result.photos:
         raise NoPhotos(_nothing(result.skipped, files), file=root)
     return result
@@ -298,8 +308,13 @@ def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
     focal, source, sensor, said = _focal(tags, drone, width, height)
     accuracy = drone.accuracy_m if drone.accuracy_m is not None else tags.gps_accuracy_m
     reference = tags.altitude_reference
+    altitude = signed_altitude(tags.altitude_m, drone.absolute_altitude_m)
+    contradicts = altitude != tags.altitude_m
+    if contradicts and altitude is not None and reference != "ellipsoid":
+        reference = "below sea level" if altitude < 0 else "sea level"
     if drone.ellipsoidal and tags.altitude_m is not None:
         reference = "ellipsoid"
+    (yaw, pitch, roll), is_zero, is_comment = _angles(tags, drone)
     photo = Photo(
         path=path,
         name=name,
@@ -320,19 +335,35 @@ def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
         iso=tags.iso,
         latitude_deg=tags.latitude_deg,
         longitude_deg=tags.longitude_deg,
-        altitude_m=tags.altitude_m,
+        altitude_m=altitude,
         altitude_reference=reference,
+        exif_altitude_m=tags.altitude_m if contradicts else None,
         relative_altitude_m=drone.relative_altitude_m,
         gps_accuracy_m=accuracy if tags.latitude_deg is not None else None,
-        yaw_deg=drone.yaw_deg,
-        pitch_deg=drone.pitch_deg,
-        roll_deg=drone.roll_deg,
+        yaw_deg=yaw,
+        pitch_deg=pitch,
+        roll_deg=roll,
+        has_zero_angles=is_zero,
+        has_comment_angles=is_comment,
         direction_deg=tags.direction_deg,
         direction_north=tags.direction_north,
         down=_down(tags, width, height),
         digital_zoom=tags.digital_zoom,
     )
     return photo, [*tags.problems, *said]
+
+
+def _angles(tags: Exif, drone: DroneTags) -> tuple[Angles, bool, bool]:
+    """Return yaw, pitch and roll, whether they are 0 as written, and whether they are from EXIF
+    `UserComment`: tags of the maker come first."""
+    found = comment_angles(tags.comment)
+    if drone.yaw_deg is not None and not (drone.has_zero_angles and found):
+        angles = (drone.yaw_deg, drone.pitch_deg, drone.roll_deg)
+        return angles, drone.has_zero_angles, False
+    if found is None:
+        return (None, None, None), False, False
+    yaw, pitch, roll = found
+    return (wrap360(yaw), pitch, roll), not (yaw or pitch or roll), True
 
 
 def _down(tags: Exif, width: int, height: int) -> tuple[float, float, float] | None:

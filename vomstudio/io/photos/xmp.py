@@ -22,12 +22,15 @@ from vomstudio.io.text.xml_tree import Element, parse_xml
 
 _LARGEST = 4 << 20
 _PIX4D = "pix4d.com/camera"
+Angles = tuple[float | None, float | None, float | None]
 
 
 @dataclass(frozen=True)
 class DroneTags:
     """What a drone writes beside EXIF; None where it says nothing.
 
+    has_zero_angles : yaw, pitch and roll are exactly 0 as written
+    absolute_altitude_m : with its sign, above what EXIF refers to
     relative_altitude_m : above the place of take-off
     accuracy_m : standard deviation of the camera's position, horizontally, as the receiver says
     ellipsoidal : heights refer to the ellipsoid
@@ -37,6 +40,8 @@ class DroneTags:
     yaw_deg: float | None = None
     pitch_deg: float | None = None
     roll_deg: float | None = None
+    has_zero_angles: bool = False
+    absolute_altitude_m: float | None = None
     relative_altitude_m: float | None = None
     accuracy_m: float | None = None
     ellipsoidal: bool = False
@@ -49,7 +54,7 @@ def read_drone_tags(packet: bytes | str | None) -> DroneTags:
     tags = flatten(packet)
     if not tags:
         return DroneTags()
-    yaw, pitch, roll = _angles(tags)
+    (yaw, pitch, roll), has_zero_angles = _angles(tags)
     spread = [_number(tags, name) for name in ("RtkStdLon", "RtkStdLat")]
     known = [value for value in spread if value is not None and value > 0]
     accuracy = math.hypot(*known) if len(known) == 2 else None
@@ -62,6 +67,8 @@ def read_drone_tags(packet: bytes | str | None) -> DroneTags:
         yaw_deg=yaw,
         pitch_deg=pitch,
         roll_deg=roll,
+        has_zero_angles=has_zero_angles,
+        absolute_altitude_m=_number(tags, "AbsoluteAltitude"),
         relative_altitude_m=_number(tags, "RelativeAltitude"),
         accuracy_m=accuracy,
         ellipsoidal=tags.get("AltitudeType", "").casefold().startswith("rtk"),
@@ -115,7 +122,8 @@ def _name(key: str) -> str:
     return f"Camera:{local}" if _PIX4D in space.casefold() else local
 
 
-def _angles(tags: Mapping[str, str]) -> tuple[float | None, float | None, float | None]:
+def _angles(tags: Mapping[str, str]) -> tuple[Angles, bool]:
+    """Return yaw, pitch and roll, and whether all are exactly 0 as written."""
     for form in (
         "Gimbal{}Degree",
         "Camera{}Degree",
@@ -123,13 +131,13 @@ def _angles(tags: Mapping[str, str]) -> tuple[float | None, float | None, float 
     ):
         yaw, pitch, roll = (_number(tags, form.format(a)) for a in ("Yaw", "Pitch", "Roll"))
         if yaw is not None and pitch is not None:
-            return wrap360(yaw), pitch, roll
+            return (wrap360(yaw), pitch, roll), not (yaw or pitch or roll)
     yaw, pitch, roll = (_number(tags, f"Camera:{a}") for a in ("Yaw", "Pitch", "Roll"))
-    # All zero is what a camera without a sensor writes.
-    if yaw is None or pitch is None or not (yaw or pitch or roll):
-        return None, None, None
+    if yaw is None or pitch is None:
+        return (None, None, None), False
+    is_zero = not (yaw or pitch or roll)
     yaw, pitch, roll = of_nadir_body([yaw, pitch, roll or 0.0])[0].tolist()
-    return wrap360(yaw), pitch, roll
+    return (wrap360(yaw), pitch, roll), is_zero
 
 
 def _number(tags: Mapping[str, str], *names: str) -> float | None:

@@ -153,7 +153,7 @@ class _Run:
         for name, reason in found.skipped:
             self.log.note(tr("{photo} was left out: {reason}", photo=name, reason=reason))
         for warning in found.warnings:
-            self.log.note(str(warning))
+            self.log.note(warning)
         self.hashes: dict[str, str] = {}
         self.log.stage(tr("Checking photos"), len(found.photos))
         for number, photo in enumerate(found.photos):
@@ -464,7 +464,9 @@ class _Run:
             "report": str(outputs.report),
             "poses": str(outputs.poses),
             "folder": str(self.folder),
-            "warnings": self.log.notes,
+            "warnings": [
+                note if isinstance(note, str) else note.to_dict() for note in self.log.notes
+            ],
             "tie_points": len(scene.points),
             "tie_points_of_3": int((scene.track_lengths >= 3).sum()),
             "photo_rows": rows,

@@ -6,6 +6,7 @@ import time
 from datetime import datetime
 from pathlib import Path
 
+from vomstudio.core.findings import Message
 from vomstudio.progress import Progress
 
 
@@ -16,13 +17,13 @@ class StageLog:
     def __init__(self, path: Path, progress: Progress) -> None:
         self._path, self._progress = path, progress
         self._stage, self._begun = "", 0.0
-        self.notes: list[str] = []
+        self.notes: list[Message] = []
 
-    def note(self, text: str) -> None:
-        """Keep a sentence for the user, once, and log it."""
-        if text not in self.notes:
-            self.notes.append(text)
-            self.log(text)
+    def note(self, message: Message) -> None:
+        """Store a message for the user, once, and log it."""
+        if message not in self.notes:
+            self.notes.append(message)
+            self.log(str(message))
 
     def log(self, text: str) -> None:
         """Add a line with the time to the file; a full disk is not reported here."""

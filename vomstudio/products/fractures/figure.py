@@ -141,9 +141,19 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     ax.set_axis_off()
     if rose.total <= 0:
         return
-    draw_rose(ax, rose, rings_of(float(rose.shares.max())), True, _color(1, style), style)
+    plane = mapped.found.plane
+    on_map = plane is None or plane.is_horizontal
+    rings = rings_of(float(rose.shares.max()))
+    draw_rose(ax, rose, rings, True, _color(1, style), style, up="N" if on_map else tr("up"))
+    if plane is None or on_map:
+        words = tr("strike, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
+    else:
+        words = tr(
+            "angle from up on {plane}, % of {length:,.0f} m in {step:g}°",
+            plane=plane.name, length=rose.total, step=BIN_DEG,
+        )  # fmt: skip
     ax.set_title(
-        tr("strike, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG),
+        words,
         fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
     )  # fmt: skip
 

@@ -6,19 +6,32 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.findings import Finding, Message
+from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
-from vomstudio.geology.fractures.pieces import Shapes, circle_area, pieces_of
+from vomstudio.geology.fractures.pieces import Floats, Shapes, circle_area, pieces_of
 from vomstudio.geology.fractures.scanlines import in_ranges
+from vomstudio.geology.fractures.trace_plane import (
+    TracePlane,
+    find_trace_plane,
+    vertices_in_space,
+)
 from vomstudio.geology.fractures.windows import directions_of
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.io.gis.drawn_layers import (
     DrawnLayer,
-    drawn_lines,
-    read_area,
-    read_lines,
+    RawLayer,
+    area_of,
+    lines_of,
+    raw_shapes,
+    read_raw_areas,
+    read_raw_lines,
     same_frame,
 )
 from vomstudio.io.text.repeated_rows import repeats_left_out
@@ -31,56 +44,99 @@ _REPEAT = "repeat_of"
 
 @dataclass(frozen=True)
 class FractureOrder:
-    """What `vomstudio fractures` is asked: files, circle (x, y, radius in metres), the tolerance
-    of nodes, the attribute that names sets or ranges of strikes, the cap of Terzaghi weights, the
-    layer of the traces."""
+    """Options of `vomstudio fractures`.
+
+    Parameters
+    ----------
+    traces, area, scanline : Path or None
+        Files of lines and polygons.
+    circle : tuple of float or None
+        (x, y, radius) or, on three-dimensional traces, (x, y, z, radius), metres.
+    snap_m : float
+        Tolerance of nodes.
+    set_column, strikes
+        Attribute that names sets, or ranges of strikes.
+    terzaghi_cap : float or None
+        Largest Terzaghi weight.
+    layer : str or None
+        Layer of the traces.
+    plane : Plane or None
+        Plane on which three-dimensional traces are analysed; None fits it.
+    """
 
     traces: Path | None
     area: Path | None = None
-    circle: tuple[float, float, float] | None = None
+    circle: tuple[float, ...] | None = None
     scanline: Path | None = None
     snap_m: float = 0.0
     set_column: str | None = None
     strikes: tuple[tuple[float, float], ...] = ()
     terzaghi_cap: float | None = None
     layer: str | None = None
+    plane: Plane | None = None
 
 
 def map_fractures(
     order: FractureOrder,
     *,
     lines: Shapes | None = None,
+    area: Shapes | None = None,
+    scanlines: Shapes | None = None,
     counted: Counted | None = None,
     sets: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> Mapped:
-    """lines : (n,) in place of the file of traces; counted : in place of that of the area or the
-    scanline; sets : (n,) the set of each trace, in place of an attribute.
-    Raises InputError, UsageError and GeometryError with the file that is to blame."""
-    asked = [order.area, order.circle, order.scanline, counted]
-    if sum(given is not None for given in asked) > 1:
+    """Compute the figures of a map of traces, or of three-dimensional traces on their plane.
+
+    Parameters
+    ----------
+    order : FractureOrder
+        Files and options.
+    lines, area, scanlines : (n,) arrays of shapely geometries or None
+        Geometries in place of the files, metres, with or without heights.
+    counted : Counted or None
+        Area or scanlines in the coordinates in which the traces are analysed.
+    sets : (n,) sequence of str or None
+        Set of each trace, in place of an attribute.
+
+    Raises
+    ------
+    InputError, UsageError, GeometryError
+        With the file that is to blame; ``lines.no-plane``, ``lines.no-heights`` and
+        ``lines.edge-on`` for three-dimensional traces.
+    """
+    windows = [order.area, order.circle, order.scanline, area, scanlines, counted]
+    if sum(given is not None for given in windows) > 1:
         raise UsageError(tr("Give an area, a circle or a scanline: one of them."), field="--area")
-    drawn = (
-        drawn_lines(lines)
-        if lines is not None or order.traces is None
-        else read_lines(
-            order.traces, order.layer, _attributes(order) if sets is None else (_REPEAT,), progress
-        )
-    )
-    drawn = _first_picks(drawn)
-    said = list(drawn.warnings)
+    if lines is not None or order.traces is None:
+        raw = raw_shapes(np.empty(0, np.object_) if lines is None else lines, "traces")
+    else:
+        columns = _attributes(order) if sets is None else (_REPEAT,)
+        raw = read_raw_lines(order.traces, order.layer, columns, progress)
+    placed = _placed(raw, order.plane)
+    drawn, plane = placed.drawn, placed.plane
+    warnings: list[Message] = list(drawn.warnings)
     if order.circle is not None:
-        counted = Counted(circle_area(*order.circle), circle=order.circle)
+        circle = placed.circle(order.circle)
+        counted = Counted(circle_area(*circle), circle=circle)
     elif order.area is not None:
-        area, read = read_area(order.area, progress=progress)
-        same_frame(drawn, read)
-        said += read.warnings
-        counted = Counted(area)
+        raw = read_raw_areas(order.area, progress=progress)
+        same_frame(drawn, raw)
+        polygon, read = area_of(placed.window(raw, "area"))
+        warnings += read.warnings
+        counted = Counted(polygon)
+    elif area is not None:
+        polygon, crossings = taken_apart(placed.window(raw_shapes(area, "area"), "area").shapes)
+        counted = Counted(polygon, warnings=tuple(crossings))
     elif order.scanline is not None:
-        read = read_lines(order.scanline, progress=progress)
-        same_frame(drawn, read)
-        said += read.warnings
+        raw = read_raw_lines(order.scanline, progress=progress)
+        same_frame(drawn, raw)
+        read = lines_of(placed.window(raw, "scanline"))
+        warnings += read.warnings
         counted = Counted(scanlines=read.shapes)
+    elif scanlines is not None:
+        shapes = placed.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
+        counted = Counted(scanlines=shapes)
     if sets is None:
         sets = sets_of(drawn, order.set_column, order.strikes)
     elif lines is None or len(sets) != len(lines):
@@ -97,8 +153,82 @@ def map_fractures(
         sets=sets,
         snap_m=order.snap_m,
         terzaghi_cap=order.terzaghi_cap,
-        warnings=said,
+        warnings=warnings,
+        plane=plane,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """Traces in the coordinates of their analysis.
+
+    plane : None if those are map coordinates; heights : lowest and highest Z of the traces
+    """
+
+    drawn: DrawnLayer
+    plane: TracePlane | None
+    heights: tuple[float, float]
+
+    def window(self, raw: RawLayer, option: Literal["area", "scanline"]) -> RawLayer:
+        """Return areas or scanlines in the coordinates of the traces. Raises GeometryError."""
+        import shapely
+
+        if self.plane is None:
+            return replace(raw, shapes=shapely.force_2d(raw.shapes))
+        shapes = self.plane.project_window(raw.shapes, option, self.heights)
+        return replace(raw, shapes=shapes)
+
+    def circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
+        """Return x, y and radius in the coordinates of the traces. Raises GeometryError."""
+        if self.plane is None:
+            x, y, *_, radius = circle
+            return x, y, radius
+        return self.plane.project_circle(circle)
+
+
+def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
+    """Place traces on their plane if they are three-dimensional or one is given."""
+    in_space, lacks_heights = vertices_in_space(raw.shapes)
+    plane = find_trace_plane(in_space) if attitude is None else None
+    if attitude is not None:
+        plane = _given_plane(attitude, in_space, int(lacks_heights.sum()))
+    if plane is None:
+        findings: list[Message] = []
+        is_outline = raw.are_outlines()
+        if is_outline.any():
+            findings = [Finding("lines.closed", lines=int(is_outline.sum()))]
+            raw = raw.only(~is_outline)
+        drawn = _first_picks(lines_of(raw))
+        return _Placed(_with(drawn, findings), None, (math.nan, math.nan))
+    findings = []
+    if lacks_heights.any() and not plane.is_horizontal:
+        count = int(lacks_heights.sum())
+        findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
+        raw = raw.only(~lacks_heights)
+    if raw.mixed_units is not None:
+        findings = [*findings, raw.mixed_units]
+    projected = replace(raw, shapes=plane.project(raw.shapes))
+    drawn = _first_picks(lines_of(projected, with_rings=False))
+    findings = [plane.finding(len(drawn.shapes)), *findings]
+    z = np.concatenate([line[:, 2] for line in in_space]) if in_space else np.array([math.nan])
+    return _Placed(_with(drawn, findings), plane, (float(z.min()), float(z.max())))
+
+
+def _given_plane(attitude: Plane, in_space: Sequence[Floats], flat: int) -> TracePlane | None:
+    """Return the plane that the user gave, through the traces; None for the map.
+
+    flat : number of lines without heights
+    """
+    if attitude.undefined or not (in_space or flat):
+        return None
+    if in_space:
+        return TracePlane.through(attitude, in_space)
+    finding = Finding("lines.no-heights", lines=flat, plane=format_plane(attitude))
+    raise GeometryError.of_finding(finding, field="--plane")
+
+
+def _with(drawn: DrawnLayer, findings: Sequence[Message]) -> DrawnLayer:
+    return replace(drawn, warnings=(*drawn.warnings, *findings))
 
 
 def _attributes(order: FractureOrder) -> list[str]:
@@ -144,20 +274,19 @@ def sets_of(
     return None
 
 
-def parse_circle(text: str) -> tuple[float, float, float]:
-    """X,Y,R as typed. Raises UsageError."""
-    words = text.split(",")
+def parse_circle(text: str) -> tuple[float, ...]:
+    """Return X,Y,R or X,Y,Z,R as typed. Raises UsageError."""
     try:
-        x, y, radius = (float(word) for word in words)
+        values = tuple(float(word) for word in text.split(","))
     except ValueError:
-        x = y = radius = math.nan
-    if not (math.isfinite(x) and math.isfinite(y) and 0 < radius < math.inf):
+        values = ()
+    if len(values) not in (3, 4) or not np.isfinite(values).all() or values[-1] <= 0:
         raise UsageError(
             tr("“{text}” is no circle; write its centre and radius in metres like 10,20,5.",
                text=text),
             field="--circle",
         )  # fmt: skip
-    return x, y, radius
+    return values
 
 
 def parse_strikes(text: str | None) -> tuple[tuple[float, float], ...]:

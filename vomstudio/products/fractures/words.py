@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vomstudio.geology.fractures.network import FractureNetwork
+from vomstudio.geology.fractures.trace_plane import TracePlane
 from vomstudio.geology.looked_at.shares import LookedAt
 from vomstudio.tables.numbers_text import azimuth, figures, number
 from vomstudio.words import tr, tr_n
@@ -18,6 +19,8 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
         (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=found["traces"],
                           pieces=found["pieces"])),
     ]  # fmt: skip
+    if network.plane is not None:
+        rows.append((tr("plane"), _plane_in_words(network.plane)))
     error = found["error95"]
     if error is not None:
         rows += [
@@ -59,7 +62,7 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
         (tr("  distribution"), _law_in_words(length)),
     ]  # fmt: skip
     for of_set in found["sets"] if len(found["sets"]) > 1 else ():
-        rows.append((tr("set {name}", name=of_set["name"]), _set_in_words(of_set)))
+        rows.append((tr("set {name}", name=of_set["name"]), _set_in_words(of_set, network.plane)))
     return rows
 
 
@@ -87,11 +90,30 @@ def _law_in_words(length: dict[str, Any]) -> str:
     )  # fmt: skip
 
 
-def _set_in_words(of_set: dict[str, Any]) -> str:
-    said = tr_n(
-        "{count} piece, strike {strike}", "{count} pieces, strike {strike}", of_set["n"],
-        strike=azimuth(of_set["strike_deg"], 0),
+def _plane_in_words(plane: TracePlane) -> str:
+    words = tr(
+        "{plane}, scatter {scatter} m (maximum {largest} m), lengths {percent} % shorter than in "
+        "space",
+        plane=plane.name, scatter=figures(plane.scatter_m, 2),
+        largest=figures(plane.max_distance_m, 2), percent=number(plane.shortening_percent, 1),
     )  # fmt: skip
+    if plane.is_horizontal:
+        return words
+    return tr("{plane}; strikes are angles on it, clockwise from up", plane=words)
+
+
+def _set_in_words(of_set: dict[str, Any], plane: TracePlane | None) -> str:
+    strike = azimuth(of_set["strike_deg"], 0)
+    if plane is None or plane.is_horizontal:
+        said = tr_n(
+            "{count} piece, strike {strike}", "{count} pieces, strike {strike}", of_set["n"],
+            strike=strike,
+        )  # fmt: skip
+    else:
+        said = tr_n(
+            "{count} piece, {strike} from up", "{count} pieces, {strike} from up", of_set["n"],
+            strike=strike,
+        )  # fmt: skip
     if of_set["P21_1_per_m"] is not None:
         said += tr(", P21 {value} 1/m", value=figures(of_set["P21_1_per_m"]))
     if of_set["spacing"] is not None:

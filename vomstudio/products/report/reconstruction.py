@@ -36,7 +36,7 @@ def write_report(path: str | Path, result: Mapping[str, Any]) -> None:
         [
             f"<h1>{escape(title)}</h1>",
             _summary(result),
-            *(f'<p class="note">{escape(text)}</p>' for text in result["warnings"]),
+            *(f'<p class="note">{escape(_sentence(note))}</p>' for note in result["warnings"]),
             _picture(result),
             _heading(tr("Survey")),
             _survey(result["survey"]),
@@ -81,6 +81,11 @@ def _summary(result: Mapping[str, Any]) -> str:
         frame=frame,
     )
     return f"<p>{escape(text)}</p>"
+
+
+def _sentence(note: str | Mapping[str, Any]) -> str:
+    """Return the sentence of a warning, which may be a finding."""
+    return note if isinstance(note, str) else str(note["message"])
 
 
 def _heading(text: str) -> str:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geology.fractures.network import Counted
+from vomstudio.geology.fractures.trace_plane import best_fit_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.raster import view_plane_crs
@@ -19,8 +20,6 @@ from vomstudio.products.section.curtain import Curtain, curtain_of_plane
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
-
-_THIN = 1e-6
 
 
 def face_of(lines: Sequence[Array], plane: Plane | None = None) -> Curtain:
@@ -30,15 +29,9 @@ def face_of(lines: Sequence[Array], plane: Plane | None = None) -> Curtain:
     if not lines:
         raise GeometryError(tr("There are no traces."))
     points = np.concatenate(lines)
-    middle = points.mean(axis=0)
     if plane is None:
-        _, sizes, axes = np.linalg.svd(points - middle, full_matrices=False)
-        if len(sizes) < 3 or not sizes[1] > _THIN * sizes[0]:
-            raise GeometryError(
-                tr("The traces lie on one line, so no face fits them. Type the plane of the face.")
-            )
-        plane = Plane.from_normal(axes[2])
-    return curtain_of_plane(plane, middle)
+        plane = best_fit_plane(points)
+    return curtain_of_plane(plane, points.mean(axis=0))
 
 
 def on_face(lines: Sequence[Array], face: Curtain) -> list[Array]:

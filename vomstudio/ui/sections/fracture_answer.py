@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.fractures.network import Counted, Mapped
+    from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.ortho.vector_drawing import Drawing
     from vomstudio.products.section.curtain import Curtain
 
@@ -75,17 +76,25 @@ class FractureQuestion:
 
 @dataclass(frozen=True, eq=False)
 class FractureAnswer:
-    """lines : (n, 2) each, on the face; mapped : None with the reason `why` where nothing can be
-    counted, and the map can be drawn on"""
+    """lines : (n, 2) each, on the face; plane : of the face; mapped : None with the reason `why`
+    if nothing can be counted, and the map can be drawn on"""
 
     question: FractureQuestion
     face: Curtain
+    plane: TracePlane
     lines: list[Array]
     counted: Counted
     drawing: Drawing
     mark: Mark | None
     mapped: Mapped | None
     why: str = ""
+
+    @property
+    def labelled(self) -> Mapped | None:
+        """The figures with their plane, by which angles are labelled."""
+        if self.mapped is None:
+            return None
+        return replace(self.mapped, found=replace(self.mapped.found, plane=self.plane))
 
 
 def numbers_of(text: str) -> tuple[float, ...] | None:
@@ -128,6 +137,7 @@ def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
 def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     """In a thread: what `vomstudio fractures` says of these traces on their face."""
     from vomstudio.geology.fractures.network import Counted
+    from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
     from vomstudio.products.section.trace_map import face_of, on_face
 
@@ -138,6 +148,8 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     except VomError as error:
         return error
     lines = on_face([trace.points for trace in q.traces], face)
+    assert face.plane is not None
+    placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
     cells = _on_face(q.cells, face)
     drawing = _drawing(q, face, lines, cells)
     place = q.place
@@ -164,10 +176,10 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
                 counted=counted,
                 sets=[trace.set for trace in q.traces],
             )
-            return FractureAnswer(q, face, lines, counted, drawing, mark, mapped)
+            return FractureAnswer(q, face, placed, lines, counted, drawing, mark, mapped)
         except VomError as error:
             why = error.message
-    return FractureAnswer(q, face, lines, counted, drawing, mark, None, why)
+    return FractureAnswer(q, face, placed, lines, counted, drawing, mark, None, why)
 
 
 def _on_face(cells: GridCells | None, face: Curtain) -> Array:

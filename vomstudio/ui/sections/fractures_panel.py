@@ -372,11 +372,12 @@ class FracturesPanel(SeenPanel):
         if self.tabs.currentWidget() is not self.picture or answered is self._drawn:
             return
         self._drawn = answered
-        if answered is None or answered.mapped is None:
+        labelled = None if answered is None else answered.labelled
+        if answered is None or labelled is None:
             self.picture.show_image(QImage())
         else:
             self._background.run(
-                partial(draw_figure, answered.mapped), partial(self._figure_came, answered)
+                partial(draw_figure, labelled), partial(self._figure_came, answered)
             )
 
     def _figure_came(self, of: FractureAnswer, png: object) -> None:
@@ -392,9 +393,10 @@ class FracturesPanel(SeenPanel):
 
     def write_figure(self, path: Path) -> None:
         answered = self.answered
-        if answered is not None and answered.mapped is not None:
+        labelled = None if answered is None else answered.labelled
+        if labelled is not None:
             done = partial(tell_written, self._studio, tr("Exported to {file}.", file=path))
-            self._background.run(partial(write_figure, answered.mapped, path), done)
+            self._background.run(partial(write_figure, labelled, path), done)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
@@ -457,14 +459,15 @@ def _is_line(feature: Record) -> bool:
 
 
 def _html(answered: FractureAnswer | None) -> str:
-    if answered is None or answered.mapped is None:
+    labelled = None if answered is None else answered.labelled
+    if labelled is None:
         return ""
     from vomstudio.products.fractures.words import figure_rows
 
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
         f"<td style='padding:1px 2px'>{escape(_typeset(said))}</td></tr>"
-        for name, said in figure_rows(answered.mapped.found)
+        for name, said in figure_rows(labelled.found)
     )
     note = escape(tr("± 95 %, of traces placed independently."))
     return f"<table width='100%'>{cells}</table><p>{note}</p>"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
@@ -270,13 +270,16 @@ def _evidence(
     if evidence.pairs is not None:
         said += check_area(evidence.pairs.world, crs)
     if asked.cameras is not None:
-        evidence.positions, crs, place = in_metres(_positions(asked.cameras, own), crs, said)
+        positions = _positions(asked.cameras, own)
+        said += positions.findings
+        evidence.positions, crs, place = in_metres(positions, crs, said)
         said += check_area(evidence.positions.places, crs, converted=place is not None)
     north = _north(asked, evidence, crs, place)
     if asked.attitudes is not None:
         table = _held(asked.attitudes, asked.north, own)
         said += table.notes
-        evidence.attitudes = on_grid(table, north, said)
+        if table.photos:
+            evidence.attitudes = on_grid(table, north, said)
     evidence.lengths = [_segment(text, "--scale") for text in asked.scale]
     evidence.level_lines = [_level_line(text) for text in asked.level]
     evidence.azimuths = [_segment(text, "--azimuth") for text in asked.azimuth]
@@ -291,6 +294,9 @@ def _evidence(
         if not line.value > 0:
             raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
     if evidence.empty and asked.reference is None:
+        for finding in said:
+            if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
+                raise UsageError.of_finding(finding, field="--attitudes")
         raise UsageError(
             tr(
                 "Nothing was given to place the model by. Give --pairs, --gcp, --cameras, "

@@ -1,0 +1,370 @@
+"""The plane on which three-dimensional traces are analysed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.errors import GeometryError
+from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Shapes
+from vomstudio.geology.notation import format_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.view_frame import ViewFrame
+
+MIN_DIP_DEG = 20.0
+"""Lines whose best-fit plane dips less are a map: at 20 degrees it shortens them by 6 %."""
+MIN_CLIMB = 0.2
+"""Height difference along the lines, as a share of their length."""
+MIN_STEP_RATIO = 2.0
+MIN_FLATNESS = 3.0
+MAX_MAP_DIP_DEG = 80.0
+"""Places of the map are projected vertically onto planes up to this dip, and shapes are seen
+edge-on from here."""
+
+_THIN = 1e-6
+_LINES = (1, 2, 5)
+
+
+@dataclass(frozen=True)
+class TracePlane:
+    """Plane on which three-dimensional traces were analysed.
+
+    Coordinates on it are x to the right and y up, seen against its upward normal: `right` is
+    horizontal, toward the dip direction - 90, and `up` is up the dip. On a horizontal plane they
+    are x and y of the map.
+
+    Parameters
+    ----------
+    dip_direction_deg, dip_deg : float
+        Attitude of the plane.
+    origin, right, up : tuple of float
+        World place of x = y = 0, and unit vectors of World along x and y.
+    scatter_m, max_distance_m : float
+        Root mean square and largest distance of the vertices from the plane.
+    shortening_percent : float
+        How much shorter the lines are on the plane than in space: traces on a rough face wind.
+    azimuths_from : {"up", "north"}
+        Direction from which angles of traces (`strike_deg`, ranges of strikes, the rose) are
+        counted clockwise on the plane: up the dip (the rake is this angle - 90), or north on a
+        horizontal plane.
+    """
+
+    dip_direction_deg: float
+    dip_deg: float
+    origin: tuple[float, float, float]
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+    scatter_m: float
+    max_distance_m: float
+    shortening_percent: float
+    azimuths_from: Literal["up", "north"]
+
+    @classmethod
+    def through(cls, plane: Plane, lines: Sequence[Floats]) -> TracePlane:
+        """Return the plane with this attitude through the middle of World lines, (k, 3) each."""
+        points = np.concatenate(lines)
+        normal = plane.normal()
+        frame = ViewFrame.looking(0.0 - normal)
+        up = 0.0 - frame.down
+        middle = points.mean(axis=0)
+        distance = (points - middle) @ normal
+        origin = middle
+        if plane.undefined:
+            origin = np.array([0.0, 0.0, middle[2]])
+        elif plane.vertical:
+            # y is then the height.
+            origin = np.array([middle[0], middle[1], 0.0])
+        in_space = sum(float(_lengths(line).sum()) for line in lines)
+        across = np.stack([frame.right, up])
+        on_plane = sum(float(_lengths(line @ across.T).sum()) for line in lines)
+        return cls(
+            dip_direction_deg=plane.dip_direction_deg,
+            dip_deg=plane.dip_deg,
+            origin=_triple(origin),
+            right=_triple(frame.right),
+            up=_triple(up),
+            scatter_m=float(np.sqrt(np.mean(distance**2))),
+            max_distance_m=float(np.abs(distance).max()),
+            shortening_percent=100.0 * (1.0 - on_plane / in_space) if in_space > 0 else 0.0,
+            azimuths_from="north" if plane.undefined else "up",
+        )
+
+    @property
+    def is_horizontal(self) -> bool:
+        return self.azimuths_from == "north"
+
+    @property
+    def name(self) -> str:
+        """Dip direction/dip as text."""
+        return format_plane(Plane(self.dip_direction_deg, self.dip_deg))
+
+    @property
+    def normal(self) -> Floats:
+        """(3,) upward unit normal."""
+        return Plane(self.dip_direction_deg, self.dip_deg).normal()
+
+    def finding(self, lines: int) -> Finding:
+        """Return the finding that states the plane. lines : number of lines on it"""
+        return Finding(
+            "lines.not-planar",
+            plane=self.name,
+            dip_direction_deg=self.dip_direction_deg,
+            dip_deg=self.dip_deg,
+            lines=lines,
+            scatter_m=self.scatter_m,
+            max_distance_m=self.max_distance_m,
+            shortening_percent=self.shortening_percent,
+        )
+
+    def coordinates(self, points: Floats) -> Floats:
+        """Return x and y (n, 2) on the plane of World points (n, 3)."""
+        # Not by matrix products: the same point must always have the same coordinates to the last
+        # bit, or lines that join or are drawn twice are not recognised.
+        x, y, z = (points - np.array(self.origin)).T
+        return np.column_stack([x * a + y * b + z * c for a, b, c in (self.right, self.up)])
+
+    def project(self, shapes: Shapes) -> Shapes:
+        """Project World shapes (n,) with heights onto the plane; return shapes of x and y."""
+        import shapely
+
+        if self.is_horizontal:
+            return _flat(shapes)
+
+        def onto(points: Floats) -> Floats:
+            return np.column_stack([self.coordinates(points), np.zeros(len(points))])
+
+        return _flat(shapely.transform(shapes, onto, include_z=True))
+
+    def project_window(
+        self, shapes: Shapes, option: Literal["area", "scanline"], heights: tuple[float, float]
+    ) -> Shapes:
+        """Project areas or scanlines (n,) in World onto the plane.
+
+        Shapes with heights are projected at right angles. Those without, level areas, and level
+        lines beyond the heights of the traces (GIS programs write 0) are taken as places on the
+        map and projected vertically, onto planes that dip 80 degrees or less.
+
+        Parameters
+        ----------
+        heights : (float, float)
+            Lowest and highest Z of the traces.
+
+        Raises
+        ------
+        GeometryError
+            ``lines.edge-on`` if a shape has no extent on the plane.
+        """
+        import shapely
+
+        if self.is_horizontal:
+            return _flat(shapes)
+        placed = shapes.copy()
+        for i, shape in enumerate(shapes):
+            if shape is None or shape.is_empty:
+                continue
+            z = shapely.get_coordinates(shape, include_z=True)[:, 2]
+            is_level = bool(np.ptp(z) == 0) if np.isfinite(z).all() else None
+            on_traces = is_level is not None and heights[0] <= z[0] <= heights[1]
+            if is_level is None or (is_level and (option == "area" or not on_traces)):
+                placed[i] = self._above(shape, option)
+            else:
+                on_plane = shapely.force_3d(self.project(shapes[i : i + 1])[0])
+                least = math.cos(math.radians(MAX_MAP_DIP_DEG)) * _extent(shape, option)
+                if _extent(on_plane, option) < least:
+                    raise self._edge_on(option)
+        return self.project(placed)
+
+    def project_circle(self, circle: Sequence[float]) -> tuple[float, float, float]:
+        """Return the circle (x, y, radius) on the plane of one in World: (X, Y, R), whose centre is
+        projected vertically, or (X, Y, Z, R). Raises GeometryError as `project_window`."""
+        *centre, radius = circle
+        if self.is_horizontal:
+            return centre[0], centre[1], radius
+        if len(centre) == 2:
+            centre.append(float(self._heights(np.array([centre]), "circle")[0]))
+        x, y = self.coordinates(np.array([centre]))[0].tolist()
+        return x, y, radius
+
+    def _above(self, shape: Any, option: str) -> Any:
+        """Return a shape of the map, moved vertically onto the plane."""
+        import shapely
+
+        flat = shapely.force_3d(shapely.force_2d(shape))
+        return shapely.transform(
+            flat,
+            lambda p: np.column_stack([p[:, :2], self._heights(p[:, :2], option)]),
+            include_z=True,
+        )
+
+    def _heights(self, xy: Floats, option: str) -> Floats:
+        if self.dip_deg > MAX_MAP_DIP_DEG:
+            raise self._edge_on(option)
+        (a, b, c), (x, y, z) = self.normal, self.origin
+        return np.asarray(z - (a * (xy[:, 0] - x) + b * (xy[:, 1] - y)) / c)
+
+    def _edge_on(self, option: str) -> GeometryError:
+        finding = Finding("lines.edge-on", option=option, plane=self.name)
+        return GeometryError.of_finding(finding, field=f"--{option}")
+
+
+def best_fit_plane(points: Floats) -> Plane:
+    """Fit a plane to World points (n, 3) by least squares of their distances.
+
+    Raises
+    ------
+    GeometryError
+        ``lines.no-plane`` if the points lie on one line.
+    """
+    sizes, axes = _axes(points)
+    if _is_straight(sizes):
+        raise _no_plane()
+    return Plane.from_normal(axes[2])
+
+
+def find_trace_plane(lines: Sequence[Floats]) -> TracePlane | None:
+    """Find the plane of three-dimensional traces.
+
+    Traces are three-dimensional if their heights vary as lengths do, by one of two signs:
+
+    - they climb: the largest height difference from the first vertex of a line is, summed over all
+      lines, at least 0.2 of the largest distance from it. Isotropic traces on a plane that dips 20
+      degrees climb 0.22, on a vertical one 0.64; a rough pavement climbs less, however dense or
+      noisy its vertices are.
+    - they lie above each other, as bedding on a cliff: three or more lines whose mean heights
+      scatter at least twice as much as heights along each line do, on a well-defined plane (its
+      extent across is 3 times its scatter) that dips 20 degrees or more.
+
+    Traces that climb on a plane that dips less than 20 degrees (several walls, or a very rough
+    surface) have no better plane than the map: their plane is horizontal.
+
+    Parameters
+    ----------
+    lines : sequence of (k, 3) arrays
+        Vertices of the lines, World, metres.
+
+    Returns
+    -------
+    TracePlane or None
+        The plane of best fit of all vertices; None if the lines are a map.
+
+    Raises
+    ------
+    GeometryError
+        ``lines.no-plane`` if the traces are three-dimensional but lie on one line.
+    """
+    if not lines:
+        return None
+    points = np.concatenate(lines)
+    counts = np.array([len(line) for line in lines])
+    first = np.cumsum(counts) - counts
+    away = points - np.repeat(points[first], counts, axis=0)
+    rises = np.maximum.reduceat(np.abs(away[:, 2]), first)
+    lengths = np.maximum.reduceat(np.linalg.norm(away, axis=1), first)
+    climbs = bool(rises.sum() >= MIN_CLIMB * lengths.sum() > 0)
+    if not climbs and (len(lines) < 3 or not _are_stacked(points[:, 2], counts, first)):
+        return None
+    sizes, axes = _axes(points)
+    if climbs and _is_straight(sizes):
+        raise _no_plane()
+    plane = Plane.from_normal(axes[2])
+    if plane.dip_deg < MIN_DIP_DEG:
+        return TracePlane.through(Plane(0.0, 0.0), lines) if climbs else None
+    if not climbs and (_is_straight(sizes) or sizes[1] < MIN_FLATNESS * sizes[2]):
+        return None
+    return TracePlane.through(plane, lines)
+
+
+def vertices_in_space(shapes: Shapes) -> tuple[list[Floats], Flags]:
+    """Return the vertices (k, 3) of open lines among shapes (n,) that have heights, part by part
+    (of closed lines if there are no others), and which shapes (n,) are lines without heights."""
+    import shapely
+
+    of = np.flatnonzero(np.isin(shapely.get_type_id(shapes), _LINES))
+    points, row = shapely.get_coordinates(shapes[of], include_z=True, return_index=True)
+    is_finite = np.isfinite(points)
+    usable = is_finite[:, :2].all(axis=1)
+    without = np.zeros(len(shapes), np.bool_)
+    without[of[row[usable & ~is_finite[:, 2]]]] = True
+    if not is_finite[:, 2].any():
+        return [], without
+    parts, part_of = shapely.get_parts(shapes[of], return_index=True)
+    points, part = shapely.get_coordinates(parts, include_z=True, return_index=True)
+    bad = _rows_with(part, ~np.isfinite(points).all(axis=1), len(parts))
+    lines = np.split(points, np.flatnonzero(np.diff(part)) + 1) if len(points) else []
+    numbers = np.unique(part)
+    usable_lines = [
+        line
+        for line, number in zip(lines, numbers, strict=True)
+        if not bad[number] and not without[of[part_of[number]]]
+    ]
+    is_open = [bool((line[0] != line[-1]).any()) for line in usable_lines]
+    if any(is_open):
+        usable_lines = [line for line, keep in zip(usable_lines, is_open, strict=True) if keep]
+    return usable_lines, without
+
+
+def _rows_with(row: Ints, flags: Flags, count: int) -> Flags:
+    found = np.zeros(count, np.bool_)
+    found[row[flags]] = True
+    return found
+
+
+def _are_stacked(heights: Floats, counts: Ints, first: Ints) -> bool:
+    """Return whether heights (n,) differ more between lines than along them. counts, first : (m,)
+    number of vertices of each line, and row of its first"""
+    means = np.add.reduceat(heights, first) / counts
+    off = heights - np.repeat(means, counts)
+    along = float(np.sqrt(np.mean(np.add.reduceat(off**2, first) / counts)))
+    between = float(np.std(means))
+    return between > 0 and between >= MIN_STEP_RATIO * along
+
+
+def _axes(points: Floats) -> tuple[Floats, Floats]:
+    """Return singular values and axes (rows) of points (n, 3) about their middle, largest first."""
+    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return sizes, axes
+
+
+def _is_straight(sizes: Floats) -> bool:
+    return len(sizes) < 3 or not sizes[1] > _THIN * sizes[0]
+
+
+def _no_plane() -> GeometryError:
+    return GeometryError.of_finding(Finding("lines.no-plane"), field="--plane")
+
+
+def _extent(shape: Any, option: str) -> float:
+    """Return the area enclosed by the rings of a shape with heights, or the length of its lines."""
+    import shapely
+
+    total = 0.0
+    for part in shapely.get_parts(shape):
+        ring = part.exterior if part.geom_type == "Polygon" else part
+        points = shapely.get_coordinates(ring, include_z=True)
+        if option == "area":
+            at = points - points.mean(axis=0)
+            total += float(np.linalg.norm(np.cross(at[:-1], at[1:]).sum(axis=0))) / 2
+        else:
+            total += float(_lengths(points).sum())
+    return total
+
+
+def _flat(shapes: Any) -> Shapes:
+    import shapely
+
+    return np.asarray(shapely.force_2d(shapes), np.object_)
+
+
+def _lengths(points: Floats) -> Floats:
+    """Return the lengths (n - 1,) of the segments between points (n, 2 or 3)."""
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
+
+
+def _triple(vector: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(v) + 0.0 for v in vector)
+    return x, y, z

@@ -1,0 +1,90 @@
+"""Angles of a camera that EXIF has no tags for, written as text into its `UserComment`.
+
+Known forms, in any order and with any separators:
+
+- ``Roll 1.5 Pitch -8.0 Yaw 120.0`` (Raspberry Pi and Pixhawk cameras)
+- ``Pitch: -8.0, Yaw: 120.0, Roll: 1.5`` and ``yaw=120,pitch=-8,roll=1.5`` (Android camera apps)
+- JSON with ``yaw``, ``pitch`` and ``roll``, also as strings, or with ``CameraYaw`` ... (Yuneec
+  photos updated from flight logs) or ``camera_pan`` and ``camera_tilt`` (fixed cameras)
+
+Angles are degrees. They are taken as those of the optical axis: yaw from true north, pitch 0 level
+and -90 straight down.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+Angles = tuple[float, float, float | None]
+
+_MAX_CHARACTERS = 1 << 16
+MAX_PITCH_DEG = 93.0
+"""A gimbal that looks straight down swings a little beyond."""
+_OF_CAMERA = ("gimbal", "camera", "")
+_AXES = {
+    "yaw": 0, "heading": 0, "azimuth": 0, "pan": 0, "pitch": 1, "tilt": 1, "roll": 2,
+}  # fmt: skip
+_ANGLE = re.compile(
+    r"""(?<![A-Za-z0-9_])
+    (?:(gimbal|camera|flight|aircraft|drone|uav|vehicle|body|home)[ _-]?)?
+    (yaw|heading|azimuth|pan|pitch|tilt|roll)
+    (?:[ _-]?(?:degrees?|deg|angle))?
+    [ ]?(?:\([ ]?(?:degrees?|deg|°)[ ]?\))?
+    [ ]?["']?[ ]?[:=]?[ ]?["']?[ ]?
+    ([+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?!\d|\.\d)""",
+    re.IGNORECASE | re.VERBOSE,
+)
+
+
+def comment_text(value: Any) -> str | None:
+    """Return the text of a `UserComment` (Exif 3.0, 4.6.6): bytes with their character code in the
+    first eight, or text that a program wrote without one. None if there is none."""
+    if isinstance(value, str):
+        text = value
+    elif not isinstance(value, bytes):
+        return None
+    elif value.startswith(b"UNICODE\0"):
+        text = _utf16(value[8:])
+    else:
+        known = value.startswith((b"ASCII\0\0\0", b"JIS\0\0\0\0\0", bytes(8)))
+        text = (value[8:] if known else value).decode("utf-8", "replace")
+    return text[:_MAX_CHARACTERS].replace("\0", " ").strip() or None
+
+
+def comment_angles(text: str | None) -> Angles | None:
+    """Return yaw, pitch and roll (None if not stated) of the camera, in degrees.
+
+    Angles named after gimbal or camera are used before plain ones; those of the aircraft are not.
+    None if yaw or pitch is missing, stated twice with different values, or impossible.
+    """
+    if not text:
+        return None
+    # Runs of white space would cost the pattern a power of their length.
+    words = " ".join(text[:_MAX_CHARACTERS].split())
+    angles: dict[str, list[set[float]]] = {}
+    for owner, name, number in _ANGLE.findall(words):
+        axes = angles.setdefault(owner.lower(), [set(), set(), set()])
+        axes[_AXES[name.lower()]].add(float(number))
+    for owner in _OF_CAMERA:
+        values = angles.get(owner)
+        if values is None or not (values[0] and values[1]):
+            continue
+        if any(len(each) > 1 for each in values):
+            return None
+        yaw, pitch, roll = (next(iter(each), None) for each in values)
+        assert yaw is not None
+        assert pitch is not None
+        possible = abs(yaw) <= 360.0 and abs(pitch) <= MAX_PITCH_DEG and abs(roll or 0.0) <= 360.0
+        finite = all(math.isfinite(v) for v in (yaw, pitch, roll or 0.0))
+        return (yaw, pitch, roll) if possible and finite else None
+    return None
+
+
+def _utf16(data: bytes) -> str:
+    """Decode UTF-16 of unknown byte order: the high byte of most characters is 0."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return data.decode("utf-16", "replace")
+    is_big = data[::2].count(0) > data[1::2].count(0)
+    return data.decode("utf-16-be" if is_big else "utf-16-le", "replace")
