@@ -92,6 +92,7 @@ def test_expensive_tests_fail_the_run(pytester: pytest.Pytester) -> None:
     check_failure(run(pytester, more=EXPENSIVE))
 
 
+@pytest.mark.full
 def test_expensive_tests_in_parallel_processes_fail_the_run(pytester: pytest.Pytester) -> None:
     check_failure(run(pytester, "--numprocesses", "1", more=EXPENSIVE))
 

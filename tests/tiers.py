@@ -29,11 +29,6 @@ MAX_CPU_S = 15.0
 SLOWEST_COUNT = 30
 
 EXPENSIVE: dict[str, str] = {
-    "tests/fuzz/test_vanishing_ground.py::test_a_writer_names_target_and_cause_and_leaves_nothing"
-    "[template0]": "the first case of its file makes what all others use",
-    "tests/api/test_same_names.py::test_names_and_values_are_those_of_the_command[check]": (
-        "the only comparison of a photo survey by command and in Python"
-    ),
     "tests/journeys/test_facets_in_window.py"
     "::test_other_facets_keep_their_colours_when_one_is_decided_upon": (
         "the only journey of facets in the default tier"

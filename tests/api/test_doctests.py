@@ -20,7 +20,20 @@ MODULES = [
 OBJECTS = [name for name in vs.__all__ if callable(getattr(vs, name))]
 
 
-@pytest.mark.parametrize("module", [*MODULES, progress], ids=lambda m: m.__name__)
+EXPENSIVE = ("extractions", "elevations", "comparisons", "surfaces")
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        pytest.param(
+            module,
+            marks=[pytest.mark.full] if module.__name__.endswith(EXPENSIVE) else [],
+            id=module.__name__,
+        )
+        for module in (*MODULES, progress)
+    ],
+)
 def test_examples_are_true(module: ModuleType) -> None:
     found = doctest.testmod(module, optionflags=doctest.ELLIPSIS)
     plt.close("all")

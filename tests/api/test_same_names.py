@@ -75,7 +75,10 @@ PAIRS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.full] if name == "check" else []) for name in PAIRS],
+)
 @pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
 def test_names_and_values_are_those_of_the_command(
     name: str, tmp_path: Path, command: Callable[..., dict[str, Any]]

@@ -193,6 +193,7 @@ def test_an_interrupted_installation_continues(environment: Environment) -> None
     assert environment.install(lock, PIP_NO_INDEX="no boolean").returncode == 0
 
 
+@pytest.mark.full
 def test_a_package_that_is_no_longer_locked_is_removed(environment: Environment) -> None:
     """As open3d, whose module open3d-cpu replaces."""
     old, new = wheel(environment.wheels, "old"), wheel(environment.wheels, "new")
@@ -221,6 +222,7 @@ def sentence_of(done: subprocess.CompletedProcess[str]) -> str:
     return sentence
 
 
+@pytest.mark.full
 def test_without_network_the_connection_is_named(environment: Environment) -> None:
     lock = environment.lock(wheel(environment.wheels, "needed"))
     done = environment.install(
@@ -250,6 +252,7 @@ def test_a_package_without_a_fitting_file_names_the_python(environment: Environm
     assert f"Python {sys.version_info[0]}.{sys.version_info[1]}" in sentence
 
 
+@pytest.mark.full
 def test_a_full_disk_is_named_and_some_space_lets_it_continue(tmp_path: Path) -> None:
     with small_disk(tmp_path / "disk") as disk:
         environment = make_environment(disk, tmp_path / "wheels")
@@ -376,6 +379,7 @@ def test_a_failing_apt_is_quiet_and_the_rest_goes_on(project: Path) -> None:
 # --- progress -------------------------------------------------------------------------------------
 
 
+@pytest.mark.full
 def test_a_terminal_gets_one_updating_line(environment: Environment) -> None:
     lock = environment.lock(*(wheel(environment.wheels, f"part{k}") for k in range(8)))
     terminal, its_end = os.openpty()

@@ -58,6 +58,7 @@ def test_every_check_has_what_the_contract_promises(demo: tuple[Path, dict]) -> 
     )
 
 
+@pytest.mark.full
 def test_the_truth_is_found_and_at_most_a_few_regions_miss_it(demo: tuple[Path, dict]) -> None:
     checks = demo[1]["checks"]
     # Some 36 regions of 95 %: more than 5 misses would come once in 100 such samples.

@@ -191,6 +191,7 @@ def test_a_unit_that_is_not_that_of_the_crs_is_refused(run, empty: Path, write) 
 
 
 # --- picks ---------------------------------------------------------------------------------------
+@pytest.mark.full
 def test_the_samples_picks_become_the_planes_of_its_truth(run, empty: Path) -> None:
     run("project", empty, "add-model", sample_model())
     added = run(

@@ -10,7 +10,6 @@ import pytest
 from tests.extraction.small_onnx import convolution
 from tests.extraction.test_photo_following import clicks as wall_clicks
 from tests.extraction.test_photo_following import wall, written
-from tests.tiers import first_in_default_tier
 
 PROMISED = {"table", "length_m", "snap_m", "plane"}
 
@@ -187,7 +186,8 @@ def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path)
     assert (tmp_path / "again.csv").read_text() == table.read_text()
 
 
-@pytest.mark.parametrize("more", first_in_default_tier([["--cost", "auto"], ["--cost", "onnx"]], 1))
+@pytest.mark.full
+@pytest.mark.parametrize("more", [["--cost", "auto"], ["--cost", "onnx"]])
 def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, more) -> None:
     network = tmp_path / "n.onnx"
     network.write_bytes(convolution(DARK, bias=1.0))

@@ -11,7 +11,6 @@ import pytest
 from PIL import Image
 
 from tests.extraction.planes_by_construction import grid_mesh
-from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos, open_photos
 from vomstudio.extraction.photo_following import PhotoFollower
@@ -129,7 +128,8 @@ def clicks(made: Wall) -> np.ndarray:
     return np.array([made.on_bed(x) for x in (1.0, 2.0, 3.0)])
 
 
-@pytest.mark.parametrize("cost", first_in_default_tier(["colour", "dark"], 1))
+@pytest.mark.full
+@pytest.mark.parametrize("cost", ["colour", "dark"])
 def test_the_line_is_on_the_bed_to_the_pixel(scene: tuple[Wall, Path], cost: str) -> None:
     made = scene[0]
     photos = opened(scene)

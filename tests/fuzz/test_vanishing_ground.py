@@ -15,9 +15,10 @@ from tests.tiers import first_in_default_tier
 ROOT = Path(__file__).resolve().parents[2]
 TEMPLATES = [template for kind in disk_faults.COMMANDS.values() for template in kind]
 
-pytestmark = pytest.mark.skipif(
-    faulty_disk.why_not() is not None, reason=str(faulty_disk.why_not())
-)
+pytestmark = [
+    pytest.mark.full,
+    pytest.mark.skipif(faulty_disk.why_not() is not None, reason=str(faulty_disk.why_not())),
+]
 
 
 def run(module: str, *words: str) -> str:

@@ -149,9 +149,8 @@ def test_options_of_kernels_and_parts_count() -> None:
     assert len(names) == 4
 
 
-@pytest.mark.parametrize(
-    "module", first_in_default_tier(["_obj_kernels", "_ply_kernels", "_polygons"], 1)
-)
+@pytest.mark.full
+@pytest.mark.parametrize("module", ["_obj_kernels", "_ply_kernels", "_polygons"])
 def test_no_reader_needs_numba(module: str) -> None:
     """Else every small command would wait for its import."""
     holder = importlib.import_module(f"vomstudio.io.models.formats.{module}")

@@ -175,6 +175,7 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     assert panel.counted_in.currentText() == "Window"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("kind", ["Circle", "Scanline"])
 def test_a_drag_on_the_map_marks_where_is_counted(
     window, wall, kind, tmp_path, monkeypatch, capfd

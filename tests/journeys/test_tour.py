@@ -145,6 +145,7 @@ def test_closing_the_window_in_the_middle_of_the_tour_is_quiet(own_folders, qtbo
     driver.pause(400)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("size", [(960, 600), (1280, 720), (1920, 1080)])
 def test_the_card_is_whole_and_beside_its_target_wherever_that_is(size):
     """Over its target only where no side has room for it."""

@@ -148,6 +148,7 @@ def test_other_rock_does_not_match(tmp_path: Path) -> None:
     assert compare_pair(0, 1, a, b) is None
 
 
+@pytest.mark.full
 def test_view_directions_are_chained_over_the_set(tmp_path: Path) -> None:
     stations = few(6)
     wall.write_set(tmp_path, stations)
@@ -217,6 +218,7 @@ def test_black_photos_are_not_the_measure_of_the_others(tmp_path: Path) -> None:
     assert "brightness-jump" not in codes(report)
 
 
+@pytest.mark.full
 def test_photos_of_two_places_are_two_parts(tmp_path: Path) -> None:
     stations = few(4)
     change = {i: (lambda p, s=s: wall.render(*s, seed=5)) for i, s in enumerate(stations)}
@@ -236,6 +238,7 @@ def test_one_view_direction_is_a_risk_of_doming(tmp_path: Path) -> None:
     assert "collinear" in codes(report)
 
 
+@pytest.mark.full
 def test_several_photos_from_one_position_are_named(tmp_path: Path) -> None:
     spot = (0.0, 3.0, 8.0)
     stations = [*few(5), (spot, (-1.5, 3, 0)), (spot, (1.5, 3, 0))]
@@ -253,6 +256,7 @@ def test_little_overlap_is_measured(tmp_path: Path) -> None:
     assert "few-photos" in codes(report)
 
 
+@pytest.mark.full
 def test_digital_zoom_is_told_by_tag_and_by_the_35_mm_value(tmp_path: Path) -> None:
     wall.write_set(tmp_path, few(3), exif={0xA404: photo_maker.rational(2.0)})
     wall.write_set(tmp_path / "b", few(3))
@@ -262,6 +266,7 @@ def test_digital_zoom_is_told_by_tag_and_by_the_35_mm_value(tmp_path: Path) -> N
     assert named == {"w00.jpg", "w01.jpg", "w02.jpg", "c/w00.jpg"}
 
 
+@pytest.mark.full
 def test_gps_that_is_everywhere_the_same_is_useless(tmp_path: Path) -> None:
     here = ((0, 0, 8), (0, 0, 0))
     wall.write_set(tmp_path, few(4), gps=False)
@@ -274,6 +279,7 @@ def test_gps_that_is_everywhere_the_same_is_useless(tmp_path: Path) -> None:
     assert finding(report, "gps-equal").photos == ("x0.jpg", "x1.jpg", "x2.jpg")
 
 
+@pytest.mark.full
 def test_gps_of_metres_over_a_small_wall_cannot_orient_it(tmp_path: Path) -> None:
     stations = wall.good_stations()[::3]
     report = check_photos(read_photos(wall.write_set(tmp_path, stations, accuracy_m=3.0)))
@@ -307,6 +313,7 @@ def test_photos_that_a_program_turned_are_told_apart(tmp_path: Path) -> None:
     assert "unmatched" not in codes(report)
 
 
+@pytest.mark.full
 def test_a_photo_that_cannot_be_decoded_is_a_finding(tmp_path: Path) -> None:
     wall.write_set(tmp_path, few(5))
     path = photo_maker.write_photo(tmp_path / "z.png", (300, 300))

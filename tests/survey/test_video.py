@@ -54,6 +54,7 @@ def test_the_sharpest_frame_of_a_moment_is_taken(tmp_path: Path) -> None:
     assert [frame.number for frame in report.frames] == [4, 24, 48]
 
 
+@pytest.mark.full
 def test_standing_still_and_blur_are_skipped_by_reason(tmp_path: Path) -> None:
     offsets = [*np.arange(60) * 12.0, *[720.0] * 40, *(720 + np.arange(60) * 12.0)]
     blurs = [0.0] * 120 + [6.0] * 40
@@ -63,6 +64,7 @@ def test_standing_still_and_blur_are_skipped_by_reason(tmp_path: Path) -> None:
     assert len(report.frames) in (8, 9)
 
 
+@pytest.mark.full
 def test_a_hopeless_video_is_given_up_in_words(tmp_path: Path) -> None:
     blurs = [0.0] * 40 + [7.0] * 100
     report = take_frames(
@@ -73,6 +75,7 @@ def test_a_hopeless_video_is_given_up_in_words(tmp_path: Path) -> None:
     assert "blurred" in report.verdict
 
 
+@pytest.mark.full
 def test_what_is_no_video_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
     for name, content in (("a.mp4", b""), ("b.mp4", b"not a video" * 99)):
         (tmp_path / name).write_bytes(content)

@@ -15,6 +15,8 @@ from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.ui.common.widgets import LowTable
 
+pytestmark = pytest.mark.full
+
 
 def wrong(top: QWidget) -> Iterator[str]:
     """Rows of columns that overlap, and words of several lines that have too little height."""

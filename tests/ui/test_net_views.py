@@ -120,6 +120,7 @@ def test_roses_stand_in_the_dock_and_a_click_on_a_petal_selects_what_it_counts(
     assert studio.selection.ids == ()
 
 
+@pytest.mark.full
 def test_bins_and_weights_of_the_menu_are_taken(net, window, studio) -> None:
     add_bed(studio, "t1", "bed")
     show_view(window, "Rose of strikes")

@@ -22,6 +22,8 @@ from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.document import edits
 from vomstudio.ui.shell.work_panels import work_panels
 
+pytestmark = pytest.mark.full
+
 PANELS = {name: make for name, _, make in work_panels()}
 
 

@@ -10,6 +10,8 @@ from vomstudio.document import edits
 from vomstudio.ui.interpret.feature_filter import parse_filter
 from vomstudio.ui.interpret.table_model import COLUMNS
 
+pytestmark = pytest.mark.full
+
 ASCENDING, DESCENDING = Qt.SortOrder.AscendingOrder, Qt.SortOrder.DescendingOrder
 THREE = ((0, 0, 0), (1, 0, 0.2), (0, 1, 0.5))
 DIP = next(i for i, c in enumerate(COLUMNS) if c.title == "± dip")

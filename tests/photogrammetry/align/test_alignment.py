@@ -106,6 +106,7 @@ def test_convergent_photos_tell_the_whole_lens(tmp_path: Path) -> None:
     assert np.median(camera_errors(alignment, made)) < 0.004
 
 
+@pytest.mark.full
 def test_photos_that_look_one_way_leave_the_principal_point_in_the_middle(tmp_path: Path) -> None:
     lens = Intrinsics("OPENCV", 1600, 1200, (1500, 1500, 810, 594, -0.06, 0.03, 0, 0))
     made = make(tmp_path / "photos", abreast(8, lens), face(relief=0.2))
@@ -148,6 +149,7 @@ def test_an_unknown_focal_length_is_estimated_and_said_to_be(tmp_path: Path) -> 
     assert any("there is no EXIF value" in note for note in alignment.notes)
 
 
+@pytest.mark.full
 def test_two_cameras_with_photos_of_two_sizes_are_told_apart(tmp_path: Path) -> None:
     small = Intrinsics("SIMPLE_RADIAL", 1200, 1600, (1500.0, 600.0, 800.0, -0.05))
     views = around(10)
@@ -272,6 +274,7 @@ def test_images_without_a_pose_do_not_disturb_an_adjustment(cameras: int) -> Non
     np.testing.assert_allclose(results[0], results[1], rtol=1e-6)
 
 
+@pytest.mark.full
 def test_photos_that_cannot_be_used_are_named_with_a_reason(tmp_path: Path) -> None:
     made = make(tmp_path / "photos", around(), face())
     elsewhere = [replace(around()[0], name="elsewhere.jpg"), replace(around()[1], name="torn.jpg")]
@@ -424,6 +427,7 @@ def test_stages_are_told_with_real_counts(
     ]
 
 
+@pytest.mark.full
 def test_another_photo_in_the_set_starts_the_matching_anew(
     arc: tuple[Made, Alignment, Path], tmp_path: Path
 ) -> None:

@@ -142,7 +142,12 @@ def test_ten_times_the_scene_is_ten_times_the_depth(front, method):
 
 
 @pytest.mark.parametrize(
-    "lens", [LENS, pytest.param(BENT, marks=pytest.mark.slow)], ids=["straight", "bent"]
+    "lens",
+    [
+        pytest.param(LENS, marks=pytest.mark.full),
+        pytest.param(BENT, marks=pytest.mark.slow),
+    ],
+    ids=["straight", "bent"],
 )
 def test_a_face_seen_in_parallel_is_met(rock, lens):
     views = parallel(lens)

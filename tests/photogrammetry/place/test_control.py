@@ -201,6 +201,7 @@ def centre_error(scene: SparseScene, views: list[View]) -> float:
     return float(np.median(np.linalg.norm(scene.centres + scene.origin - truth, axis=1)))
 
 
+@pytest.mark.full
 def test_good_control_of_some_depth_frees_the_focal_length(
     short: tuple[list[View], SparseScene],
 ) -> None:
@@ -432,6 +433,7 @@ def test_two_labels_at_one_place_of_a_photo_are_told(
     )
 
 
+@pytest.mark.full
 def test_a_good_block_is_not_bent_to_bad_control_that_is_said_to_be_good(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:

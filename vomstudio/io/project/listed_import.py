@@ -128,7 +128,7 @@ def read_listed(
             unknown.add(kind)
         type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
         made.append(_feature(row, model, places, type_id, area_inside, points))
-    said = [
+    warnings: list[Message] = [
         *findings,
         *(
             tr("The project has no feature type {type}: it became Contact.", type=kind)
@@ -142,7 +142,7 @@ def read_listed(
                reason=reason),
             file=path,
         )  # fmt: skip
-    return ImportedFeatures(tuple(made), tuple(skipped), tuple(said))
+    return ImportedFeatures(tuple(made), tuple(skipped), tuple(warnings))
 
 
 def _feature(
