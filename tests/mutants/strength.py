@@ -24,6 +24,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -211,7 +212,9 @@ def kill(folder: Path) -> list[dict[str, Any]]:
                     if not waiting:
                         return
                     number, mutant = waiting.pop(0)
+                began = time.monotonic()
                 row = as_row(mutant) | outcome(tree, mutant, tests[number])
+                row["seconds"] = round(time.monotonic() - began, 1)
                 with lock:
                     rows.append(row)
                     results.write_text(json.dumps(rows, indent=1))

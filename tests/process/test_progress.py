@@ -42,7 +42,9 @@ class Recording:
         if self.pid == 0:
             with contextlib.suppress(BaseException):
                 fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 30, columns, 0, 0))
+                # The test run itself may ignore them, in the background or under nohup.
                 signal.signal(signal.SIGINT, signal.default_int_handler)
+                signal.signal(signal.SIGHUP, signal.SIG_DFL)
                 os.execve(PROGRAM[0], [*PROGRAM, *words], environment(delay_s))
             os._exit(99)
 
@@ -60,6 +62,11 @@ class Recording:
         """Read to the end and return the exit code."""
         while self._read():
             pass
+        end = time.monotonic() + PATIENCE_S
+        while os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+            if time.monotonic() > end:
+                os.kill(self.pid, signal.SIGKILL)
+            time.sleep(0.01)
         _, status = os.waitpid(self.pid, 0)
         os.close(self._terminal)
         return os.waitstatus_to_exitcode(status)

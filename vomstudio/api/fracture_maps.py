@@ -24,6 +24,8 @@ from vomstudio.api.checking import (
     warn,
     words_of,
 )
+from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
+from vomstudio.api.tables import crs_of
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.fractures.network import FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
@@ -44,6 +46,10 @@ def fractures(
     plane: Any = None,
     plot: str | Path | None = None,
     force: bool = False,
+    crs: str | None = None,
+    up: UpAxis | None = None,
+    unit: str | None = None,
+    to_crs: str | None = None,
 ) -> FractureNetwork:
     """Number, length, nodes and spacing of the fractures of a trace map.
 
@@ -65,6 +71,8 @@ def fractures(
     plane : on which lines with heights are analysed: "DD/D", (dip direction, dip) or a PlaneFit;
         (0, 0) is the map
     plot, force : picture to write (.svg, .pdf, .png), and whether it may replace one
+    crs, up, unit, to_crs : frame of the traces, as in `vs.read`. GeoJSON without a ``crs`` is in
+        degrees by its standard and is converted
 
     Returns
     -------
@@ -103,11 +111,13 @@ def fractures(
         terzaghi_cap=single_number(terzaghi_cap, "terzaghi_cap"),
         layer=_layer(layer, traces),
         plane=None if plane is None else attitude_of(plane, "plane"),
+        frame=frame_options(crs, up, unit, to_crs),
     )
-    with naming("plane", "--plane"), naming("by", "--set"):
+    with frame_arguments_named(), naming("plane", "--plane"), naming("by", "--set"):
         mapped = map_fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),
+            crs=crs_of(traces),
             area=None if area is None or order.area is not None else _areas(area),
             scanlines=(
                 None
@@ -176,12 +186,6 @@ def _shapes(given: Any, name: str) -> npt.NDArray[np.object_]:
     """Lines as shapely objects. Raises InputError."""
     import shapely
 
-    crs = getattr(given, "crs", None)
-    if crs is not None and getattr(crs, "is_geographic", False):
-        raise InputError(
-            tr("The lines are in degrees and have no true length. Reproject them first."),
-            field=name,
-        )
     lines = items_of(getattr(given, "geometry", given), name)
     found = [
         line if hasattr(line, "geom_type") else shapely.LineString(_corners(line, name, 2))

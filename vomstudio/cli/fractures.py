@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
@@ -60,6 +61,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--plot", metavar="FILE", help=tr("a picture, by its ending: .svg, .pdf or .png")
     )
+    add_frame(parser)
     parser.add_argument(
         "--force", action="store_true", help=tr("replace FILE if it is there already")
     )
@@ -87,6 +89,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         terzaghi_cap=args.terzaghi_cap,
         layer=args.layer,
         plane=None if args.plane is None else parse_section_plane(args.plane),
+        frame=frame_options(args),
     )
     format_ = None
     if args.plot is not None:

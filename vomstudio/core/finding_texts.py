@@ -126,9 +126,10 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         ),
     ),
     "frame.model-without-crs": (
-        "warning",
+        "info",
         to_translate(
-            "{file} is in {crs}, and the model states no CRS. Its coordinates are used as they are."
+            "{file} is in {crs}; the data that it belongs to state no CRS. Its coordinates are used"
+            " as they are."
         ),
     ),
     # --- control points and cameras ---------------------------------------------------------------

@@ -12,7 +12,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.network import Counted, fracture_network
 from vomstudio.geology.fractures.nodes import nodes_of
 from vomstudio.geology.fractures.pieces import circle_area, pieces_of
-from vomstudio.io.gis.drawn_layers import read_area, read_lines
+from vomstudio.io.gate.drawn_layers import read_area, read_lines
 
 SQUARE = shapely.box(0, 0, 10, 10)
 

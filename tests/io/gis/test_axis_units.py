@@ -14,8 +14,9 @@ from pyproj import CRS
 
 import vomstudio as vs
 from tests.io.models.copc_maker import write_copc
-from tests.messages import messages
+from tests.messages import codes, messages
 from tests.tiers import first_in_default_tier
+from vomstudio.core.findings import as_finding
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
 from vomstudio.io.gis.axis_units import stated_axes
@@ -94,6 +95,7 @@ MIXED = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:The file states heights:vomstudio.errors.VomWarning")
 @pytest.mark.parametrize("how", MIXED)
 @pytest.mark.parametrize("ending", ["las", "laz"])
 def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, ending: str) -> None:
@@ -102,9 +104,12 @@ def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, endi
     assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
     assert loaded.crs == "EPSG:26917"
     assert loaded.units == ("m", "m", "us-ft")
-    assert any("US survey feet" in said for said in loaded.warnings)
-    with pytest.warns(UserWarning, match="US survey feet"):
-        world = vs.read(path)
+    (finding,) = (
+        each for each in loaded.warnings if as_finding(each).code == "frame.unit-converted"
+    )
+    assert finding.values["height_unit"] == "US survey feet"
+    world = vs.read(path)
+    assert finding in world.warnings
     assert dip_of(world.points) == pytest.approx(30, abs=0.01)
     assert np.allclose(preview(path).points[:, 2].max(), loaded.data.points[:, 2].max(), atol=1)
 
@@ -205,8 +210,8 @@ def test_height_models_in_feet(tmp_path, kind, geotiff, crs, flat, high, unit, u
     )
     found = describe(path)
     assert found["units"] == list(units)
-    with pytest.warns(UserWarning, match="feet"):
-        world = vs.read(path)
+    world = vs.read(path)
+    assert "frame.unit-converted" in [as_finding(each).code for each in world.warnings]
     assert dip_of(world.points) == pytest.approx(30, abs=0.01)
     assert np.ptp(world.points[:, 0]) == pytest.approx(59, abs=1e-3)
     # In metres, as World is.
@@ -254,7 +259,7 @@ def test_a_local_system_in_feet_becomes_metres(tmp_path: Path) -> None:
     assert loaded.crs is None
     assert loaded.units == ("ft", "ft", "ft")
     assert np.ptp(loaded.data.points[:, 1]) == pytest.approx(30, abs=0.3)
-    assert any("converted to metres" in said for said in loaded.warnings)
+    assert "frame.unit-converted" in [as_finding(each).code for each in loaded.warnings]
 
 
 def test_a_record_behind_the_points_names_the_system(tmp_path: Path) -> None:
@@ -418,7 +423,7 @@ def test_a_geotiff_of_an_unknown_code_states_its_own_unit(tmp_path: Path, keys, 
 def test_a_vertical_system_alone_says_nothing_of_x_and_y(tmp_path: Path) -> None:
     found = describe(write_las(tmp_path / "a.las", slope(30, 1, 1), CRS.from_epsg(6360).to_wkt()))
     assert found["units"] == ["unknown", "unknown", "us-ft"]
-    assert any("no unit of x and y" in said for said in messages(found))
+    assert "frame.height-unit-only" in codes(found)
 
 
 def test_depths_are_refused_and_not_taken_for_heights(tmp_path: Path) -> None:
@@ -443,7 +448,7 @@ def test_coordinates_below_zero_in_such_a_system_count_to_the_north(tmp_path: Pa
     loaded = read_model(write_las(tmp_path / "a.las", points, CRS.from_epsg(5513).to_wkt()))
     assert loaded.crs is None
     assert loaded.units == ("m", "m", "m")
-    assert any("west or south" in said for said in loaded.warnings)
+    assert [finding.code for finding in loaded.warnings] == ["frame.axes-unused"]
 
 
 @pytest.mark.parametrize("code", [3031, 3413, 5041, 5514, 31467, 32733])
@@ -463,7 +468,7 @@ def test_heights_in_another_unit_than_their_system_keep_its_flat_part(tmp_path: 
         dataset.units = ("m",)
     loaded = read_model(tmp_path / "a.tif")
     assert (loaded.crs, loaded.units) == ("EPSG:26917", ("m", "m", "m"))
-    assert any("US survey feet" in said for said in loaded.warnings)
+    assert "frame.height-unit-replaced" in [as_finding(each).code for each in loaded.warnings]
 
 
 @pytest.mark.parametrize("written", ["[ft]", "Foot (International)", "US-survey-foot", "Foot_US"])

@@ -51,7 +51,7 @@ def write(path: Path, values: np.ndarray, transform: Affine | None = NORTH_UP, *
 def surface(path: Path) -> tuple[Mesh, str]:
     loaded = read_model(path)
     assert isinstance(loaded.data, Mesh)
-    return loaded.data, " ".join(loaded.warnings)
+    return loaded.data, " ".join(map(str, loaded.warnings))
 
 
 def normals(mesh: Mesh) -> np.ndarray:

@@ -42,7 +42,7 @@ def make(folder: Path, name: str = "cloud.laz", n: int = N, crs: int | None = 32
 def cloud_of(path: Path) -> tuple[PointCloud, str]:
     loaded = read_model(path)
     assert isinstance(loaded.data, PointCloud)
-    return loaded.data, " ".join(loaded.warnings)
+    return loaded.data, " ".join(map(str, loaded.warnings))
 
 
 @pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])

@@ -92,7 +92,8 @@ def read_listed(
     table = path.suffix.lower() in (".csv", ".txt")
     watched = Silent() if progress is None else progress
     rows: list[_Row] = []
-    for row in _table(path) if table else _layers(path, watched):
+    stated: list[Message] = []
+    for row in _table(path, stated) if table else _layers(path, watched):
         if not len(rows) % _LOOKED_AT:
             watched.step(len(rows))
         rows.append(row)
@@ -129,6 +130,7 @@ def read_listed(
         type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
         made.append(_feature(row, model, places, type_id, area_inside, points))
     warnings: list[Message] = [
+        *stated,
         *findings,
         *(
             tr("The project has no feature type {type}: it became Contact.", type=kind)
@@ -282,7 +284,8 @@ def _points(shape: Any) -> Iterator[Floats]:
         yield points[:-1] if closed else points
 
 
-def _table(path: Path) -> Iterator[_Row]:
+def _table(path: Path, findings: list[Message]) -> Iterator[_Row]:
+    """Yield the rows of a table. findings : receives those about its CRS"""
     import shapely
 
     try:
@@ -293,7 +296,9 @@ def _table(path: Path) -> Iterator[_Row]:
         )
     refuse_too_many(path, len(lines), MOST_OBJECTS)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
-    crs = crs_of_table(path, comments)[0].text
+    frame, about_crs = crs_of_table(path, comments)
+    crs = frame.text
+    findings += about_crs
     layer = _layer_word(path.stem)
     body = csv.DictReader(line for line in lines if not line.startswith("#"))
     known = {*_WORDS, *"xyz", WKT}

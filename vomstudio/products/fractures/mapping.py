@@ -24,7 +24,7 @@ from vomstudio.geology.fractures.windows import directions_of
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.outlines.self_crossing import taken_apart
-from vomstudio.io.gis.drawn_layers import (
+from vomstudio.io.gate.drawn_layers import (
     DrawnLayer,
     RawLayer,
     area_of,
@@ -32,8 +32,9 @@ from vomstudio.io.gis.drawn_layers import (
     raw_shapes,
     read_raw_areas,
     read_raw_lines,
-    same_frame,
 )
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.text.repeated_rows import repeats_left_out
 from vomstudio.progress import Progress
 from vomstudio.words import tr
@@ -62,6 +63,8 @@ class FractureOrder:
         Layer of the traces.
     plane : Plane or None
         Plane on which three-dimensional traces are analysed; None fits it.
+    frame : FrameOptions
+        Frame of the traces.
     """
 
     traces: Path | None
@@ -74,12 +77,14 @@ class FractureOrder:
     terzaghi_cap: float | None = None
     layer: str | None = None
     plane: Plane | None = None
+    frame: FrameOptions = AS_STATED
 
 
 def map_fractures(
     order: FractureOrder,
     *,
     lines: Shapes | None = None,
+    crs: str | None = None,
     area: Shapes | None = None,
     scanlines: Shapes | None = None,
     counted: Counted | None = None,
@@ -94,6 +99,8 @@ def map_fractures(
         Files and options.
     lines, area, scanlines : (n,) arrays of shapely geometries or None
         Geometries in place of the files, metres, with or without heights.
+    crs : str or None
+        CRS of `lines`, if it is stated.
     counted : Counted or None
         Area or scanlines in the coordinates in which the traces are analysed.
     sets : (n,) sequence of str or None
@@ -109,10 +116,11 @@ def map_fractures(
     if sum(given is not None for given in windows) > 1:
         raise UsageError(tr("Give an area, a circle or a scanline: one of them."), field="--area")
     if lines is not None or order.traces is None:
-        raw = raw_shapes(np.empty(0, np.object_) if lines is None else lines, "traces")
+        shapes = np.empty(0, np.object_) if lines is None else lines
+        raw = raw_shapes(shapes, "traces", crs, order.frame)
     else:
         columns = _attributes(order) if sets is None else (_REPEAT,)
-        raw = read_raw_lines(order.traces, order.layer, columns, progress)
+        raw = read_raw_lines(order.traces, order.layer, columns, progress, order.frame)
     placed = _placed(raw, order.plane)
     drawn, plane = placed.drawn, placed.plane
     warnings: list[Message] = list(drawn.warnings)
@@ -120,19 +128,17 @@ def map_fractures(
         circle = placed.circle(order.circle)
         counted = Counted(circle_area(*circle), circle=circle)
     elif order.area is not None:
-        raw = read_raw_areas(order.area, progress=progress)
-        same_frame(drawn, raw)
+        raw = read_raw_areas(order.area, progress=progress, model=ModelFrame(drawn.crs))
         polygon, read = area_of(placed.window(raw, "area"))
-        warnings += read.warnings
+        warnings += _new_findings(read.warnings, warnings)
         counted = Counted(polygon)
     elif area is not None:
         polygon, crossings = taken_apart(placed.window(raw_shapes(area, "area"), "area").shapes)
         counted = Counted(polygon, warnings=tuple(crossings))
     elif order.scanline is not None:
-        raw = read_raw_lines(order.scanline, progress=progress)
-        same_frame(drawn, raw)
+        raw = read_raw_lines(order.scanline, progress=progress, model=ModelFrame(drawn.crs))
         read = lines_of(placed.window(raw, "scanline"))
-        warnings += read.warnings
+        warnings += _new_findings(read.warnings, warnings)
         counted = Counted(scanlines=read.shapes)
     elif scanlines is not None:
         shapes = placed.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
@@ -156,6 +162,16 @@ def map_fractures(
         warnings=warnings,
         plane=plane,
     )
+
+
+def _new_findings(found: Sequence[Message], known: Sequence[Message]) -> list[Message]:
+    """Return messages without findings about the frame that the traces have too."""
+    codes = {each.code for each in known if isinstance(each, Finding)}
+    return [
+        each
+        for each in found
+        if not (isinstance(each, Finding) and each.code in codes and each.code.startswith("frame."))
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,8 +221,6 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
         count = int(lacks_heights.sum())
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
         raw = raw.only(~lacks_heights)
-    if raw.mixed_units is not None:
-        findings = [*findings, raw.mixed_units]
     projected = replace(raw, shapes=plane.project(raw.shapes))
     drawn = _first_picks(lines_of(projected, with_rings=False))
     findings = [plane.finding(len(drawn.shapes)), *findings]

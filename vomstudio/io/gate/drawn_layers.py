@@ -19,7 +19,10 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gis.axis_units import MOST_DEGREES, StatedAxes, in_words, refusal, stated_axes
+from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
+from vomstudio.io.gate.stated_crs import StatedCrs
+from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
@@ -78,8 +81,6 @@ class RawLayer:
         As in `DrawnLayer`.
     warnings, left_out : tuple
         What reading reported of coordinates, and of entities of a drawing.
-    mixed_units : Finding or None
-        States that heights were in another unit than x and y.
     field : str or None
         Argument of the Python interface, if there is no file.
     """
@@ -92,7 +93,6 @@ class RawLayer:
     warnings: tuple[Message, ...] = ()
     left_out: tuple[Message, ...] = ()
     fields: tuple[str, ...] = ()
-    mixed_units: Finding | None = None
     field: str | None = None
 
     def only(self, rows: npt.NDArray[np.bool_]) -> RawLayer:
@@ -118,22 +118,65 @@ def read_raw_lines(
     layer: str | None = None,
     columns: Iterable[str] = (),
     progress: Progress | None = None,
+    options: FrameOptions = AS_STATED,
+    model: ModelFrame | None = None,
 ) -> RawLayer:
-    """Read all features of a layer of lines, with heights. Raises as `read_lines`."""
-    return _read(Path(path), layer, _LINES, columns, progress)
+    """Read all features of a layer of lines in World, with heights.
+
+    GeoJSON without a ``crs`` is in degrees by its standard and is converted to a metric CRS.
+
+    Parameters
+    ----------
+    path : str or Path
+    layer : str, optional
+        Name of the layer, if there are several.
+    columns : iterable of str
+        Names of the attributes to read.
+    progress : Progress, optional
+    options : FrameOptions
+        What the caller knows about the frame.
+    model : ModelFrame, optional
+        Frame of the data that the drawing belongs to, to which it is converted.
+
+    Raises
+    ------
+    InputError
+        For a file that is not a drawing, and as `points_to_world`.
+    UsageError
+        If the layer must be named.
+    """
+    return _read(Path(path), layer, _LINES, columns, progress, options, model)
 
 
 def read_raw_areas(
-    path: str | Path, layer: str | None = None, progress: Progress | None = None
+    path: str | Path,
+    layer: str | None = None,
+    progress: Progress | None = None,
+    options: FrameOptions = AS_STATED,
+    model: ModelFrame | None = None,
 ) -> RawLayer:
-    """Read all features of a layer of polygons, with heights. Raises as `read_lines`."""
-    return _read(Path(path), layer, _AREAS, (), progress)
+    """Read all features of a layer of polygons in World, as `read_raw_lines`."""
+    return _read(Path(path), layer, _AREAS, (), progress, options, model)
 
 
-def raw_shapes(shapes: Shapes, name: str) -> RawLayer:
-    """Return shapes (n,) of the Python interface, in metres, as if they had been read."""
+def raw_shapes(
+    shapes: Shapes, name: str, crs: str | None = None, options: FrameOptions = AS_STATED
+) -> RawLayer:
+    """Return shapes (n,) of the Python interface in World, as if they had been read.
+
+    Without a CRS they are in World, in metres.
+
+    Raises
+    ------
+    InputError, UsageError
+        As `points_to_world`.
+    """
+    path = Path(name)
     rows = np.arange(len(shapes), dtype=np.int64)
-    return RawLayer(Path(name), shapes, rows, {}, None, field=name)
+    if crs is None and not options.is_given:
+        return RawLayer(path, shapes, rows, {}, None, field=name)
+    shapes, placed = _in_world(path, shapes, crs, options, None)
+    return RawLayer(path, shapes, rows, {}, placed.crs, placed.findings, field=name)
 
 
 def read_lines(
@@ -198,28 +241,14 @@ def _drawn(
     )  # fmt: skip
 
 
-def same_frame(one: DrawnLayer, other: RawLayer) -> None:
-    """Raises InputError where two drawings name different reference systems."""
-    if one.crs is None or other.crs is None:
-        return
-    from pyproj import CRS
-
-    if not CRS.from_user_input(one.crs).equals(CRS.from_user_input(other.crs), True):
-        raise InputError(
-            tr(
-                "This is in {crs}, the traces are in {other}. Reproject one of them.",
-                crs=CRS.from_user_input(other.crs).name, other=CRS.from_user_input(one.crs).name,
-            ),
-            file=other.path,
-        )  # fmt: skip
-
-
 def _read(
     path: Path,
     layer: str | None,
     wanted: tuple[str, ...],
     attributes: Iterable[str],
     progress: Progress | None,
+    options: FrameOptions,
+    model: ModelFrame | None,
 ) -> RawLayer:
     import shapely
 
@@ -239,32 +268,18 @@ def _read(
         keep, left_out = features_of(path, columns, len(shapes))
         shapes = shapes[keep]
         columns = {name: values[keep] for name, values in columns.items()}
-    axes = _axes(path, read.crs, shapes)
-    factor, said = _factor(path, axes)
-    shapes = _scaled(shapes, factor, factor * axes.height_factor)
-    mixed = None
-    if axes.height_factor != 1.0:
-        unit, _, height_unit = axes.units
-        mixed = Finding("frame.unit-converted", unit=unit, height_unit=height_unit)
+    shapes, placed = _in_world(path, shapes, read.crs, options, model)
     feature = np.arange(len(shapes), dtype=np.int64)
     return RawLayer(
-        path, shapes, feature, columns, axes.crs, tuple(said), tuple(left_out), read.fields, mixed
+        path,
+        shapes,
+        feature,
+        columns,
+        placed.crs,
+        placed.findings,
+        tuple(left_out),
+        read.fields,
     )
-
-
-def _scaled(shapes: Shapes, factor: float, height_factor: float) -> Shapes:
-    """Return shapes (n,) with x and y times one factor, and heights times the other."""
-    import shapely
-
-    if factor == height_factor == 1.0:
-        return shapes
-    scaled, is_flat = shapes.copy(), ~shapely.has_z(shapes)
-    scale = np.array([factor, factor, height_factor])
-    scaled[is_flat] = shapely.transform(shapes[is_flat], lambda points: points * factor)
-    scaled[~is_flat] = shapely.transform(
-        shapes[~is_flat], lambda points: points * scale, include_z=True
-    )
-    return scaled
 
 
 def _no_shape(raw: RawLayer, wanted: tuple[str, ...]) -> InputError:
@@ -310,52 +325,68 @@ def _layer_of(path: Path, wanted: tuple[str, ...], progress: Progress | None) ->
     return fit[0] if fit else None
 
 
-def _axes(path: Path, crs: str | None, shapes: Shapes) -> StatedAxes:
+def _frame(
+    path: Path,
+    crs: str | None,
+    bounds: npt.NDArray[np.float64],
+    options: FrameOptions,
+    *,
+    alone: bool,
+) -> tuple[StatedCrs, FrameOptions]:
+    """Return what a drawing states about its CRS, and the options that complete it.
+
+    Parameters
+    ----------
+    crs : str or None
+        As GDAL reports it: WGS 84 for GeoJSON without a ``crs``, by its standard.
+    bounds : (2, 2) float
+        Lowest and highest x and y.
+    alone : bool
+        Whether the drawing belongs to no other data, whose CRS it would be converted to.
+    """
+    if names_no_crs(path):
+        if options.crs is not None:
+            return StatedCrs(), options
+        in_degrees = float(np.abs(bounds).max(initial=0.0)) <= MOST_DEGREES
+        if alone and options.to_crs is None and in_degrees:
+            options = replace(options, to_crs=suggested_zone(bounds))
+        return StatedCrs(crs), options
+    if crs is None and options.unit is None and path.suffix.lower() == ".dxf":
+        unit_m = dxf_facts(path).unit_m
+        unit = next((name for name, metres in METRES.items() if metres == unit_m), None)
+        return StatedCrs(is_local=unit is not None), replace(options, unit=unit)
+    return StatedCrs(crs), options
+
+
+def _in_world(
+    path: Path,
+    shapes: Shapes,
+    crs: str | None,
+    options: FrameOptions,
+    model: ModelFrame | None,
+) -> tuple[Shapes, WorldPoints]:
+    """Convert shapes (n,) to World, with or without heights."""
     import shapely
 
-    axes = stated_axes(crs)
-    if not len(shapes):
-        return axes
-    bounds = np.asarray(shapely.total_bounds(shapes), np.float64).reshape(2, 2)
-    if axes.kind == "geographic" and names_no_crs(path):
-        if np.nanmax(np.abs(bounds)) > MOST_DEGREES:
-            said = tr(
-                "GeoJSON that names no coordinate reference system is in degrees, and these "
-                "numbers cannot be. Write its 'crs' member, or save it as GeoPackage."
+    points, row = shapely.get_coordinates(shapes, include_z=True, return_index=True)
+    is_flat = np.isnan(points[:, 2])
+    points[is_flat, 2] = 0.0
+    finite = points[np.isfinite(points).all(axis=1), :2]
+    bounds = np.array([finite.min(axis=0), finite.max(axis=0)]) if len(finite) else np.zeros((2, 2))
+    stated, options = _frame(path, crs, bounds, options, alone=model is None)
+    placed = points_to_world(points, file=path, stated=stated, options=options, model=model)
+    if placed.points is points or np.array_equal(placed.points, points, equal_nan=True):
+        return shapes, placed
+    converted = shapes.copy()
+    has_z = shapely.has_z(shapes)
+    for with_z in (False, True):
+        chosen = has_z == with_z
+        if chosen.any():
+            new = placed.points[chosen[row]]
+            converted[chosen] = shapely.set_coordinates(
+                shapes[chosen].copy(), new if with_z else new[:, :2]
             )
-        else:
-            said = tr(
-                "GeoJSON that names no coordinate reference system is in degrees, which have no "
-                "true scale. If these numbers are metres, write its 'crs' member, or save it as "
-                "GeoPackage; if they are degrees, reproject it first into a projected system, such "
-                "as a UTM zone (EPSG:326xx)."
-            )
-        raise InputError(said, file=path)
-    refused = refusal(axes, np.nan_to_num(bounds))
-    if refused is not None:
-        raise InputError.of_finding(refused, file=path, field="CRS")
-    return axes
-
-
-def _factor(path: Path, axes: StatedAxes) -> tuple[float, list[str]]:
-    """Metres in a unit of the file, and what is said of it."""
-    if axes.unit_m is not None:
-        if abs(axes.unit_m - 1.0) < 1e-9:
-            return 1.0, []
-        return axes.unit_m, [
-            tr("The coordinates are in {unit} and were converted to metres.",
-               unit=in_words(axes.units[0]))
-        ]  # fmt: skip
-    if path.suffix.lower() == ".dxf" and (factor := dxf_facts(path).unit_m) is not None:
-        if factor == 1.0:
-            return 1.0, []
-        return factor, [
-            tr("The drawing is in units of {unit:g} m and was converted to metres.", unit=factor)
-        ]
-    return METRES["m"], [
-        tr("{file} names no coordinate reference system; its coordinates are taken as metres.",
-           file=path.name)
-    ]  # fmt: skip
+    return converted, placed
 
 
 def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
