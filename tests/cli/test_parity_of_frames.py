@@ -1,0 +1,337 @@
+"""Every door that takes coordinates answers every odd frame with a code, never silently.
+
+The table of answers is printed: ``pytest -s -m "" tests/cli/test_parity_of_frames.py``.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pyproj import CRS, Transformer
+
+import vomstudio as vs
+from tests.messages import codes
+from vomstudio.core.findings import as_finding
+from vomstudio.geometry.units import METRES
+
+pytestmark = [
+    pytest.mark.full,
+    pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning"),
+]
+
+ZONE, FEET_CRS = "EPSG:32618", "EPSG:2263"
+ORIGIN = np.array([600_000.0, 4_510_000.0, 0.0])  # Long Island, where both are at home
+US_FOOT = METRES["us-ft"]
+Array = np.ndarray
+TABLE: dict[tuple[str, str], str] = {}
+
+
+# --- what is given ----------------------------------------------------------------------------
+def bed(step_m: float = 0.5) -> Array:
+    """Points of a bed of 090/30 in the metric zone."""
+    steps = np.arange(0.0, 15.0, step_m)
+    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
+    rough = np.random.default_rng(1).normal(0.0, 0.002, len(x))
+    return ORIGIN + np.column_stack([x, y, 50.0 - np.tan(np.radians(30.0)) * x + rough])
+
+
+def moved(points: Array, crs: str) -> Array:
+    transformer = Transformer.from_crs(ZONE, crs, always_xy=True)
+    x, y = transformer.transform(points[:, 0], points[:, 1])
+    return np.column_stack([x, y, points[:, 2]])
+
+
+def in_feet(points: Array) -> Array:
+    converted = moved(points, FEET_CRS)
+    return np.column_stack([converted[:, :2], points[:, 2] / US_FOOT])
+
+
+FRAMES: dict[str, tuple[Callable[[Array], Array], str | None, set[str]]] = {
+    "web mercator": (lambda p: moved(p, "EPSG:3857"), "EPSG:3857", {"frame.not-metric"}),
+    "equal area": (lambda p: moved(p, "EPSG:6933"), "EPSG:6933", {"frame.not-metric"}),
+    "degrees": (
+        lambda p: moved(p, "EPSG:4326"),
+        "EPSG:4326",
+        {"frame.degrees", "frame.reprojected"},
+    ),
+    "feet": (in_feet, FEET_CRS, {"frame.unit-converted"}),
+    "mixed units": (
+        lambda p: p / [1.0, 1.0, US_FOOT],
+        f"{ZONE}+6360",
+        {"frame.unit-converted"},
+    ),
+    "exchanged": (lambda p: p[:, [1, 0, 2]], ZONE, {"frame.swapped-axes"}),
+    "degrees, not stated": (
+        lambda p: moved(p, "EPSG:4326"),
+        None,
+        {"frame.maybe-degrees", "frame.assumed"},
+    ),
+    "not stated": (lambda p: p, None, {"frame.assumed"}),
+    "y up, not stated": (
+        lambda p: p[:, [0, 2, 1]] * [1.0, 1.0, -1.0],
+        None,
+        {"frame.assumed"},
+    ),
+}
+
+
+def write_prj(path: Path, crs: str | None) -> None:
+    if crs is not None:
+        path.with_suffix(".prj").write_text(CRS.from_user_input(crs).to_wkt())
+
+
+def write_model(path: Path, points: Array, crs: str | None) -> Path:
+    model = path.with_suffix(".xyz")
+    np.savetxt(model, points, fmt="%.9f")
+    write_prj(model, crs)
+    return model
+
+
+def write_table(path: Path, points: Array, crs: str | None) -> Path:
+    table = path.with_suffix(".csv")
+    chosen = points[:: max(1, len(points) // 12)]
+    rows = [",".join(f"{value:.9f}" for value in row) for row in chosen]
+    table.write_text("\n".join(["x,y,z", *rows]) + "\n")
+    write_prj(table, crs)
+    return table
+
+
+def write_pairs(path: Path, points: Array, crs: str | None) -> Path:
+    """Pairs on both sides of a fault."""
+    table = path.with_suffix(".csv")
+    header = "hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z"
+    rows = np.column_stack([points[:5], points[40:45]])
+    lines = [",".join(f"{value:.9f}" for value in row) for row in rows]
+    table.write_text("\n".join([header, *lines]) + "\n")
+    write_prj(table, crs)
+    return table
+
+
+def write_oriented(path: Path, points: Array, crs: str | None) -> Path:
+    """Planes with a place, as a table of orientations."""
+    table = path.with_suffix(".csv")
+    rng = np.random.default_rng(2)
+    dips = np.column_stack([rng.normal(90, 3, 12), rng.normal(30, 3, 12), points[:12]])
+    rows = [",".join(f"{value:.9f}" for value in row) for row in dips]
+    table.write_text("\n".join(["dip_direction_deg,dip_deg,x,y,z", *rows]) + "\n")
+    write_prj(table, crs)
+    return table
+
+
+def write_control(path: Path, points: Array, crs: str | None) -> Path:
+    """Pairs of places on a model and in World."""
+    table = path.with_suffix(".csv")
+    model = bed()[::90] - ORIGIN
+    rows = np.column_stack([model, points[::90]])
+    lines = [f"P{i}," + ",".join(f"{v:.9f}" for v in row) for i, row in enumerate(rows)]
+    table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *lines]) + "\n")
+    write_prj(table, crs)
+    return table
+
+
+def write_drawing(path: Path, points: Array, crs: str | None) -> Path:
+    """Lines on a pavement: a shapefile, whose CRS is in its .prj."""
+    import pyogrio.raw
+    import shapely
+
+    drawing = path.with_suffix(".shp")
+    lines = [shapely.LineString(points[i : i + 2]) for i in range(0, 240, 24)]
+    pyogrio.raw.write(
+        drawing,
+        shapely.to_wkb(np.array(lines, object)),
+        [],
+        [],
+        driver="ESRI Shapefile",
+        geometry_type="LineString Z",
+        crs=None,
+    )
+    write_prj(drawing, crs)
+    return drawing
+
+
+# --- the doors --------------------------------------------------------------------------------
+Write = Callable[[Path, Array, str | None], Path]
+COMMANDS: dict[str, tuple[Write, str]] = {
+    "info (model)": (write_model, "info {file}"),
+    "info (table)": (write_table, "info {file}"),
+    "convert": (write_model, "convert {file} {out}.ply"),
+    "facets": (write_model, "facets {file} -o {out}.csv"),
+    "compare": (write_model, "compare {file} {good}"),
+    "dem": (write_model, "dem {file} -o {out}.tif"),
+    "ortho": (write_model, "ortho {file} --trend 0 --plunge 90 -o {out}.tif"),
+    "section": (write_model, "section {file} --plane 0/90 --through {middle} -o {out}.csv"),
+    "extend": (
+        write_model,
+        "extend {file} --plane 90/30 --through {middle} --error 1 -o {out}.csv",
+    ),
+    "measurable": (write_model, "measurable {file} --plane 90/30"),
+    "surface": (write_model, "surface {file} -o {out}.csv"),
+    "trace --propose": (write_model, "trace {file} --propose -o {out}.csv"),
+    "fit": (write_table, "fit {file}"),
+    "threepoint": (write_table, "threepoint {file}"),
+    "log": (write_table, "log {file} --bed 90/30"),
+    "displacement": (write_pairs, "displacement {file} --fault 90/60"),
+    "sets": (write_oriented, "sets {file} -o {out}.csv"),
+    "extend POINTS": (write_table, "extend {good} {file} -o {out}.csv"),
+    "section --features": (
+        write_oriented,
+        "section {good} --plane 0/90 --through {middle} --features {file} -o {out}.csv",
+    ),
+    "register --pairs": (write_control, "register - --pairs {file}"),
+    "fractures": (write_drawing, "fractures {file}"),
+}
+PYTHON: dict[str, tuple[Write, Callable[[Path], Any]]] = {
+    "vs.read": (write_model, vs.read),
+    "vs.facets": (write_model, vs.facets),
+    "vs.dem": (write_model, vs.dem),
+    "vs.measurable": (write_model, lambda path: vs.measurable(path, plane=(90, 30))),
+    "vs.threepoint": (write_table, vs.threepoint),
+    "vs.log": (write_table, lambda path: vs.log(path, bed=(90, 30))),
+    "vs.displacement": (write_pairs, lambda path: vs.displacement(path, fault=(90, 60))),
+    "vs.sets": (write_oriented, vs.sets),
+    "vs.fractures": (write_drawing, vs.fractures),
+}
+REASONS = {
+    # Points of a model are in its World unless their table states another CRS.
+    ("extend POINTS", "not stated"): "the World of the model",
+    ("section --features", "not stated"): "the World of the model",
+    ("extend POINTS", "y up, not stated"): "the World of the model",
+    ("section --features", "y up, not stated"): "the World of the model",
+    ("extend POINTS", "degrees, not stated"): "the World of the model",
+    ("section --features", "degrees, not stated"): "the World of the model",
+    ("extend POINTS", "web mercator"): "converted to the CRS of the model",
+    ("extend POINTS", "equal area"): "converted to the CRS of the model",
+    ("section --features", "web mercator"): "converted to the CRS of the model",
+    ("section --features", "equal area"): "converted to the CRS of the model",
+}
+"""Answers that differ by door, with the reason."""
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model in the metric zone."""
+    return write_model(tmp_path_factory.mktemp("good") / "good", bed(), ZONE)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def table() -> Iterator[None]:
+    yield
+    doors = list(dict.fromkeys(door for door, _ in TABLE))
+    for door in doors:
+        print(f"\n{door}")
+        for frame in FRAMES:
+            print(f"    {frame:20} {TABLE.get((door, frame), '')}")
+
+
+def expect(door: str, frame: str, found: set[str]) -> None:
+    """Store an answer and check that it is not silent and is the one for the frame."""
+    *_, expected = FRAMES[frame]
+    about_frames = {code for code in found if re.match(r"frame\.|control\.|lines\.", code)}
+    reason = REASONS.get((door, frame))
+    TABLE[door, frame] = ", ".join(sorted(about_frames)) or reason or "SILENT"
+    if reason is not None:
+        return
+    assert about_frames & expected, f"{door}, {frame}: {sorted(found)}"
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("door", COMMANDS)
+def test_a_command_answers_with_a_code(
+    run, tmp_path: Path, good: Path, door: str, frame: str
+) -> None:
+    write, words = COMMANDS[door]
+    change, crs, _ = FRAMES[frame]
+    file = write(tmp_path / "given", change(bed()), crs)
+    middle = ",".join(f"{value:.3f}" for value in ORIGIN + [7.0, 7.0, 46.0])
+    command = words.format(file=file, good=good, out=tmp_path / "out", middle=middle)
+    answer = run(*command.split(), "--json")
+    found = {answer.json["error"]["code"]} if answer.code else set()
+    found |= set(codes(answer.json)) if "warnings" in answer.json else set()
+    for described in answer.json.get("files", ()):
+        found |= set(codes(described)) if isinstance(described, dict) else set()
+    expect(door, frame, found)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("door", PYTHON)
+def test_a_python_function_answers_with_a_code(tmp_path: Path, door: str, frame: str) -> None:
+    write, call = PYTHON[door]
+    change, crs, _ = FRAMES[frame]
+    file = write(tmp_path / "given", change(bed()), crs)
+    try:
+        found = {as_finding(each).code for each in call(file).warnings}
+    except vs.errors.VomError as error:
+        found = {error.code}
+    expect(door, frame, found)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.parametrize("door", ["project add-model", "Project.add_model"])
+def test_a_project_answers_with_a_code(run, tmp_path: Path, door: str, frame: str) -> None:
+    change, crs, _ = FRAMES[frame]
+    file = write_model(tmp_path / "given", change(bed()), crs)
+    folder = tmp_path / "study.vom"
+    with vs.Project.create(folder) as project:
+        if door == "Project.add_model":
+            found: set[str] = set()
+            with pytest.warns() as warned:
+                try:
+                    project.add_model(file)
+                except vs.errors.VomError as error:
+                    found.add(error.code)
+                import warnings
+
+                warnings.warn("at least one", stacklevel=1)
+            found |= {getattr(each.message, "code", "") for each in warned}
+    if door == "project add-model":
+        answer = run("project", folder, "add-model", file, "--json")
+        found = {answer.json["error"]["code"]} if answer.code else set(codes(answer.json))
+    expect(door, frame, found)
+
+
+@pytest.mark.parametrize("door", [door for door in COMMANDS if "{file}" in COMMANDS[door][1]])
+def test_every_door_has_the_options_of_the_frame(run, door: str) -> None:
+    word = COMMANDS[door][1].split()[0]
+    if word in ("info", "register"):
+        return
+    described = run(word, "--help").out
+    for option in ("--up", "--unit", "--crs", "--to-crs"):
+        assert option in described, f"{word} {option}"
+
+
+def test_geojson_without_a_crs_is_converted(run, tmp_path: Path) -> None:
+    points = bed()
+    lengths = defaultdict(list)
+    for name, crs in (("degrees", None), ("metres", ZONE)):
+        coordinates = moved(points, "EPSG:4326") if crs is None else points
+        collection: dict[str, Any] = {
+            "type": "FeatureCollection",
+            "features": [
+                {
+                    "type": "Feature",
+                    "properties": {},
+                    "geometry": {
+                        "type": "LineString",
+                        "coordinates": coordinates[i : i + 20, :2].tolist(),
+                    },
+                }
+                for i in range(0, 300, 30)
+            ],
+        }
+        if crs is not None:
+            collection["crs"] = {"type": "name", "properties": {"name": crs}}
+        file = tmp_path / f"{name}.geojson"
+        file.write_text(json.dumps(collection))
+        answer = run("fractures", file, "--json").json
+        lengths["mean_m"].append(answer["length"]["mean_m"])
+        if crs is None:
+            assert "frame.reprojected" in codes(answer)
+    degrees, metres = lengths["mean_m"]
+    assert degrees == pytest.approx(metres, rel=1e-6)
