@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vomstudio.core.findings import Message
+from vomstudio.document.records import Registration
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.progress import Progress
@@ -175,7 +176,7 @@ COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, 
 @dataclass(frozen=True)
 class ModelExport:
     """The model `path`, kept at hand under `cache`, is written to `out` in World: turned and scaled
-    by to_world, in `crs`, None where there is none."""
+    by to_world, in `crs`, None where there is none. registration : by which it stands there."""
 
     path: Path
     cache: Path
@@ -183,6 +184,7 @@ class ModelExport:
     crs: str | None
     out: Path
     axes: Axes = WORLD
+    registration: Registration | None = None
 
 
 @dataclass(frozen=True)
@@ -193,6 +195,7 @@ class ExportedModel:
 
 
 def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
+    from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.geometry.moving import moved
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.model_copy import companions
@@ -201,6 +204,9 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
     choose_writer(asked.out)
     folder = model_cache.folder_of(asked.path, asked.cache)
     data = moved(model_cache.load(asked.path, folder, progress).data, asked.to_world)
+    registration = asked.registration
+    if registration is not None:
+        registration = change_file_frame(registration, asked.to_world)
     warnings = write_model(
         data,
         asked.crs,
@@ -209,6 +215,7 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
         inputs=[asked.path, *companions(asked.path)],
         progress=progress,
         axes=asked.axes,
+        registration=registration,
     )
     return ExportedModel(tuple(warnings))
 
@@ -220,7 +227,8 @@ EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _e
 class ModelCut:
     """Of the model `path`, kept at hand under `cache`, the faces or points whose bits stand packed
     in the .npy file `bits` become a model of this name in a folder of its own below `folder`.
-    content_hash : of the file they were chosen on; crs : the file's own, None where it has none"""
+    content_hash : of the file they were chosen on; crs : the file's own, None where it has none;
+    registration : of the model in its project"""
 
     path: Path
     cache: Path
@@ -229,6 +237,7 @@ class ModelCut:
     crs: str | None
     folder: Path
     name: str
+    registration: Registration | None = None
 
 
 @dataclass(frozen=True)
@@ -258,6 +267,7 @@ def _cut_model(asked: ModelCut, progress: Progress) -> CutModel:
         asked.folder,
         asked.name,
         progress,
+        asked.registration,
     )
     return CutModel(path, tuple(warnings))
 

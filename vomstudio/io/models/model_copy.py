@@ -12,6 +12,7 @@ from vomstudio.files.inside import check_in_project, make_folder, place_inside
 from vomstudio.files.regular import open_regular, require_regular
 from vomstudio.io.models.formats._gltf_document import files_beside
 from vomstudio.io.models.mtl import decode, find_beside, read_library
+from vomstudio.io.models.registration_file import registration_path
 from vomstudio.io.photos.cameras_file import (
     FILE_NAME,
     Cameras,
@@ -27,10 +28,14 @@ PHOTOS = Path("photos")
 
 
 def companions(model: Path) -> list[Path]:
-    """The other files that a model needs: a .prj or offset beside it; the material files and
-    images of an OBJ, the buffers and images of a glTF, the images of a PLY, the world file and
-    mask of a GeoTIFF. Only what lies in the model's folder or below it."""
-    found = [model.with_suffix(".prj"), model.with_suffix(".offset.txt")]
+    """The other files that a model needs: a .prj, offset or registration beside it; the material
+    files and images of an OBJ, the buffers and images of a glTF, the images of a PLY, the world
+    file and mask of a GeoTIFF. Only what lies in the model's folder or below it."""
+    found = [
+        model.with_suffix(".prj"),
+        model.with_suffix(".offset.txt"),
+        registration_path(model),
+    ]
     if model.suffix.lower() == ".obj":
         for library in _libraries(model):
             found.append(library)
