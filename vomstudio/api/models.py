@@ -406,8 +406,8 @@ def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
 def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh | PointCloud:
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.models.opening import read_model
-    from vomstudio.io.photos.cameras_file import scale_known
     from vomstudio.io.models.reconstruction_file import placing_error_m
+    from vomstudio.io.photos.cameras_file import scale_known
 
     loaded = read_model(path, progress, options)
     established = establish_frame(loaded, options)

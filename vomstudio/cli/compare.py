@@ -68,8 +68,8 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.files.atomic import check_target
-    from vomstudio.io.models.writing import choose_writer
     from vomstudio.io.models.reconstruction_file import placing_error_m
+    from vomstudio.io.models.writing import choose_writer
     from vomstudio.registration.distances.comparison import compare, require_lengths
     from vomstudio.registration.overlap import crs_doubts
     from vomstudio.workspace.world_models import read_beside, read_in_world

@@ -39,6 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.core.findings import without_repeats
     from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.frames import establish_frame, stored_registration
@@ -92,6 +93,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         axes=_axes(loaded, crs, args.unit, registration),
         registration=registration,
     )
+    # The frame may have reported what is wrong with the registration, too.
+    warnings = list(without_repeats(warnings))
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
     out.text(

@@ -99,8 +99,8 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "registration.reference-error": (
         "info",
         to_translate(
-            "With the error of the reference the model may be turned by {rotation95_deg:.2g}° (95 %)"
-            " and its scale may be off by {scale95_percent:.2g} %."
+            "With the error of the reference the model may be turned by {rotation95_deg:.2g}°"
+            " (95 %) and its scale may be off by {scale95_percent:.2g} %."
         ),
     ),
 }

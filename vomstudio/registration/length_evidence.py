@@ -103,9 +103,7 @@ def kept_scale(
     # One unit is as long everywhere and in every direction: which one is taken does not matter.
     length = np.array([scale * size])
     label = tr("the scale that is kept")
-    return [
-        KeptScale([label], middle[None], end[None], length, KEPT * length, scale_error or 0.0)
-    ]
+    return [KeptScale([label], middle[None], end[None], length, KEPT * length, scale_error or 0.0)]
 
 
 def said_of_lengths(

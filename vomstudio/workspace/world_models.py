@@ -101,9 +101,7 @@ def read_in_world(
     matrix = np.asarray(established.to_world(), np.float64)
     data = moved(loaded.data, matrix)
     warnings = (*loaded.warnings, *established.findings)
-    return WorldModel(
-        data, crs, metric, warnings, loaded, matrix, registration=registration
-    )
+    return WorldModel(data, crs, metric, warnings, loaded, matrix, registration=registration)
 
 
 def read_beside(

@@ -112,8 +112,11 @@ def stored_registration(
         None, with ``registration.other-frame``, if the options or the file state another frame.
         A registration without errors (photos without scale) counts as none.
     """
-    crs = None if options.to_crs is not None else loaded.crs
-    found = registration_beside(loaded.path, loaded.content_hash, crs)
+    stated = loaded.crs if options.crs is None else typed_crs(options.crs)[0]
+    if options.to_crs is not None:
+        # What the file states was converted when it was read.
+        stated = None
+    found = registration_beside(loaded.path, loaded.content_hash, stated)
     registration = found.registration
     if registration is None:
         return found
@@ -191,9 +194,7 @@ def _reprojected(registration: Registration, crs: str, loaded: LoadedModel) -> R
     return change_file_frame(moved, moved.matrix)
 
 
-def bounds_in_world(
-    bounds: npt.NDArray[np.float64], to_world: Matrix
-) -> npt.NDArray[np.float64]:
+def bounds_in_world(bounds: npt.NDArray[np.float64], to_world: Matrix) -> npt.NDArray[np.float64]:
     """Return lowest and highest corner, (2, 3), of a box of the file's frame in World."""
     corners = np.array([[bounds[k, j] for j, k in enumerate(each)] for each in np.ndindex(2, 2, 2)])
     placed = transform.apply(to_world, corners)

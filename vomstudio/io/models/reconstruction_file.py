@@ -154,7 +154,9 @@ def _place(value: object) -> Point | None:
 def _covariance(value: object) -> tuple[tuple[float, ...], ...] | None:
     if not isinstance(value, list) or len(value) != 7:
         return None
-    rows = [[finite_number(v) for v in row] for row in value if isinstance(row, list) and len(row) == 7]
+    rows = [
+        [finite_number(v) for v in row] for row in value if isinstance(row, list) and len(row) == 7
+    ]
     if len(rows) != 7:
         return None
     known = tuple(tuple(v for v in row if v is not None) for row in rows)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -58,6 +58,8 @@ _ABOUT = (
 )
 _SIMILAR = 1e-6
 """Relative deviation of a matrix from a similarity, and of a covariance from a symmetric one."""
+_MAX_ERROR = 1e9
+"""One sigma, rad, m, or a share."""
 _EVIDENCE = ("control", "observations", "rms_control_m", "rms_check_m", "read_north")
 _SHAPE = ("reach_m", "normal", "lens_bowing95_deg", "lens_stretch95")
 
@@ -333,20 +335,9 @@ def _why_invalid(registration: Registration) -> str | None:
     if registration.covariance is not None:
         if registration.centre is None:
             return tr("the covariance has no centre")
-        if any(len(row) != 7 for row in registration.covariance):
-            return tr("the covariance does not have 7 x 7 numbers")
-        known = np.array(registration.covariance, np.float64)
-        if known.shape != (7, 7):
-            return tr("the covariance does not have 7 x 7 numbers")
-        # In units of the errors: radians and metres differ by orders of magnitude.
-        sigma = np.sqrt(np.abs(np.diag(known)))
-        units = np.outer(*[np.where(sigma > 0, sigma, 1.0)] * 2)
-        with np.errstate(all="ignore"):
-            correlation = known / units
-        bounded = bool((np.abs(correlation) <= 1.0 + _SIMILAR).all())
-        symmetric = bounded and np.allclose(correlation, correlation.T, atol=_SIMILAR)
-        if not symmetric or np.linalg.eigvalsh(correlation)[0] < -_SIMILAR:
-            return tr("the covariance is not symmetric and positive")
+        reason = _why_no_covariance(registration.covariance)
+        if reason is not None:
+            return reason
     errors = (*(registration.rotation_error_deg or ()), registration.scale_error or 0.0)
     if min(errors) < 0:
         return tr("an error is negative")
@@ -360,6 +351,25 @@ def _why_invalid(registration: Registration) -> str | None:
             return error.message
         if metres != 1.0:
             return tr("the coordinate reference system is not in metres")
+    return None
+
+
+def _why_no_covariance(rows: Sequence[Sequence[float]]) -> str | None:
+    count = len(PARAMETERS)
+    if len(rows) != count or any(len(row) != count for row in rows):
+        return tr("the covariance does not have {count} x {count} numbers", count=count)
+    known = np.array(rows, np.float64)
+    if np.abs(known).max() > _MAX_ERROR**2:
+        return tr("the covariance is larger than any error")
+    # In units of the errors: radians and metres differ by orders of magnitude.
+    sigma = np.sqrt(np.abs(np.diag(known)))
+    units = np.where(sigma > 0, sigma, 1.0)
+    with np.errstate(all="ignore"):
+        correlation = known / np.outer(units, units)
+    bounded = bool((np.abs(correlation) <= 1.0 + _SIMILAR).all())
+    symmetric = bounded and np.allclose(correlation, correlation.T, atol=_SIMILAR)
+    if not symmetric or np.linalg.eigvalsh(correlation)[0] < -_SIMILAR:
+        return tr("the covariance is not symmetric and positive")
     return None
 
 

@@ -35,9 +35,9 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFit:
-    """name : of the reference; fitted : what was found; crs : of World; stable_m : how near to a cloud that is a mask the
-    reference counts as stable, None without one; scale : whether it was one of the unknowns
-    reference : the registration of the reference, None if it has none"""
+    """name : of the reference; fitted : what was found; crs : of World; stable_m : how near to a
+    cloud that is a mask the reference counts as stable, None without one; scale : whether it was
+    one of the unknowns; reference : the registration of the reference, None if it has none"""
 
     name: str
     fitted: FittedToReference

@@ -296,8 +296,8 @@ def _evidence(
     said: list[Message],
     unused: list[str],
 ) -> tuple[Evidence, str | None, ReadNorth | None]:
-    """And the CRS, and how azimuths were counted. said : gets what was noticed; unused : which control points and marks were not
-    used, and why"""
+    """And the CRS, and how azimuths were counted. said : gets what was noticed; unused : which
+    control points and marks were not used, and why"""
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import said_of_area

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
@@ -220,9 +221,7 @@ def registration_of(
     )
 
 
-def _method(
-    placed: Placed, model: str, reference: str, *, has_points: bool
-) -> tuple[Method, str]:
+def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> tuple[Method, str]:
     """Return what placed a model above all, and the name of its registration."""
     if reference:
         return "reference", tr("{model} fitted to {reference}", model=model, reference=reference)
