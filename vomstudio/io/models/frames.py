@@ -112,10 +112,10 @@ def stored_registration(
         None, with ``registration.other-frame``, if the options or the file state another frame.
         A registration without errors (photos without scale) counts as none.
     """
-    stated = loaded.crs if options.crs is None else typed_crs(options.crs)[0]
-    if options.to_crs is not None:
-        # What the file states was converted when it was read.
-        stated = None
+    stated = None
+    # With `to_crs` what the file states was converted when it was read.
+    if options.to_crs is None:
+        stated = loaded.crs if options.crs is None else typed_crs(options.crs)[0]
     found = registration_beside(loaded.path, loaded.content_hash, stated)
     registration = found.registration
     if registration is None:
