@@ -121,17 +121,22 @@ def registration_in_project(
     it places keep turning together; otherwise one with an id that the project does not use.
     """
     for record in records.values():
-        if isinstance(record, Registration) and _same_content(record, registration):
+        if isinstance(record, Registration) and is_same_registration(record, registration):
             return record
     if registration.id in records:
         return replace(registration, id=new_id("registration"))
     return registration
 
 
-def _same_content(first: Registration, second: Registration) -> bool:
+def is_same_registration(first: Registration, second: Registration) -> bool:
     """Whether two registrations differ by nothing but the ids of their records and the name."""
-    names = {"id": second.id, "name": second.name, "reconstruction_id": second.reconstruction_id}
-    return replace(first, **names) == second
+    renamed = replace(
+        first,
+        id=second.id,
+        name=second.name,
+        reconstruction_id=second.reconstruction_id,
+    )
+    return renamed == second
 
 
 def _rotated_sigma(sigma: Point, rotation: Array) -> Point:

@@ -185,9 +185,10 @@ class Models:
             return
         stored = self._projects.project.model_path(path)
         other = self._projects.records.get(like or "")
+        findings: tuple[Finding, ...] = ()
         try:
             if isinstance(other, Model):
-                placement, findings = other.placement, ()
+                placement = other.placement
             else:
                 placement, findings = self._placement(path, stored, opened)
         except InputError as error:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.document import codec
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Frame, Registration
+from vomstudio.document.registration_frames import is_same_registration
 from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.regular import SIDECAR_BYTES, is_there, open_regular, read_json
@@ -161,12 +162,8 @@ def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] 
         stored = read_registration(path)
     except InputError:
         return None
-    same = replace(
-        stored.registration,
-        id=registration.id,
-        reconstruction_id=registration.reconstruction_id,
-    )
-    return stored.files if same == registration else None
+    same = is_same_registration(stored.registration, registration)
+    return stored.files if same else None
 
 
 def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str, Any]:
