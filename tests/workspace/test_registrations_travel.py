@@ -214,6 +214,11 @@ def copied(case: Case) -> Path:
     return copy_model(case.out, case.folder / "copies")
 
 
+def copied_from_project(case: Case) -> Path:
+    model, _ = registered_in_project(case, case.folder / "p.vom")
+    return copy_model(case.model, case.folder / "copies", registration=model.registration)
+
+
 def converted(case: Case) -> Path:
     command("convert", case.out, case.folder / "converted.xyz")
     return case.folder / "converted.xyz"
@@ -254,7 +259,7 @@ def cut(case: Case) -> Path:
     return _cut_model(order, Silent()).path
 
 
-@pytest.mark.parametrize("make", [copied, converted, labelled, exported, cut])
+@pytest.mark.parametrize("make", [copied, copied_from_project, converted, labelled, exported, cut])
 def test_a_copy_has_the_errors_of_the_original(case: Case, make: Callable[[Case], Path]) -> None:
     wanted, _ = bed_in_new_project(case.folder / "original.vom", case.out, to_world(BED))
     found, added = bed_in_new_project(case.folder / "copy.vom", make(case), to_world(BED))

@@ -147,12 +147,14 @@ PREVIEW_MODEL = Job(
 @dataclass(frozen=True)
 class ModelCopy:
     """folder : below which the model goes with all that belongs to it; cameras : the file of its
-    photos' cameras, None for the one beside it; photos : whether they are copied too"""
+    photos' cameras, None for the one beside it; photos : whether they are copied too;
+    registration : by which the model stands in its project"""
 
     path: Path
     folder: Path
     cameras: Path | None = None
     photos: bool = False
+    registration: Registration | None = None
 
 
 @dataclass(frozen=True)
@@ -165,9 +167,15 @@ class CopiedModel:
 def _copy_model(asked: ModelCopy, progress: Progress) -> CopiedModel:
     from vomstudio.io.models.model_copy import copy_model
 
-    return CopiedModel(
-        copy_model(asked.path, asked.folder, progress, cameras=asked.cameras, photos=asked.photos)
+    copy = copy_model(
+        asked.path,
+        asked.folder,
+        progress,
+        cameras=asked.cameras,
+        photos=asked.photos,
+        registration=asked.registration,
     )
+    return CopiedModel(copy)
 
 
 COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, _TILES)

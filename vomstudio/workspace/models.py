@@ -161,7 +161,7 @@ class Models:
 
         self._jobs.submit(
             COPY_MODEL,
-            ModelCopy(path, project.folder / "models", cameras, photos),
+            ModelCopy(path, project.folder / "models", cameras, photos, model.registration),
             title=tr("Copying {model}", model=model.name),
             on_done=arrived,
             on_failed=lambda event: self._notices.warn(event.message, "error"),
