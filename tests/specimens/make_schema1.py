@@ -45,6 +45,7 @@ from vomstudio.document.records import (
     Compass,
     FaceGrid,
     Model,
+    ObservationGroup,
     ReadNorth,
     Record,
     compass_id,
@@ -205,6 +206,17 @@ def additions(records: Mapping[str, Record]) -> dict[str, dict[str, Record]]:
                 name="compass",
                 method="lines",
                 read_north=ReadNorth("magnetic", 2.4, 3.9, True, "2024-05-12", 0.5),
+            )
+        },
+        "Register by points and lengths": {
+            "registration-observed": replace(
+                placed,
+                id="registration-observed",
+                name="points and lengths",
+                observations=(
+                    ObservationGroup("points", ("P1", "P2", "P3")),
+                    ObservationGroup("lengths", ("P1 - P2",)),
+                ),
             )
         },
         "Add a grid": {
