@@ -230,6 +230,9 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "settings.toml": ("settings.toml", _settings),
     "journal.sqlite": ("journal.sqlite", _journal),
     "run/reconstruction.json": ("run/reconstruction.json", _run),
+    "r.registration.json": (
+        "r.registration.json", _of("vomstudio.io.models.registration_file", "read_registration")
+    ),
     "comparisons/c.json": ("comparisons/c.json", _comparison),
 }  # fmt: skip
 """By kind: the file that is named, and who reads it."""
@@ -514,6 +517,7 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
         "a.gltf": {"a.gltf": json.dumps(gltf).encode(), "g.bin": positions + corners},
         "meta.json": {p.name: p.read_bytes() for p in (folder / "cache").iterdir()},
         "journal.sqlite": {"journal.sqlite": (folder / "j.sqlite").read_bytes()},
+        "r.registration.json": _registration(folder),
         "run/reconstruction.json": {
             "run/reconstruction.json": json.dumps(result).encode(),
             "run/request.json": json.dumps({"photos": "."}).encode(),
@@ -523,6 +527,16 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
             "comparisons/c.npz": stream.getvalue(),
         },
     }  # fmt: skip
+
+
+def _registration(folder: Path) -> Files:
+    from tests.io.models.test_registration_file import registration
+    from vomstudio.io.models.registration_file import write_registration
+
+    model = folder / "r.ply"
+    model.write_bytes(b"a model")
+    path = write_registration(registration(), [model])
+    return {path.name: path.read_bytes()}
 
 
 def _other_cameras(folder: Path) -> dict[str, Files]:

@@ -56,6 +56,7 @@ _UNITS = {
     "l.dxf": (rb"  0\r?\nLWPOLYLINE.*?(?=  0\r?\n(?:LWPOLYLINE|ENDSEC))", b""),
     "x.xmp": (rb"<rdf:Description.*?/>", b""),
     "meta.json": (rb'"', b' ", "'),
+    "r.registration.json": (rb'"P1"', b", "),
     "run/reconstruction.json": (rb'"residuals": \[', b"1.5, "),
 }
 """Of texts that are no lists of lines: a piece that may come again, and what stands between."""

@@ -45,6 +45,7 @@ from vomstudio.document.records import (
     Compass,
     FaceGrid,
     Model,
+    ObservationGroup,
     ReadNorth,
     Record,
     compass_id,
@@ -139,9 +140,10 @@ def add_missing(session: Session, row_kinds: set[str]) -> None:
     if len(session.records) > count:
         session.save()
     station = session.of(Station)[0]
-    if "station-unsaved" not in session.records:
-        added = replace(station, id="station-unsaved", name="St 2", number="")
-        session.apply(change(session.records, "Add St 2", {added.id: added}))
+    if not session.dirty:
+        name = f"St {len(session.of(Station)) + 1}"
+        added = replace(station, id=f"unsaved {name}", name=name, number="")
+        session.apply(change(session.records, f"Add {name}", {added.id: added}))
     if session.redo_label is None:
         session.apply(edits.set_attributes(session.records, [station.id], number="18"))
         session.undo()
@@ -205,6 +207,17 @@ def additions(records: Mapping[str, Record]) -> dict[str, dict[str, Record]]:
                 name="compass",
                 method="lines",
                 read_north=ReadNorth("magnetic", 2.4, 3.9, True, "2024-05-12", 0.5),
+            )
+        },
+        "Register by points and lengths": {
+            "registration-observed": replace(
+                placed,
+                id="registration-observed",
+                name="points and lengths",
+                observations=(
+                    ObservationGroup("points", ("P1", "P2", "P3")),
+                    ObservationGroup("lengths", ("P1 - P2",)),
+                ),
             )
         },
         "Add a grid": {

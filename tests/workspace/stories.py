@@ -15,8 +15,12 @@ import numpy as np
 
 from tests.workspace.loop import Loop
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model
+from vomstudio.document.records import Frame, Model, Registration
+from vomstudio.document.registration_frames import is_same_registration
+from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.registration_file import find_registration, registration_path
+from vomstudio.io.models.writing import write_model
 from vomstudio.io.project.sample import read_picks, read_truth, sample_model
 from vomstudio.io.settings import Settings
 from vomstudio.jobs.job import Nothing
@@ -228,7 +232,56 @@ def left(folder: Path) -> None:
     work.close()
 
 
-STORIES = {story.__name__: story for story in (measured, draft, cancelled, died, left)}
+def registered(folder: Path) -> None:
+    """A registration beside a file places the model, and pieces and copies have it too."""
+    spread = np.diag([1e-6, 2e-6, 3e-6, 1e-6, 1e-4, 1e-4, 1e-4])
+    placed = Registration(
+        "r", "points", "points", Frame("local"), scale_error=1e-3,
+        covariance=tuple(map(tuple, spread.tolist())), centre=(5.0, 5.0, 0.0),
+    )  # fmt: skip
+    cloud = PointCloud(np.random.default_rng(1).uniform(0.0, 10.0, (500, 3)))
+    wall, other = folder / "wall.ply", folder / "other.ply"
+    write_model(cloud, None, wall, registration=placed)
+    other.write_bytes(wall.read_bytes())
+    registration_path(other).write_text("{", "utf-8")
+
+    desk = Desk()
+    work = desk.work
+    work.projects.new()
+    work.models.open_path(wall)
+    desk.wait(lambda: work.models.open, "the registered model")
+    (model,) = work.projects.of(Model)
+    assert model.registration is not None
+    assert is_same_registration(model.registration, placed)
+
+    work.elements.cut_out(model.id, np.arange(500) < 200)
+    desk.wait(lambda: len(work.models.open) == 2, "the piece")
+    piece = work.projects.of(Model)[1]
+    assert piece.registration is model.registration
+    work.models.copy(model.id)
+    desk.wait(lambda: work.projects.of(Model)[0].path != model.path, "the copy")
+    for each in work.projects.of(Model):
+        path = work.projects.project.find_model(each)
+        assert path is not None
+        assert path != wall
+        found = find_registration(path, each.content_hash)
+        assert found.registration is not None
+        assert is_same_registration(found.registration, placed)
+    work.history.undo()
+    work.history.undo()
+    work.history.undo()
+    assert work.projects.of(Model) == work.projects.of(Registration) == []
+
+    # The same points: the file of another model of the same content, with a damaged registration.
+    work.models.open_path(other)
+    desk.wait(lambda: work.projects.of(Model), "the model without a registration")
+    (model,) = work.projects.of(Model)
+    assert model.registration is None
+    assert any("other.registration.json" in notice.text for notice in desk.said)
+    work.close()
+
+
+STORIES = {story.__name__: story for story in (measured, draft, cancelled, died, left, registered)}
 
 if __name__ == "__main__":
     for name in WITHOUT:

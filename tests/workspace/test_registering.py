@@ -115,7 +115,7 @@ def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None
         )
         for name, s, c in zip(("fit", "other"), scatter, centres, strict=True)
     ]  # fmt: skip
-    both = with_error_of(known[0], known[1])
+    both = with_error_of(known[0], known[1], scale_fitted=True)
     points = np.array([[120.0, 40.0, 0.0], [60.0, 90.0, 25.0]])
     drawn = []
     for _ in range(10_000):
@@ -133,5 +133,6 @@ def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None
     assert both.rotation_error_deg == pytest.approx(tuple(np.degrees(sums[[2, 0, 1]])))
     assert worst_turn_deg(both) > max(worst_turn_deg(one) for one in known)
     # Nothing is made up where the error of the other one is not known.
-    assert with_error_of(known[0], replace(known[1], covariance=None)) == known[0]
-    assert with_error_of(known[0], None) == known[0]
+    unknown = replace(known[1], covariance=None)
+    assert with_error_of(known[0], unknown, scale_fitted=True) == known[0]
+    assert with_error_of(known[0], None, scale_fitted=True) == known[0]

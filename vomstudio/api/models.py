@@ -32,8 +32,9 @@ from vomstudio.reprs import html_table, in_lines
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.document.records import Model
+    from vomstudio.document.records import Model, Registration
     from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.registration.results import RotationError
 
 Floats = npt.NDArray[np.float64]
 
@@ -47,6 +48,7 @@ class Source:
     placing_error_m : how far it may be off as a whole, one sigma along any direction; None where
         nothing says so
     to_world : (4, 4) from the frame of the file
+    registration : by which it stands there, None for a stated frame
     """
 
     path: Path
@@ -58,6 +60,7 @@ class Source:
     content_hash: str = ""
     placing_error_m: float | None = None
     to_world: Floats | None = None
+    registration: Registration | None = None
 
     @property
     def world_crs(self) -> str | None:
@@ -104,6 +107,27 @@ class _Model:
         """(n, 3) uint8 red, green, blue of the points, or None."""
         return self._data.colors  # type: ignore[no-any-return]
 
+    @property
+    def rotation_error_deg(self) -> RotationError | None:
+        """Errors of the registration, one sigma: ``about_up``, ``about_east``, ``about_north``,
+        degrees; None for a model that was not registered, or whose errors are not known."""
+        from vomstudio.registration.results import RotationError
+
+        registration = self._source.registration
+        rotation = None if registration is None else registration.rotation_covariance()
+        if rotation is None:
+            return None
+        east, north, up = np.degrees(np.sqrt(np.diag(rotation))).tolist()
+        return RotationError(up, east, north)
+
+    @property
+    def scale_error_95(self) -> float | None:
+        """Error of the scale by the registration, 95 %, as a share; None as before."""
+        registration = self._source.registration
+        if registration is None or registration.scale_error is None:
+            return None
+        return 1.959963984540054 * registration.scale_error
+
     @cached_property
     def resolution_m(self) -> float | None:
         """Mean length of a mesh's edges, or mean distance of a cloud's points from the nearest
@@ -115,7 +139,8 @@ class _Model:
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
         """Write it in the format that the ending of `path` says, in its CRS, textures and fields
-        with it; what the format cannot hold is a Python warning.
+        with it; what the format cannot hold is a Python warning. Its registration is written
+        beside it as ``NAME.registration.json``.
 
         force : replace a file that is there. Raises vs.errors.UsageError for an ending that is not
         known, vs.errors.GeometryError for coordinates that are not finite, vs.errors.TargetError
@@ -128,17 +153,30 @@ class _Model:
         >>> vs.read(made).faces.shape == cliff.faces.shape
         True
         """
+        from vomstudio.document.registration_frames import change_file_frame
         from vomstudio.io.models.model_copy import companions
         from vomstudio.io.models.writing import write_model
 
         path = path_of(path, "path")
         force = flag(force, "force")
-        data = self._data
+        data, registration = self._data, self._source.registration
+        if registration is not None and self._source.to_world is not None:
+            registration = change_file_frame(registration, self._source.to_world)
         if self._source.unit_m != 1.0 and self.crs is not None:
             data = moved(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
         inputs = [self.path, *companions(self.path)] if self.path.is_file() else []
         axes = Axes(self._source.metric, self._source.placed)
-        warn(write_model(data, self.crs, path, force=force, inputs=inputs, axes=axes))
+        warn(
+            write_model(
+                data,
+                self.crs,
+                path,
+                force=force,
+                inputs=inputs,
+                axes=axes,
+                registration=registration,
+            )
+        )
         return path
 
     def plot(self) -> Any:
@@ -307,7 +345,9 @@ def read(
     Returns
     -------
     Mesh or PointCloud in World. A file that does not say how it stands is taken as local, in
-    metres, z up and y to the north, which is said as a Python warning and in ``.warnings``.
+    metres, z up and y to the north, which is said as a Python warning and in ``.warnings``. A
+    registration beside the file (``NAME.registration.json``, or ``reconstruction.json`` of a
+    reconstruction) places it and gives ``rotation_error_deg`` and ``scale_error_95``.
 
     Raises
     ------
@@ -358,24 +398,33 @@ def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
 def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh | PointCloud:
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.models.opening import read_model
+    from vomstudio.io.models.reconstruction_file import placing_error_m
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.io.project.reconstructions import placing_error_m
 
     loaded = read_model(path, progress, options)
     established = establish_frame(loaded, options)
     frame = established.frame
+    registration = established.registration
     unknown = frame.crs is None and scale_known(loaded.path) is False
     source = Source(
         loaded.path,
         frame.crs,
         (*loaded.warnings, *established.findings),
         frame.unit_m if frame.crs is not None else 1.0,
-        not unknown,
-        options.unit is not None,
+        not unknown if registration is None else frame.has_north,
+        options.unit is not None if registration is None else frame.has_metres,
         loaded.content_hash,
         placing_error_m(loaded.path),
     )
-    return in_world(loaded.data, frame.to_world(), source)
+    made = in_world(loaded.data, established.to_world(), source)
+    return made if registration is None else registered(made, registration)
+
+
+def registered(made: Mesh | PointCloud, registration: Registration) -> Mesh | PointCloud:
+    """Return a model with the registration by which it stands in World."""
+    error = registration.placing_error_m(made.bounds)
+    source = replace(made._source, placing_error_m=error, registration=registration)
+    return replace(made, _source=source)
 
 
 def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
@@ -400,10 +449,7 @@ def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
         loaded.content_hash,
     )
     made = in_world(loaded.data, np.array(record.to_world), source)
-    if record.registration is None:
-        return made
-    error = record.registration.placing_error_m(made.bounds)
-    return replace(made, _source=replace(made._source, placing_error_m=error))
+    return made if record.registration is None else registered(made, record.registration)
 
 
 def in_world(

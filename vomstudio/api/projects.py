@@ -287,9 +287,10 @@ class Project:
     ) -> str:
         """Make a model part of the project; returns its id.
 
-        crs, up, unit : as in `vs.read`. A file that does not say how it stands is taken as local,
-        in metres, z up, with a warning. A file that the project has already is not added twice.
-        Raises vs.errors.InputError, vs.errors.UsageError.
+        crs, up, unit : as in `vs.read`. A registration beside the file places the model, so that
+        its errors reach all that is measured on it. A file that does not say how it stands is
+        taken as local, in metres, z up, with a warning. A file that the project has already is not
+        added twice. Raises vs.errors.InputError, vs.errors.UsageError.
         """
         if up is not None:
             one_of(up, ("y", "z"), "up")

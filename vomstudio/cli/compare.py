@@ -68,8 +68,8 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.files.atomic import check_target
+    from vomstudio.io.models.reconstruction_file import placing_error_m
     from vomstudio.io.models.writing import choose_writer
-    from vomstudio.io.project.reconstructions import placing_error_m
     from vomstudio.registration.distances.comparison import compare, require_lengths
     from vomstudio.registration.overlap import crs_doubts
     from vomstudio.workspace.world_models import read_beside, read_in_world
@@ -96,7 +96,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     metric = model.in_metres or benchmark.in_metres
     error = args.registration_error
     if error is None and args.m3c2 is not None:
-        error = placing_error_m(Path(args.model))
+        error = (
+            placing_error_m(Path(args.model))
+            if model.registration is None
+            else model.registration.placing_error_m(model.data.bounds)
+        )
     with numbers_of(args.model):
         found = compare(
             model.data, benchmark.data, radius_m=args.m3c2, registration_error_m=error,
@@ -181,6 +185,7 @@ def _written(
             benchmark.loaded.path, *companions(benchmark.loaded.path),
         ],
         progress=progress_of(args),
+        registration=model.registration_in_world,
     )  # fmt: skip
 
 

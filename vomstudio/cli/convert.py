@@ -15,7 +15,11 @@ from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
     from vomstudio.core.findings import Message
+    from vomstudio.document.records import Registration
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.geometry.units import Axes
@@ -35,8 +39,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.core.findings import without_repeats
+    from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.files.atomic import check_target
-    from vomstudio.io.models.frames import establish_frame
+    from vomstudio.io.models.frames import establish_frame, stored_registration
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.models.writing import choose_writer, write_model
@@ -69,7 +75,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
             )
     elif crs is not None and unit != 1.0:
         warnings.append(tr("Coordinates stay in the unit of the CRS, {metres:.9g} m.", metres=unit))
-    data = _in_world(loaded, args.up, METRES[args.unit] if args.unit and crs is None else 1.0)
+    scale = METRES[args.unit] if args.unit and crs is None else 1.0
+    found = stored_registration(loaded, options)
+    warnings += found.findings
+    data = _in_world(loaded, args.up, scale)
+    registration = found.registration
+    if registration is not None:
+        registration = change_file_frame(registration, _change(loaded, args.up, scale))
     inputs = [loaded.path, *companions(loaded.path)]
     warnings += write_model(
         data,
@@ -78,8 +90,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
         inputs=inputs,
         progress=progress,
-        axes=_axes(loaded, crs, args.unit),
+        axes=_axes(loaded, crs, args.unit, registration),
+        registration=registration,
     )
+    # The frame may have reported what is wrong with the registration, too.
+    warnings = list(without_repeats(warnings))
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
     out.text(
@@ -89,11 +104,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _axes(loaded: LoadedModel, crs: str | None, unit: str | None) -> Axes:
-    """What is known of x, y and z: by the CRS, the cameras beside the model, or what was given."""
+def _axes(
+    loaded: LoadedModel, crs: str | None, unit: str | None, registration: Registration | None
+) -> Axes:
+    """What is known of x, y and z: by the CRS, the registration or the cameras beside the model,
+    or what was given."""
     from vomstudio.geometry.units import Axes
     from vomstudio.io.photos.cameras_file import scale_known
 
+    if registration is not None:
+        return registration.frame.axes
     known = crs is not None or scale_known(loaded.path) is True
     return Axes(metric=known or unit is not None or loaded.unit_m is not None, north=known)
 
@@ -106,20 +126,37 @@ def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | Point
     from vomstudio.geometry.mesh import Mesh
 
     data = loaded.data
-    about = np.zeros(3) if loaded.turned_about is None else np.array(loaded.turned_about)
-    turn = np.eye(3)
-    if up == "y" and loaded.turned_about is None:
-        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-    elif up == "z" and loaded.turned_about is not None:
-        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    if scale == 1.0 and (turn == np.eye(3)).all():
+    change = _change(loaded, up, scale)
+    if np.array_equal(change, np.eye(4)):
         return data
-    matrix = turn * scale
+    # About a place of the model: no digits are lost to large coordinates.
+    about, matrix = _pivot(loaded), change[:3, :3]
     if isinstance(data, Mesh):
         return replace(data, vertices=(data.vertices - about) @ matrix.T + about)
     normals = data.normals
     if normals is not None:
-        normals = (normals @ turn.T).astype(np.float32)
+        normals = (normals @ (matrix / scale).T).astype(np.float32)
     return replace(
         data, points=(data.points - about) @ matrix.T + about, normals=normals, arrangement=None
     )
+
+
+def _change(loaded: LoadedModel, up: str | None, scale: float) -> npt.NDArray[np.float64]:
+    """Return the (4, 4) similarity from the coordinates that were read to those of the output."""
+    import numpy as np
+
+    about, turn = _pivot(loaded), np.eye(3)
+    if up == "y" and loaded.turned_about is None:
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    elif up == "z" and loaded.turned_about is not None:
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+    change = np.eye(4)
+    change[:3, :3] = turn * scale
+    change[:3, 3] = about - change[:3, :3] @ about
+    return change
+
+
+def _pivot(loaded: LoadedModel) -> npt.NDArray[np.float64]:
+    import numpy as np
+
+    return np.zeros(3) if loaded.turned_about is None else np.array(loaded.turned_about)

@@ -127,8 +127,8 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     import numpy as np
 
     from vomstudio.io.models.opening import read_model
+    from vomstudio.io.models.reconstruction_file import registration_of
     from vomstudio.io.photos.cameras_file import read_cameras
-    from vomstudio.io.project.reconstructions import registration_of
     from vomstudio.io.project.sample import (
         read_true_cameras,
         read_truth,

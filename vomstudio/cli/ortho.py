@@ -203,6 +203,13 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
     options = frame_options(args)
     established = establish_frame(loaded, options)
     frame = established.frame
+    registration = established.registration
+    if registration is not None:
+        placed, metric = frame.has_north, frame.has_metres
+        return _Place(
+            established.to_world(), world_crs(frame.crs, frame.unit_m), placed, metric, metric,
+            established.findings,
+        )  # fmt: skip
     placed = frame.crs is not None or scale_known(loaded.path) is not False
     return _Place(
         frame.to_world(),

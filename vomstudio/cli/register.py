@@ -212,6 +212,7 @@ def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any])
         inputs=[loaded.path, *companions(loaded.path)],
         progress=progress_of(args),
         axes=Axes(metric=known.scale, north=known.north and known.vertical),
+        registration=made.registration_in_world,
     )
     result["out"] = args.output
     return warnings

@@ -232,4 +232,47 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " north, pitch 0 level and -90 straight down. Check this."
         ),
     ),
+    # --- registrations -------------------------------------------------------------------------
+    "registration.other-model": (
+        "warning",
+        to_translate(
+            "{file} belongs to other files ({models}), so its errors are not used. Register the"
+            " model again, or delete the file."
+        ),
+    ),
+    "registration.damaged": (
+        "warning",
+        to_translate(
+            "{file} cannot be used: {reason}. The model has no errors of registration. Restore the"
+            " file, or register the model again."
+        ),
+    ),
+    "registration.unknown-version": (
+        "warning",
+        to_translate(
+            "{file} has version {version}, this program reads {known}. Its registration is not"
+            " used. Update the program."
+        ),
+    ),
+    "registration.other-frame": (
+        "warning",
+        to_translate(
+            "The registration in {file} is not used: it places the model in {crs}, but {stated} is"
+            " stated. Correct one of them."
+        ),
+    ),
+    "registration.incomplete": (
+        "warning",
+        to_translate(
+            "The earlier registration in {file} is not used for what the new one leaves free,"
+            " because the coordinates of the file are not those of World."
+        ),
+    ),
+    "registration.reference-error": (
+        "info",
+        to_translate(
+            "With the error of the reference the model may be turned by {rotation95_deg:.2g}°"
+            " (95 %) and its scale may be off by {scale95_percent:.2g} %."
+        ),
+    ),
 }

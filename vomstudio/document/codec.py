@@ -26,6 +26,7 @@ from vomstudio.document.records import (
     MarkedPoint,
     Mask,
     Model,
+    ObservationGroup,
     PhotoSet,
     ReadNorth,
     Reconstruction,
@@ -63,7 +64,7 @@ _PARTS: dict[str, type] = {
 }
 """Fields that hold a small record of their own. A placement may be a registration instead, of which
 its id is written."""
-_LISTS: dict[str, type] = {"control": RegistrationPoint}
+_LISTS: dict[str, type] = {"control": RegistrationPoint, "observations": ObservationGroup}
 """Fields that hold several small records."""
 _NAMES = {cls: name for name, cls in RECORD_TYPES.items()}
 

@@ -49,10 +49,17 @@ def new_id(prefix: str) -> str:
 
 
 def add_model(records: Records, model: Model, label: str = "") -> Edit:
-    """label : says where it comes from, "" for a file that is opened"""
+    """Add a model, and its registration if the project does not contain that yet.
+
+    label : of the edit, "" for a file that is opened
+    """
     if model.id in records:
         raise DocumentError(tr("{model} is already in the project.", model=model.name))
-    return change(records, label or f"Open model {model.name}", {model.id: model})
+    after: dict[str, Record | None] = {}
+    if model.registration is not None and model.registration.id not in records:
+        after[model.registration.id] = model.registration
+    after[model.id] = model
+    return change(records, label or f"Open model {model.name}", after)
 
 
 def declare_frame(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vomstudio.core.findings import Message
+from vomstudio.document.records import Registration
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.jobs.job import Job, Lane, Nothing
 from vomstudio.progress import Progress
@@ -146,12 +147,14 @@ PREVIEW_MODEL = Job(
 @dataclass(frozen=True)
 class ModelCopy:
     """folder : below which the model goes with all that belongs to it; cameras : the file of its
-    photos' cameras, None for the one beside it; photos : whether they are copied too"""
+    photos' cameras, None for the one beside it; photos : whether they are copied too;
+    registration : by which the model stands in its project"""
 
     path: Path
     folder: Path
     cameras: Path | None = None
     photos: bool = False
+    registration: Registration | None = None
 
 
 @dataclass(frozen=True)
@@ -164,9 +167,15 @@ class CopiedModel:
 def _copy_model(asked: ModelCopy, progress: Progress) -> CopiedModel:
     from vomstudio.io.models.model_copy import copy_model
 
-    return CopiedModel(
-        copy_model(asked.path, asked.folder, progress, cameras=asked.cameras, photos=asked.photos)
+    copy = copy_model(
+        asked.path,
+        asked.folder,
+        progress,
+        cameras=asked.cameras,
+        photos=asked.photos,
+        registration=asked.registration,
     )
+    return CopiedModel(copy)
 
 
 COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, _TILES)
@@ -175,7 +184,7 @@ COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, 
 @dataclass(frozen=True)
 class ModelExport:
     """The model `path`, kept at hand under `cache`, is written to `out` in World: turned and scaled
-    by to_world, in `crs`, None where there is none."""
+    by to_world, in `crs`, None where there is none. registration : by which it stands there."""
 
     path: Path
     cache: Path
@@ -183,6 +192,7 @@ class ModelExport:
     crs: str | None
     out: Path
     axes: Axes = WORLD
+    registration: Registration | None = None
 
 
 @dataclass(frozen=True)
@@ -193,6 +203,7 @@ class ExportedModel:
 
 
 def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
+    from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.geometry.moving import moved
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.model_copy import companions
@@ -201,6 +212,9 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
     choose_writer(asked.out)
     folder = model_cache.folder_of(asked.path, asked.cache)
     data = moved(model_cache.load(asked.path, folder, progress).data, asked.to_world)
+    registration = asked.registration
+    if registration is not None:
+        registration = change_file_frame(registration, asked.to_world)
     warnings = write_model(
         data,
         asked.crs,
@@ -209,6 +223,7 @@ def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
         inputs=[asked.path, *companions(asked.path)],
         progress=progress,
         axes=asked.axes,
+        registration=registration,
     )
     return ExportedModel(tuple(warnings))
 
@@ -220,7 +235,8 @@ EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _e
 class ModelCut:
     """Of the model `path`, kept at hand under `cache`, the faces or points whose bits stand packed
     in the .npy file `bits` become a model of this name in a folder of its own below `folder`.
-    content_hash : of the file they were chosen on; crs : the file's own, None where it has none"""
+    content_hash : of the file they were chosen on; crs : the file's own, None where it has none;
+    registration : of the model in its project"""
 
     path: Path
     cache: Path
@@ -229,6 +245,7 @@ class ModelCut:
     crs: str | None
     folder: Path
     name: str
+    registration: Registration | None = None
 
 
 @dataclass(frozen=True)
@@ -258,6 +275,7 @@ def _cut_model(asked: ModelCut, progress: Progress) -> CutModel:
         asked.folder,
         asked.name,
         progress,
+        asked.registration,
     )
     return CutModel(path, tuple(warnings))
 

@@ -86,6 +86,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     from vomstudio.registration.placing import with_warnings
     from vomstudio.words import tr
 
+    registration = asked.model.registration
     points, spacing = points_and_spacing(
         read_standing(asked.model, progress).data, asked.model.path
     )
@@ -106,6 +107,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     fitted = fit_to_reference(
         points, there, start, spacing=(spacing * start.scale, its_spacing), scale=asked.scale,
         stable=None if asked.stable is None else _stable(there, asked.stable, progress),
+        scale_error=None if registration is None else registration.scale_error,
         progress=progress,
     )  # fmt: skip
     evidence.reference = fitted.observation
@@ -221,6 +223,7 @@ class ComparisonExport:
 
 
 def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
+    from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.files.arrays import open_arrays
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import choose_writer, write_model
@@ -231,9 +234,13 @@ def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
         data = replace(data, fields={**data.fields, **arrays})
     inputs = [asked.model.path, asked.benchmark]
     inputs += [path for each in list(inputs) for path in companions(each)]
+    registration = asked.model.registration
+    if registration is not None:
+        registration = change_file_frame(registration, asked.model.to_world)
     said = write_model(
-        data, asked.model.crs, asked.out, force=True, inputs=inputs, progress=progress
-    )
+        data, asked.model.crs, asked.out, force=True, inputs=inputs, progress=progress,
+        registration=registration,
+    )  # fmt: skip
     return ExportedModel(tuple(said))
 
 

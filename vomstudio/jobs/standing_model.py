@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.document.records import Registration
 from vomstudio.jobs.model_tasks import Matrix
 from vomstudio.progress import Progress
 
@@ -18,13 +19,14 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class StandingModel:
     """A model `path`, called `name`, kept at hand under `cache`, and how it stands in World, `crs`,
-    None for a local frame."""
+    None for a local frame. registration : by which it stands there, None for a stated frame."""
 
     name: str
     path: Path
     cache: Path
     to_world: Matrix
     crs: str | None
+    registration: Registration | None = None
 
 
 def read_standing(one: StandingModel, progress: Progress) -> LoadedModel:

@@ -24,6 +24,9 @@ class Combined:
         of scale and a shift (m), all about there, are independent with the variance 1; m is under
         7 where it leaves something free
     size : m, how far what was fitted typically reaches from there
+    scale_error : of a scale that was held during the fit, one sigma, as a share of it; 0 for none
+    scale_response : (7,) change of the fit per relative error of the held scale; its fourth
+        component is 1. None if the scale was fitted
     """
 
     labels: Sequence[str]
@@ -31,6 +34,15 @@ class Combined:
     about: Array
     whitening: Array
     size: float = 1.0
+    scale_error: float = 0.0
+    scale_response: Array | None = None
+
+    @property
+    def scale_change(self) -> Array:
+        """(m,) change of the rows' misses per relative error of the held scale."""
+        if self.scale_response is None:
+            return np.zeros(len(self.whitening))
+        return np.asarray(-self.whitening @ self.scale_response)
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         moves: Array = np.zeros((7, 7))

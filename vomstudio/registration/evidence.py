@@ -107,6 +107,8 @@ class Evidence:
     """Labels of what is left out."""
     scale: float | None = None
     """Metres per unit of the model, where that is known beforehand and kept."""
+    scale_error: float | None = None
+    """Of the kept scale, one sigma, as a share of it; None if it is not known."""
     robust: bool = False
     """Whether what cannot be right beside the others is left out."""
     crs: str | None = None
@@ -177,7 +179,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     if evidence.compass is not None:
         said += said_of_compass(evidence.compass, kinds)
     if evidence.scale is not None:
-        kinds += kept_scale(evidence.scale, kinds, extent)
+        kinds += kept_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
         placed = (place_robustly if evidence.robust else place)(
             kinds, check, extent, up=evidence.up, doubted=bool(doubts)

@@ -81,10 +81,16 @@ def lengths_of(
     return [Lengths(labels, *ends, np.array(length), np.array(sigma))]
 
 
-def kept_scale(scale: float, kinds: Sequence[Observed], extent: Array | None) -> list[KeptScale]:
+def kept_scale(
+    scale: float,
+    kinds: Sequence[Observed],
+    extent: Array | None,
+    scale_error: float | None = None,
+) -> list[KeptScale]:
     """A scale that is known, in metres per unit of the model, as a length across the model.
 
     extent : (n, 3) points of the model, None to take the points among `kinds`
+    scale_error : of this scale, one sigma, as a share of it; None if it is not known
     """
     places = [] if extent is None or not len(extent) else [extent]
     places = places or [kind.model for kind in kinds if isinstance(kind, Points)]
@@ -97,7 +103,7 @@ def kept_scale(scale: float, kinds: Sequence[Observed], extent: Array | None) ->
     # One unit is as long everywhere and in every direction: which one is taken does not matter.
     length = np.array([scale * size])
     label = tr("the scale that is kept")
-    return [KeptScale([label], middle[None], end[None], length, KEPT * length)]
+    return [KeptScale([label], middle[None], end[None], length, KEPT * length, scale_error or 0.0)]
 
 
 def said_of_lengths(

@@ -176,9 +176,14 @@ def turned(word: str, north: North) -> Turned | None:
     return Turned(word, deg, declination, stated, convergence, north.day)
 
 
-def turn_of(word: str, north: North, option: str) -> tuple[float, str]:
-    """What is added to azimuths from "true" or "magnetic" north, and a sentence on that. Raises
-    UsageError where the declination is not known."""
+def turn_of(word: str, north: North, option: str) -> Turned:
+    """Return what is added to azimuths from "true" or "magnetic" north.
+
+    Raises
+    ------
+    UsageError
+        If the declination is not known.
+    """
     found = turned(word, north)
     if found is None:
         raise UsageError(
@@ -188,7 +193,7 @@ def turn_of(word: str, north: North, option: str) -> tuple[float, str]:
             ),
             field=option,
         )
-    return found.deg, found.in_words()
+    return found
 
 
 def _said(word: str, turns: list[float]) -> str:

@@ -117,7 +117,17 @@ class Lengths:
 @dataclass(frozen=True, eq=False)
 class KeptScale(Lengths):
     """A length across the model that stands for a scale which is known beforehand and kept: whoever
-    says so is not contradicted by leaving it out."""
+    says so is not contradicted by leaving it out.
+
+    scale_error : of the scale, one sigma, as a share of it; 0 if it is not known
+    """
+
+    scale_error: float = 0.0
+
+    @property
+    def scale_change(self) -> Array:
+        """(1,) change of the row's miss per relative error of the kept scale."""
+        return -self.length
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,6 +286,24 @@ class Attitudes:
         # The turn of all that a wrong north is, seen as yaw, pitch and roll of each.
         rows = _sharing(rows, inverse[:, :, 2].reshape(-1, 1), self.north_sigma, YAW)
         return _sharing(rows, (inverse @ placed).reshape(-1, 3), self.mount_sigma)
+
+
+_KIND_NAMES: tuple[tuple[type, str], ...] = (
+    (KeptScale, "kept_scale"),
+    (Lengths, "lengths"),
+    (LevelLines, "level_lines"),
+    (Azimuths, "azimuths"),
+    (Attitudes, "attitudes"),
+    (Verticals, "verticals"),
+    (Directions, "compass"),
+)
+
+
+def kind_name(kind: Observed) -> str:
+    """Return the name of a kind of observations in the record of a registration."""
+    if isinstance(kind, Points):
+        return kind.name
+    return next((name for cls, name in _KIND_NAMES if isinstance(kind, cls)), "reference")
 
 
 def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Rows, list[int]]:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.document.records import ObservationGroup
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
@@ -26,7 +27,7 @@ from vomstudio.registration.combined import Combined
 from vomstudio.registration.doubts.mirrors import said_of_mirrors, said_of_tipping
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
-from vomstudio.registration.observations import KeptScale, Observed, Points
+from vomstudio.registration.observations import KeptScale, Observed, Points, kind_name
 from vomstudio.registration.remarks import (
     said_of_blunders,
     said_of_bowing,
@@ -153,6 +154,9 @@ def place(
         centre=(float(found.centre[0]), float(found.centre[1]), float(found.centre[2])),
         reach_m=shape[0],
         normal=shape[1],
+        observations=tuple(
+            ObservationGroup(kind_name(kind), tuple(map(str, kind.labels))) for kind in kinds
+        ),
     )
 
 

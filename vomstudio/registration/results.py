@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.document.records import ObservationGroup
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.registration.blunders import Blunder, Without
@@ -101,6 +102,7 @@ class Placed(Shown):
         first
     reach_m, normal : from the middle of the model to its edge, and of its mean plane (World), None
         where only the points are known
+    observations : the inputs of the adjustment, by kind
     """
 
     matrix: Array
@@ -121,6 +123,7 @@ class Placed(Shown):
     reach_m: float | None = None
     normal: tuple[float, float, float] | None = None
     without: tuple[Without, ...] = ()
+    observations: tuple[ObservationGroup, ...] = ()
 
     def __call__(self, points: npt.ArrayLike) -> Array:
         """(n, 3) World of model points (n, 3), or (3,) of one. Raises InputError."""
@@ -139,7 +142,7 @@ class Placed(Shown):
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
         told = asdict(self) | {"matrix": self.matrix.tolist()}
-        for name in ("covariance", "centre", "reach_m", "normal"):
+        for name in ("covariance", "centre", "reach_m", "normal", "observations"):
             del told[name]
         if not self.without:
             del told["without"]

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.findings import Message
-from vomstudio.document.records import ReadNorth, Registration
+from vomstudio.document.records import Model, ReadNorth, Registration
+from vomstudio.document.records.frames import crs_label
 from vomstudio.document.registration_errors import bowing_of_registration
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry import transform
+from vomstudio.geometry.units import length_text
 from vomstudio.registration.remarks import (
     said_of_bowing,
     said_of_lens_bend,
@@ -22,10 +25,12 @@ from vomstudio.words import to_translate, tr
 
 _Z95 = 1.959963984540054
 _FEW = 4
+_SAME_SCALE = 1e-9
 _METHODS = {
     "gps": to_translate("GPS positions of the cameras"),
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
+    "attitudes": to_translate("attitudes of the cameras"),
     "lines": to_translate(
         "lines on the model that are level, or of known azimuth or length, or what was read by "
         "compass"
@@ -34,6 +39,18 @@ _METHODS = {
     "local": to_translate("nothing outside of the photos"),
 }
 
+_OBSERVATIONS = {
+    "points": to_translate("points"),
+    "cameras": to_translate("positions of cameras"),
+    "attitudes": to_translate("attitudes of cameras"),
+    "verticals": to_translate("verticals of cameras"),
+    "lengths": to_translate("lengths"),
+    "level_lines": to_translate("level lines"),
+    "azimuths": to_translate("azimuths"),
+    "compass": to_translate("compass readings"),
+    "reference": to_translate("surfaces of another model"),
+    "kept_scale": to_translate("scale that was kept"),
+}
 
 _NORTHS = {
     "grid": to_translate("grid north"),
@@ -55,6 +72,8 @@ class Summary:
 def summary_of(registration: Registration) -> Summary:
     """In words; errors are 95 %, each of its one figure."""
     facts = [(tr("Registered by"), tr(_METHODS[registration.method])), *_points(registration)]
+    if registration.observations:
+        facts.append((tr("Observations"), _observations(registration)))
     sentence = ""
     rotation = registration.rotation_covariance()
     if rotation is not None:
@@ -97,6 +116,50 @@ def summary_of(registration: Registration) -> Summary:
         share = tr("up to {share:.2g} %", share=100.0 * registration.lens_stretch95)
         facts.append((tr("Depths stretched by the lenses' errors, 95 %"), share))
     return Summary(sentence, tuple(facts), tuple(_warnings(registration)))
+
+
+def placement_facts(model: Model, resolution: float | None = None) -> list[tuple[str, str]]:
+    """Return what the placement of a model gives it, as names and values in words.
+
+    Parameters
+    ----------
+    model : Model
+    resolution : float, optional
+        In units of the model's file.
+
+    Returns
+    -------
+    list of (str, str)
+        Scale, north and, if it is known, resolution.
+    """
+    frame = model.frame
+    metres = transform.scale_of(model.to_world)
+    if not frame.has_metres:
+        scale = tr("not known")
+    elif abs(metres - 1.0) < _SAME_SCALE:
+        scale = tr("metres")
+    else:
+        scale = tr("metres; one unit of the file is {length}", length=length_text(metres, 4))
+    if frame.kind == "crs":
+        north = tr("grid north of {crs}", crs=crs_label(frame.crs or ""))
+    else:
+        north = tr("known") if frame.has_north else tr("not known")
+    facts = [(tr("Scale"), scale), (tr("North"), north)]
+    if resolution:
+        shown = length_text(resolution * metres, metric=frame.has_metres)
+        facts.append((tr("Resolution"), shown))
+    return facts
+
+
+def _observations(registration: Registration) -> str:
+    """Return how many observations of each kind the registration was computed from."""
+    return ", ".join(
+        tr(name)
+        if group.kind in ("reference", "kept_scale")
+        else tr("{name}: {count}", name=tr(name), count=group.count)
+        for group in registration.observations
+        for name in [_OBSERVATIONS.get(group.kind, group.kind)]
+    )
 
 
 def _north(read: ReadNorth | None) -> list[tuple[str, str]]:

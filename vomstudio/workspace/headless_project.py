@@ -27,6 +27,7 @@ from vomstudio.document.records import (
     Registration,
     get,
 )
+from vomstudio.document.registration_frames import registration_in_project
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.geology.profiles import PROFILES
@@ -37,7 +38,7 @@ from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.models import model_cache
-from vomstudio.io.models.frames import establish_frame
+from vomstudio.io.models.frames import establish_frame, stored_registration
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.writing import write_model
@@ -54,9 +55,11 @@ from vomstudio.workspace.drawn_traces import trace_through
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
     placed_by_points,
+    reference_findings,
     registration_of,
     sets_turned_deg,
     turned_deg,
+    with_error_of,
 )
 
 if TYPE_CHECKING:
@@ -175,7 +178,9 @@ class HeadlessProject:
     def add_model(self, path: Path, options: FrameOptions = AS_STATED) -> AddedModel:
         """Read a model and make it part of the project.
 
-        With `options.to_crs` a converted copy is written into the project and added.
+        A registration beside the file (`NAME.registration.json`, or `reconstruction.json` of a
+        reconstruction) places the model, so that its errors reach all that is measured on it. With
+        `options.to_crs` a converted copy is written into the project and added.
 
         Raises
         ------
@@ -195,12 +200,15 @@ class HeadlessProject:
         if same:
             warning = tr("The project already contains this file, as {model}.", model=same[0].name)
             return AddedModel(same[0], False, (warning,))
+        placement = established.placement
+        if isinstance(placement, Registration):
+            placement = registration_in_project(self.session.records, placement)
         model = new_model(
             name_of(path),
             self.project.model_path(path),
             loaded.kind,
             loaded.content_hash or "",
-            established.frame,
+            placement,
         )
         self.session.apply(edits.add_model(self.session.records, model))
         self._surfaces[model.id] = surface_of(loaded.data)
@@ -216,10 +224,17 @@ class HeadlessProject:
         code = "".join(c for c in (loaded.crs or "").casefold() if c.isalnum())[:16]
         target = self.project.folder / MODELS / f"{path.stem}_{code}{path.suffix}"
         target.parent.mkdir(exist_ok=True)
+        found = stored_registration(loaded, options)
         findings = write_model(
-            loaded.data, loaded.crs, target, force=True, inputs=[path], progress=self._progress
+            loaded.data,
+            loaded.crs,
+            target,
+            force=True,
+            inputs=[path],
+            progress=self._progress,
+            registration=found.registration,
         )
-        return target, (*loaded.warnings, *findings)
+        return target, (*loaded.warnings, *found.findings, *findings)
 
     def add_picks(
         self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""
@@ -331,14 +346,15 @@ class HeadlessProject:
         from vomstudio.workspace.placing.reference_fitting import Standing, fit_model
 
         evidence = Evidence(pairs=pairs)
-        frame = model.frame
+        frame, registration = model.frame, model.registration
+        scale_error = None if registration is None else registration.scale_error
         fitted = fit_model(
             self.read_model(model),
             reference,
             near=None if pairs is None else register(evidence),
             crs=crs,
             stable=stable,
-            stands=Standing(model.to_world, frame.crs, frame.has_metres),
+            stands=Standing(model.to_world, frame.crs, frame.has_metres, scale_error),
             progress=self._progress,
         )
         evidence.reference = fitted.fitted.observation
@@ -351,6 +367,9 @@ class HeadlessProject:
                 )
             )
         record = registration_of(placed, pairs, model, fitted.crs, Path(reference).name)
+        if fitted.reference is not None:
+            record = with_error_of(record, fitted.reference, scale_fitted=fitted.scale)
+            placed = replace(placed, warnings=(*placed.warnings, *reference_findings(record)))
         return *self._placed(model, placed, record), fitted
 
     def _placed(

@@ -6,14 +6,21 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.photo_edits import reconstruction_in, registration_by
 from vomstudio.document.records import Frame, Model, Record, Registration
+from vomstudio.document.registration_frames import registration_in_project
 from vomstudio.errors import InputError, VomError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.io.models.frames import check_frame, frame_of_file
+from vomstudio.io.models.frames import (
+    bounds_in_world,
+    check_frame,
+    frame_of_file,
+    registration_beside,
+)
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
@@ -154,7 +161,7 @@ class Models:
 
         self._jobs.submit(
             COPY_MODEL,
-            ModelCopy(path, project.folder / "models", cameras, photos),
+            ModelCopy(path, project.folder / "models", cameras, photos, model.registration),
             title=tr("Copying {model}", model=model.name),
             on_done=arrived,
             on_failed=lambda event: self._notices.warn(event.message, "error"),
@@ -176,21 +183,20 @@ class Models:
                 self._attach(same[0].id, path, opened)
             self._notices.info(tr("{file} is already open.", file=path.name))
             return
-        frame = frame_of_file(path, opened.crs)
+        stored = self._projects.project.model_path(path)
+        other = self._projects.records.get(like or "")
+        findings: tuple[Finding, ...] = ()
         try:
-            findings = check_frame(frame, opened.data.bounds, file=path.name)
+            if isinstance(other, Model):
+                placement = other.placement
+            else:
+                placement, findings = self._placement(path, stored, opened)
         except InputError as error:
             self._notices.fail(error)
             return
-        for finding in findings:
-            self._notices.warn(str(finding.of_file(path.name)))
-        placement: Frame | Registration = frame
-        stored = self._projects.project.model_path(path)
-        found = registration_of_file(self._projects.records, stored)
-        placement = placement if found is None else found
-        other = self._projects.records.get(like or "")
-        if isinstance(other, Model):
-            placement = other.placement
+        if findings:
+            # One notice: the bar shows the newest only.
+            self._notices.warn("\n".join(str(each.of_file(path.name)) for each in findings))
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # The data first: an edit that brings a model without data would read the file again.
         self.open[model.id] = opened
@@ -202,6 +208,28 @@ class Models:
         if model.frame.kind == "undeclared" and not isinstance(other, Model):
             self.frame_wanted.emit(model.id)
         then(model.id)
+
+    def _placement(
+        self, path: Path, stored: str, opened: OpenModel
+    ) -> tuple[Frame | Registration, tuple[Finding, ...]]:
+        """Return the placement of a file that joins the project.
+
+        It is the registration of the reconstruction in whose folder the file lies, else that
+        beside the file, else the frame that the file states. Raises InputError.
+        """
+        records, bounds = self._projects.records, opened.data.bounds
+        made_here = registration_of_file(records, stored)
+        if made_here is not None:
+            return made_here, check_frame(
+                made_here.frame, bounds_in_world(bounds, made_here.matrix), file=path.name
+            )
+        found = registration_beside(path, opened.content_hash, opened.crs)
+        if found.registration is not None:
+            registration = registration_in_project(records, found.registration)
+            placed = bounds_in_world(bounds, registration.matrix)
+            return registration, check_frame(registration.frame, placed, file=path.name)
+        frame = frame_of_file(path, opened.crs)
+        return frame, (*found.findings, *check_frame(frame, bounds, file=path.name))
 
     def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
         self.open[model_id] = opened
@@ -229,7 +257,9 @@ def standing_model(projects: Projects, model_id: str) -> StandingModel | None:
     if path is None or not isinstance(record, Model):
         return None
     crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
-    return StandingModel(record.name, path, projects.project.cache, record.to_world, crs)
+    return StandingModel(
+        record.name, path, projects.project.cache, record.to_world, crs, record.registration
+    )
 
 
 def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:

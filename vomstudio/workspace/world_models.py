@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message
 from vomstudio.core.options import given_options
-from vomstudio.document.records import Model
+from vomstudio.document.records import Model, Registration
+from vomstudio.document.registration_frames import change_file_frame
 from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -32,6 +33,7 @@ class WorldModel:
     metric : its unit is known; warnings : of its reader
     to_world : (4, 4) from the frame of its file
     in_project : the record by which it stands in a project; None where it stands as its file says
+    registration : by which it stands in World, of the project or beside its file; None for none
     """
 
     data: Mesh | PointCloud
@@ -41,6 +43,7 @@ class WorldModel:
     loaded: LoadedModel
     to_world: npt.NDArray[np.float64]
     in_project: Model | None = None
+    registration: Registration | None = None
 
     @property
     def placed(self) -> bool:
@@ -48,6 +51,8 @@ class WorldModel:
         without control points or GPS."""
         if self.in_project is not None:
             return self.in_project.frame.has_north
+        if self.registration is not None:
+            return self.registration.frame.has_north
         return self.crs is not None or scale_known(self.loaded.path) is not False
 
     @property
@@ -55,6 +60,13 @@ class WorldModel:
         """Whether lengths may be called metres: a file that says nothing is taken to be in them, a
         model that was made of photos without scale is not."""
         return self.metric or (self.in_project is None and self.placed)
+
+    @property
+    def registration_in_world(self) -> Registration | None:
+        """The registration of a file that has `data` as its coordinates."""
+        if self.registration is None:
+            return None
+        return change_file_frame(self.registration, self.to_world)
 
     @property
     def axes(self) -> Axes:
@@ -82,11 +94,14 @@ def read_in_world(
     established = establish_frame(loaded, options)
     frame = established.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
+    registration = established.registration
     metric = loaded.unit_m is not None or frame.crs is not None or options.unit is not None
-    matrix = np.asarray(frame.to_world(), np.float64)
+    if registration is not None:
+        metric = frame.has_metres
+    matrix = np.asarray(established.to_world(), np.float64)
     data = moved(loaded.data, matrix)
     warnings = (*loaded.warnings, *established.findings)
-    return WorldModel(data, crs, metric, warnings, loaded, matrix)
+    return WorldModel(data, crs, metric, warnings, loaded, matrix, registration=registration)
 
 
 def read_beside(
@@ -150,4 +165,6 @@ def as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     matrix = np.asarray(model.to_world, np.float64)
     data = moved(loaded.data, matrix)
-    return WorldModel(data, crs, frame.has_metres, loaded.warnings, loaded, matrix, model)
+    return WorldModel(
+        data, crs, frame.has_metres, loaded.warnings, loaded, matrix, model, model.registration
+    )

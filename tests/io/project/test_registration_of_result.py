@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vomstudio.io.project.reconstructions import registration_of
+from vomstudio.io.models.reconstruction_file import registration_of
 
 COVARIANCE = np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) * 1e-6
 TURN = {"about_up": 0.1, "about_east": 0.06, "about_north": 0.08}

@@ -35,4 +35,5 @@ def write_labelled(
         force=args.force,
         inputs=[model.loaded.path, *companions(model.loaded.path)],
         progress=progress_of(args),
+        registration=model.registration_in_world,
     )

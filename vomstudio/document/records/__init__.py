@@ -36,7 +36,11 @@ from vomstudio.document.records.photos import (
     Reconstruction,
 )
 from vomstudio.document.records.profiles import PROFILE_ID, VerdictProfile, limits_of
-from vomstudio.document.records.registrations import Registration, RegistrationPoint
+from vomstudio.document.records.registrations import (
+    ObservationGroup,
+    Registration,
+    RegistrationPoint,
+)
 
 Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
 """What models rest on."""
@@ -63,6 +67,7 @@ __all__ = [
     "Matrix",
     "Model",
     "NorthKind",
+    "ObservationGroup",
     "OnAModel",
     "Painted",
     "PhotoSet",

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+Method = Literal["gps", "control", "local", "points", "attitudes", "lines", "reference"]
+
 
 @dataclass(frozen=True)
 class RegistrationPoint:
@@ -31,11 +33,34 @@ class RegistrationPoint:
 
 
 @dataclass(frozen=True)
+class ObservationGroup:
+    """Observations of one kind that a registration was computed from.
+
+    Parameters
+    ----------
+    kind : str
+        "points", "cameras", "attitudes", "verticals", "lengths", "level_lines", "azimuths",
+        "compass", "reference" or "kept_scale".
+    labels : tuple of str
+        Name of each observation.
+    """
+
+    kind: str
+    labels: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of observations."""
+        return len(self.labels)
+
+
+@dataclass(frozen=True)
 class Registration:
     """A similarity from a model's file to World, found by measurement and not declared.
 
-    method: "gps", "control" or "local" for a reconstruction placed by its cameras, by control
-    points, or by nothing outside of the photos; "points" for a model placed by points that were
+    method: "gps", "control" or "local" for a model placed by the positions of its cameras, by
+    control points marked in photos, or by nothing outside of the photos; "attitudes" for one
+    placed by the attitudes of its cameras; "points" for a model placed by points that were
     found on it, "lines" by lines and planes alone of which something is known, "reference" for one
     fitted to another model. frame: what is known of World afterwards. matrix: 4x4 from the file to
     World. reconstruction_id: the one that it came with, "" for none.
@@ -48,11 +73,12 @@ class Registration:
     lens_stretch95: what the errors of the lenses of a model made here can do, 95 %: by how much
     dips differ from edge to edge, and depths beside lengths, as a share; None where not known.
     read_north: from which north azimuths were read that it rests on, None where it rests on none.
+    observations: the inputs of the adjustment by kind, empty if they are not known.
     """
 
     id: str
     name: str
-    method: Literal["gps", "control", "local", "points", "lines", "reference"]
+    method: Method
     frame: Frame = UNDECLARED
     matrix: Matrix = IDENTITY
     reconstruction_id: str = ""
@@ -68,6 +94,7 @@ class Registration:
     lens_bowing95_deg: float | None = None
     lens_stretch95: float | None = None
     read_north: ReadNorth | None = None
+    observations: tuple[ObservationGroup, ...] = ()
 
     def to_world(self) -> Matrix:
         """4x4 similarity from the file to World."""

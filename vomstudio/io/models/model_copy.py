@@ -7,11 +7,13 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+from vomstudio.document.records import Registration
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.inside import check_in_project, make_folder, place_inside
 from vomstudio.files.regular import open_regular, require_regular
 from vomstudio.io.models.formats._gltf_document import files_beside
 from vomstudio.io.models.mtl import decode, find_beside, read_library
+from vomstudio.io.models.registration_file import registration_path, write_registration
 from vomstudio.io.photos.cameras_file import (
     FILE_NAME,
     Cameras,
@@ -27,10 +29,14 @@ PHOTOS = Path("photos")
 
 
 def companions(model: Path) -> list[Path]:
-    """The other files that a model needs: a .prj or offset beside it; the material files and
-    images of an OBJ, the buffers and images of a glTF, the images of a PLY, the world file and
-    mask of a GeoTIFF. Only what lies in the model's folder or below it."""
-    found = [model.with_suffix(".prj"), model.with_suffix(".offset.txt")]
+    """The other files that a model needs: a .prj, offset or registration beside it; the material
+    files and images of an OBJ, the buffers and images of a glTF, the images of a PLY, the world
+    file and mask of a GeoTIFF. Only what lies in the model's folder or below it."""
+    found = [
+        model.with_suffix(".prj"),
+        model.with_suffix(".offset.txt"),
+        registration_path(model),
+    ]
     if model.suffix.lower() == ".obj":
         for library in _libraries(model):
             found.append(library)
@@ -59,12 +65,14 @@ def copy_model(
     *,
     cameras: Path | None = None,
     photos: bool = False,
+    registration: Registration | None = None,
 ) -> Path:
     """Copy a model and its companions to a new folder below `folder`; returns the copy's path.
 
     cameras : the file of its photos' cameras, by default `cameras.json` beside it, where there is
         one; the copy is `cameras.json` and knows where the photos are
     photos : copy the photos too, to `photos` beside the copy
+    registration : by which the model stands, in place of the one beside it
 
     The whole copy appears at once or not at all. Raises InputError, TargetError or Cancelled.
     """
@@ -93,6 +101,8 @@ def copy_model(
             progress.step(done)
         if seen is not None:
             write_cameras(part / FILE_NAME, seen)
+        if registration is not None:
+            write_registration(registration, [part / model.name], force=True)
         part.rename(target)
     except OSError as error:
         place = Path(error.filename2 or error.filename or target)

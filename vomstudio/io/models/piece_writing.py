@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.document.records import Registration
 from vomstudio.errors import GeometryError, InputError, TargetError
 from vomstudio.files.inside import check_in_project
 from vomstudio.geometry.cloud import PointCloud
@@ -33,11 +34,13 @@ def write_piece(
     folder: Path,
     name: str,
     progress: Progress,
+    registration: Registration | None = None,
 ) -> tuple[Path, list[Message]]:
     """Write the chosen faces or points of a model into a new folder below `folder`; its path, and
     sentences on what the format cannot hold.
 
     bits : packed, one for each face or point; source, content_hash : the file they were chosen on
+    registration : of the source, whose coordinates the piece keeps
 
     PLY holds doubles, colours, fields and textures; where a material has a plain colour the piece
     is an OBJ, which holds that. NAME.piece.json beside it names the source, its hash and how many
@@ -74,7 +77,12 @@ def write_piece(
         part.mkdir(parents=True)
         file = part / f"{stem}{'.obj' if plain else '.ply'}"
         said = write_model(
-            piece, crs, file, progress=progress, axes=UNPLACED if crs is None else WORLD
+            piece,
+            crs,
+            file,
+            progress=progress,
+            axes=UNPLACED if crs is None else WORLD,
+            registration=registration,
         )
         words = json.dumps(facts, indent=1, ensure_ascii=False) + "\n"
         (part / f"{stem}.piece.json").write_text(words, "utf-8")

@@ -13,11 +13,17 @@ from pathlib import Path
 import numpy as np
 
 from vomstudio.core.findings import Message
+from vomstudio.document.records import Registration
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.io.models.registration_file import (
+    check_registration_target,
+    registration_path,
+    write_registration,
+)
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.progress import Progress, Silent
@@ -63,10 +69,13 @@ def write_model(
     inputs: Iterable[Path] = (),
     progress: Progress | None = None,
     axes: Axes = WORLD,
+    registration: Registration | None = None,
 ) -> list[Message]:
     """Write a model in World by the ending of `path`, whole or not at all.
 
     axes : what is known of x, y and z, which the file says
+    registration : written beside the model as `NAME.registration.json`; its matrix leads from
+        these coordinates to World
 
     Returns one sentence for each thing that the format cannot hold. Raises UsageError for an
     unknown ending, GeometryError for coordinates that are not finite, TargetError, or Cancelled.
@@ -76,7 +85,13 @@ def write_model(
     given = tuple(inputs)
     check_target(path, force=force, inputs=given)
     _require_places(data, path)
-    return writer.write(Outgoing(data, crs, path, force, progress or Silent(), given, axes))
+    sidecar = registration_path(path)
+    replaces = force and not any(Path(each).resolve() == sidecar.resolve() for each in given)
+    check_registration_target(path, registration, force=replaces)
+    messages = writer.write(Outgoing(data, crs, path, force, progress or Silent(), given, axes))
+    if registration is not None:
+        write_registration(registration, [path], force=replaces)
+    return messages
 
 
 def _require_places(data: Mesh | PointCloud, path: Path) -> None:

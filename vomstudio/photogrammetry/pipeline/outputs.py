@@ -19,11 +19,11 @@ from vomstudio.files.disk_troubles import (
 )
 from vomstudio.files.inside import check_in_project, refuse_links
 from vomstudio.files.lock import FolderLock
+from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
 from vomstudio.words import to_translate, tr
 
-RESULT = "reconstruction.json"
 # A worker whose window was killed may still be in native code that nothing interrupts.
 _PATIENCE_S = 5.0
 # What a library could not write was no larger than this, as a rule.

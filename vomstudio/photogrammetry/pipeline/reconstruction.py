@@ -49,6 +49,7 @@ from vomstudio.photogrammetry.pipeline.written_models import (
     write_cameras_of,
     write_json,
     write_models,
+    write_registrations,
 )
 from vomstudio.progress import Ahead, Executor, Progress
 from vomstudio.version import __version__
@@ -481,6 +482,7 @@ class _Run:
         self.checkpoints.sweep()
         result["work_mb"] = round(self.checkpoints.size() / 1e6, 1)
         write_whole(outputs.result, lambda path: write_json(path, result))
+        write_registrations(outputs, result)
         return result
 
 

@@ -177,7 +177,7 @@ def at_the_edge(
     which it was found, do not reach as far. tell : hears it in words"""
     from vomstudio.document.registration_errors import bowing_of_registration
     from vomstudio.geology.bowing import LensBend, model_shape
-    from vomstudio.io.project.reconstructions import registration_of
+    from vomstudio.io.models.reconstruction_file import registration_of
     from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 
     _, axes, reach = model_shape(mesh.vertices)

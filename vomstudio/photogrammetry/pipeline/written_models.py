@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -68,6 +69,27 @@ def write_models(
 
         with atomic_write(outputs.mesh.with_suffix(".prj"), True) as path:
             path.write_text(CRS.from_user_input(scene.crs).to_wkt(), encoding="utf-8")
+
+
+def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
+    """Write the registration that `reconstruction.json` states beside mesh and cloud.
+
+    Models that nothing outside of the photos has placed have none; those of an earlier run are
+    removed.
+    """
+    from vomstudio.io.models.reconstruction_file import registration_of
+    from vomstudio.io.models.registration_file import registration_path, write_registration
+
+    # As whoever reads the file finds it.
+    names = ("registration", "frame", "scaled")
+    text = json.dumps({name: result[name] for name in names}, default=_number)
+    registration = registration_of(json.loads(text), outputs.folder.name)
+    known = registration.rotation_covariance() is not None
+    for models in ((outputs.mesh, *outputs.others), (outputs.dense,)):
+        if known:
+            write_registration(registration, models, force=True)
+        else:
+            registration_path(models[0]).unlink(missing_ok=True)
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.files.atomic import atomic_write
-from vomstudio.io.project.reconstructions import registration_of
+from vomstudio.io.models.reconstruction_file import registration_of
 from vomstudio.products.report.residual_map import as_svg, residual_map
 from vomstudio.registration.summary import summary_of
 from vomstudio.words import to_translate, tr, tr_n

@@ -62,6 +62,7 @@ def fit_to_reference(
     spacing: tuple[float, float],
     scale: bool,
     stable: Flags | None = None,
+    scale_error: float | None = None,
     progress: Progress | None = None,
 ) -> FittedToReference:
     """By ICP from coarse to fine, then by all seven numbers, with errors from repeated subsets.
@@ -70,6 +71,8 @@ def fit_to_reference(
     start : model to World, within a twentieth of the reference's size
     spacing : of the model and of the reference, metres; scale : whether it is unknown
     stable : (m,) the points of the reference that have stayed where they were; None for all
+    scale_error : one sigma, as a share, of a scale that is not fitted; None if it is not known.
+        It stays in the error of the result, with what it does to turn and shift
     Raises GeometryError where they do not overlap, Cancelled through `progress`.
     """
     progress = progress or Silent()
@@ -107,7 +110,15 @@ def fit_to_reference(
         whitening = np.vstack([whitening, held])
     free = _free(found, scale)
     return FittedToReference(
-        Combined([NAME], found.fit, found.about, whitening, found.size),
+        Combined(
+            [NAME],
+            found.fit,
+            found.about,
+            whitening,
+            found.size,
+            scale_error=0.0 if scale else scale_error or 0.0,
+            scale_response=found.scale_response,
+        ),
         len(found.miss),
         radius,
         share,

@@ -47,6 +47,8 @@ class Refined:
     held : (7, d) see `determined`
     response : (d, d) by how much the sum of pulls in these directions changes where the model is
         moved along them: 1 and 0 if normals knew no noise and the surfaces no bend
+    scale_response : (7,) change of turn, scale and shift (m) about `about` per relative error of a
+        scale that was held; None if the scale was fitted
     """
 
     fit: Similarity
@@ -60,6 +62,7 @@ class Refined:
     sigma: float
     held: Array
     response: Array
+    scale_response: Array | None = None
 
     @property
     def information(self) -> Array:
@@ -94,7 +97,25 @@ def refine(
     response = _response(model, reference, found, scale)
     values, axes = np.linalg.eigh((response + response.T) / 2.0)
     kept = axes[:, values > _ANSWERS]
-    return replace(found, held=found.held @ kept, response=kept.T @ response @ kept)
+    found = replace(found, held=found.held @ kept, response=kept.T @ response @ kept)
+    if scale:
+        return found
+    return replace(found, scale_response=_scale_response(model, reference, found))
+
+
+def _scale_response(model: Places, reference: Reference, found: Refined) -> Array:
+    """Return the response of a fit to an error of the scale that was held, by changing that."""
+    step = _TRIED * found.sigma / found.size
+    ends = []
+    for sign in (1.0, -1.0):
+        grown = _moved(found.fit, sign * step * np.eye(7)[3], found.about, found.size)
+        there = _look(model, reference, grown, False, found)
+        ends.append(found.held.T @ (there.moves.T @ there.pull))
+    pulled = (ends[0] - ends[1]) / (2.0 * step)
+    change = -found.held @ np.linalg.solve(found.response, pulled)
+    change[4:] *= found.size
+    change[3] = 1.0
+    return np.asarray(change, np.float64)
 
 
 def _response(model: Places, reference: Reference, found: Refined, scale: bool) -> Array:

@@ -26,7 +26,6 @@ from vomstudio.document.records import Feature, Model, Record, get_feature
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.ui.common.fit_view import FitView
-from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
@@ -270,14 +269,12 @@ class PropertiesPanel(QWidget):
                 lines.append(
                     tr("Streamed: measurements use the points that are loaded for the view.")
                 )
-        if opened is not None and opened.resolution:
-            spacing = opened.resolution * model.frame.unit_m
-            resolution = length(spacing, metric=model.frame.has_metres)
-            lines.append(tr("Resolution: {length}", length=resolution))
-        lines.append(tr("Frame: {frame}", frame=model.frame.name()))
-        if model.registration is not None:
-            from vomstudio.registration.summary import summary_of
+        from vomstudio.registration.summary import placement_facts, summary_of
 
+        lines.append(tr("Frame: {frame}", frame=model.frame.name()))
+        facts = placement_facts(model, None if opened is None else opened.resolution)
+        lines += [f"{name}: {value}" for name, value in facts]
+        if model.registration is not None:
             told = summary_of(model.registration)
             lines += [f"{name}: {value}" for name, value in told.facts]
             lines += [told.sentence] if told.sentence else []

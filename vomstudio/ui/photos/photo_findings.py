@@ -10,6 +10,7 @@ from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
+    from vomstudio.document.records import Model
     from vomstudio.jobs.reconstruction_tasks import Reconstruction
     from vomstudio.jobs.survey_tasks import ControlFacts
 
@@ -34,6 +35,21 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
             summary=summary,
         )
     return [("info", first), *(("warning", as_sentence(str(text))) for text in facts.warnings)]
+
+
+def placement_text(model: Model, resolution: float | None) -> str:
+    """Return scale, north and resolution of a model of the photos that was placed.
+
+    resolution : in units of its file, None if it is not known
+    """
+    from vomstudio.registration.summary import placement_facts
+
+    facts = placement_facts(model, resolution)
+    return tr(
+        "{model} is placed. {facts}.",
+        model=model.name,
+        facts="; ".join(f"{name}: {value}" for name, value in facts),
+    )
 
 
 def finished_text(name: str, result: Reconstruction) -> str:

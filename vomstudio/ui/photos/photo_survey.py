@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.document.edit import Edit
+from vomstudio.document.records import Model, Registration
+from vomstudio.geometry import transform
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
@@ -19,7 +22,7 @@ from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_findings import control_findings, finished_text
+from vomstudio.ui.photos.photo_findings import control_findings, finished_text, placement_text
 from vomstudio.ui.photos.photo_import import PhotoImport
 from vomstudio.ui.photos.photo_row import PhotoRow, add_findings
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
@@ -79,6 +82,8 @@ class PhotoSurvey(QObject):
         self.exports.tables_written.connect(self.marks_changed)
         self.document.masks_changed.connect(self._show_masks)
         studio.edited.connect(self.edited)
+        studio.edited.connect(self._edited)
+        studio.model_loaded.connect(lambda *_: self.changed.emit())
         studio.history_changed.connect(self.history_changed)
         self._tables_soon = QTimer(self)
         self._tables_soon.setSingleShot(True)
@@ -286,6 +291,41 @@ class PhotoSurvey(QObject):
     def control_findings(self) -> list[tuple[str, str]]:
         """Severity and text of what the control points allow."""
         return control_findings(self.control_facts, self.control_note)
+
+    def placed_models(self) -> list[Model]:
+        """Return the models made of these photos in this quality that have scale or north."""
+        out = self.out()
+        if out is None:
+            return []
+        folder = (RECONSTRUCTIONS, out.name)
+        return [
+            model
+            for model in self._studio.session.of(Model)
+            if Path(model.path).parts[:-1] == folder
+            and (model.frame.has_metres or model.frame.has_north)
+        ]
+
+    def placement_findings(self) -> list[str]:
+        """Return a sentence on the scale, north and resolution of each of these models."""
+        opened = self._studio.models
+        return [
+            placement_text(model, opened[model.id].resolution if model.id in opened else None)
+            for model in self.placed_models()
+        ]
+
+    def metres_per_unit(self) -> float | None:
+        """Return the scale by which a model of these photos was placed, None if it has none."""
+        scales = [
+            transform.scale_of(model.to_world)
+            for model in self.placed_models()
+            if model.frame.has_metres
+        ]
+        return scales[0] if scales else None
+
+    def _edited(self, edit: Edit) -> None:
+        records = (*edit.before.values(), *edit.after.values())
+        if any(isinstance(each, Model | Registration) for each in records):
+            self.changed.emit()
 
     def _take(self, report: SurveyReport) -> None:
         """The findings of a survey check, before or after the alignment."""

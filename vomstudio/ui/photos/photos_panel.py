@@ -54,7 +54,7 @@ _COLUMNS = (
     (to_translate("GPS"), to_translate("The photo states its position.")),
 )
 """Title and tool tip."""
-_MASK, _FINDING = 3, 4
+_GSD, _MASK, _FINDING = 1, 3, 4
 # Results of the alignment.
 _AFTER = ("show_alignment", "show_tie_points", "open_report")
 _SEVERITIES = {
@@ -106,6 +106,8 @@ class PhotosPanel(QWidget):
         self.table = self._make_table()
         self._findings = QListWidget()
         self._failed = ""
+        self._placements: list[str] = []
+        self._scale: float | None = None
         self._findings.setObjectName("findings")
         self._findings.setWordWrap(True)
         self._findings.itemSelectionChanged.connect(self._finding_chosen)
@@ -208,12 +210,13 @@ class PhotosPanel(QWidget):
     # --- filling -----------------------------------------------------------------------------
     def _fill(self) -> None:
         survey, table = self._survey, self.table
+        self._scale = survey.metres_per_unit()
         with QSignalBlocker(table):
             table.setRowCount(len(survey.rows))
             for number, row in enumerate(survey.rows):
                 self._fill_row(number, row)
         self._findings.clear()
-        self._failed = ""
+        self._failed, self._placements = "", []
         if survey.verdict:
             self._add_finding("info", survey.verdict, [])
             verdict = self._findings.item(0)
@@ -233,7 +236,7 @@ class PhotosPanel(QWidget):
     def _fill_row(self, number: int, row: PhotoRow) -> None:
         cells = (
             row.name.rpartition("/")[2],
-            _gsd(row),
+            _gsd(row, self._scale),
             "–" if row.blur is None else f"{row.blur:.1f} px",
             _mask_text(row),
             _cut(row.findings[0]) if row.findings else "",
@@ -289,6 +292,7 @@ class PhotosPanel(QWidget):
             self._bar.setRange(0, 0)
         self._verdict.setText(self._words())
         self._show_failure()
+        self._show_placements()
         make = self._actions["make_model"]
         make.setText(
             tr("&Continue reconstruction") if survey.begun and job is None else tr("&Reconstruct")
@@ -327,6 +331,21 @@ class PhotosPanel(QWidget):
         if reason:
             text = tr("The reconstruction failed: {reason}", reason=reason)
             self._add_finding("error", text, [], place=0)
+
+    def _show_placements(self) -> None:
+        """Show how the models of these photos are placed, as the last findings."""
+        texts = self._survey.placement_findings()
+        if texts != self._placements:
+            for _ in self._placements:
+                self._findings.takeItem(self._findings.count() - 1)
+            self._placements = texts
+            for text in texts:
+                self._add_finding("info", text, [])
+        if (scale := self._survey.metres_per_unit()) != self._scale:
+            self._scale = scale
+            for number, row in enumerate(self._survey.rows):
+                if (item := self.table.item(number, _GSD)) is not None:
+                    item.setText(_gsd(row, scale))
 
     # --- choosing ----------------------------------------------------------------------------
     def _chosen_names(self) -> set[str]:
@@ -379,7 +398,10 @@ def _cut(text: str) -> str:
     return text if len(text) <= 48 else text[:46].rstrip() + " …"
 
 
-def _gsd(row: PhotoRow) -> str:
-    if row.gsd_m is None:
+def _gsd(row: PhotoRow, metres_per_unit: float | None) -> str:
+    gsd_m = row.gsd_m
+    if gsd_m is None and row.gsd is not None and metres_per_unit is not None:
+        gsd_m = row.gsd * metres_per_unit
+    if gsd_m is None:
         return length_text(row.gsd, 2, metric=False)
-    return f"{row.gsd_m * 1000:.1f} mm" if row.gsd_m < 0.01 else f"{row.gsd_m * 100:.1f} cm"
+    return f"{gsd_m * 1000:.1f} mm" if gsd_m < 0.01 else f"{gsd_m * 100:.1f} cm"

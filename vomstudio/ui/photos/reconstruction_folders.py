@@ -13,11 +13,11 @@ from vomstudio.errors import InputError, TargetError, VomError, WorkerError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import check_beside, make_folder
 from vomstudio.files.regular import is_folder, is_regular, read_json, read_small
+from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
 from vomstudio.io.project.reconstructions import (
     RECONSTRUCTIONS,
     REQUEST,
-    RESULT,
     read_reconstruction,
 )
 from vomstudio.jobs import serialisation

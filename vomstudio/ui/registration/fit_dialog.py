@@ -235,7 +235,7 @@ class FitDialog(QDialog):
             self.reject()
         elif reference is not None and reference.id:
             now = self._studio.records.get(reference.id)
-            if not isinstance(now, Model) or now.to_world != reference.to_world:
+            if not isinstance(now, Model) or now.placement != reference.placement:
                 self._reference_chosen()
 
     # --- what comes of it --------------------------------------------------------------------
@@ -409,8 +409,9 @@ class FitDialog(QDialog):
         pairs = self.points.as_pairs() if self.points.pairs else None
         crs = reference.standing(self._studio.project.cache).crs
         record = registration_of(self.fitted.placed, pairs, model, crs, reference.name)
-        other = self._studio.records.get(reference.id)
-        return with_error_of(record, other.registration if isinstance(other, Model) else None)
+        return with_error_of(
+            record, reference.registration, scale_fitted=not model.frame.has_metres
+        )
 
     def accept(self) -> None:
         """Register the model by what was found."""

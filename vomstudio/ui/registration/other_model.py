@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
-from vomstudio.document.records import Frame, Model
+from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.document.records.basics import Matrix
 from vomstudio.errors import VomError
 from vomstudio.geometry.cloud import PointCloud
@@ -37,11 +37,17 @@ class OtherModel:
     to_world: Matrix
     frame: Frame
     id: str = ""
+    registration: Registration | None = None
+
+    @property
+    def placement(self) -> Frame | Registration:
+        """The registration, else the frame."""
+        return self.registration or self.frame
 
     def standing(self, cache: Path) -> StandingModel:
         """For a job. cache : of the project"""
         crs = world_crs(self.frame.crs, self.frame.unit_m) if self.frame.crs else None
-        return StandingModel(self.name, self.path, cache, self.to_world, crs)
+        return StandingModel(self.name, self.path, cache, self.to_world, crs, self.registration)
 
 
 def of_project(studio: Studio, model: Model) -> OtherModel | None:
@@ -49,7 +55,9 @@ def of_project(studio: Studio, model: Model) -> OtherModel | None:
     opened, path = studio.models.get(model.id), studio.project.find_model(model)
     if opened is None or path is None:
         return None
-    return OtherModel(model.name, path, opened.data, model.to_world, model.frame, model.id)
+    return OtherModel(
+        model.name, path, opened.data, model.to_world, model.frame, model.id, model.registration
+    )
 
 
 class OtherModelBox(QWidget):
@@ -177,7 +185,10 @@ def _fetched(path: Path, cached: CachedModel) -> OtherModel | str:
 
     try:
         loaded = model_cache.open_cached(cached.folder)
-        frame = establish_frame(replace(loaded, path=path)).frame
+        established = establish_frame(replace(loaded, path=path))
     except VomError as error:
         return str(error)
-    return OtherModel(path.name, path, loaded.data, frame.to_world(), frame)
+    return OtherModel(
+        path.name, path, loaded.data, established.to_world(), established.frame,
+        registration=established.registration,
+    )  # fmt: skip

@@ -249,6 +249,7 @@ class Files(QObject):
                 world_crs(model.frame.crs, model.frame.unit_m),
                 out,
                 model.frame.axes,
+                model.registration,
             ),
             title=tr("Exporting {model}", model=model.name),
             on_done=done,

@@ -14,6 +14,7 @@ from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.document.records.basics import Point
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
+from vomstudio.io.gis.crs import world_crs
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.level_evidence import LevelLine
@@ -86,6 +87,8 @@ def placed_by_known(
     evidence.up = up_of(model)
     if keep_scale:
         evidence.scale = transform.scale_of(transform.matrix(model.to_world))
+        registration = model.registration
+        evidence.scale_error = None if registration is None else registration.scale_error
     placed = register(evidence, extent)
     if placed.known.all:
         return placed
@@ -192,7 +195,7 @@ def frame_after(placed: Placed, model: Model, crs: str | None) -> Frame:
         return Frame("local") if crs is None else Frame("crs", crs=crs)
     known = known_after(placed, model)
     if known.north and known.scale:
-        stays = model.frame.crs if model.frame.kind == "crs" else None
+        stays = world_crs(model.frame.crs, model.frame.unit_m)
         return Frame("local") if stays is None else Frame("crs", crs=stays)
     if known.north:
         return Frame("oriented")

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.document.records import Registration
 from vomstudio.errors import InputError
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
@@ -34,14 +35,17 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFit:
-    """fitted : what was found; crs : of World; stable_m : how near to a cloud that is a mask the
-    reference counts as stable, None without one; scale : whether it was one of the unknowns"""
+    """name : of the reference; fitted : what was found; crs : of World; stable_m : how near to a
+    cloud that is a mask the reference counts as stable, None without one; scale : whether it was
+    one of the unknowns; reference : the registration of the reference, None if it has none"""
 
+    name: str
     fitted: FittedToReference
     crs: str | None
     stable_m: float | None
     scale: bool
     warnings: tuple[Message, ...]
+    reference: Registration | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -61,15 +65,22 @@ class ReferenceFit:
 
 @dataclass(frozen=True)
 class Standing:
-    """to_world : (4, 4) from the file to World; crs : of World; metric : its unit is known"""
+    """to_world : (4, 4) from the file to World; crs : of World; metric : its unit is known
+    scale_error : of that registration, one sigma, as a share; None if it is not known"""
 
     to_world: Any
     crs: str | None
     metric: bool
+    scale_error: float | None = None
 
 
 def _as_its_file_says(loaded: LoadedModel) -> Standing:
-    frame = establish_frame(loaded).frame
+    established = establish_frame(loaded)
+    frame, registration = established.frame, established.registration
+    if registration is not None:
+        return Standing(
+            established.to_world(), frame.crs, frame.has_metres, registration.scale_error
+        )
     known = loaded.unit_m is not None or frame.crs is not None
     return Standing(frame.to_world(), frame.crs, known or scale_known(loaded.path) is True)
 
@@ -115,11 +126,11 @@ def fit_model(
         said += more
     fitted = fit_to_reference(
         points, there, start, spacing=(spacing * start.scale, its_spacing), scale=scale,
-        stable=flags, progress=progress,
+        stable=flags, scale_error=stands.scale_error, progress=progress,
     )  # fmt: skip
     return ReferenceFit(
-        fitted, crs if crs is not None else target.crs, stable_m, scale,
-        (*said, *fitted.warnings),
+        names[1], fitted, crs if crs is not None else target.crs, stable_m, scale,
+        (*said, *fitted.warnings), target.registration,
     )  # fmt: skip
 
 

@@ -11,7 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.document.records import IDENTITY, UNDECLARED, Model, ReadNorth, Registration
+from vomstudio.document.records.compasses import NorthKind
+from vomstudio.document.registration_frames import change_file_frame
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.geometry import transform
 from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
@@ -70,13 +74,23 @@ class RegisterOrder:
 @dataclass(frozen=True, eq=False)
 class Registered:
     """placed : with all warnings; attitudes : of the photos that were given; loaded : the model,
-    None for the placement alone; crs : of World; fitted : to the reference"""
+    None for the placement alone; crs : of World; fitted : to the reference; registration : as a
+    project records it, with the matrix from the file of the model; None for the placement alone"""
 
     placed: Placed
     attitudes: Sequence[AttitudeMiss]
     loaded: LoadedModel | None
     crs: str | None
     fitted: ReferenceFit | None
+    registration: Registration | None = None
+
+    @property
+    def registration_in_world(self) -> Registration | None:
+        """The registration of the model once it is written in World: its matrix is the identity,
+        the errors of its place are those of `registration`."""
+        if self.registration is None:
+            return None
+        return change_file_frame(self.registration, self.registration.matrix)
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
@@ -102,7 +116,11 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
 
         loaded = read_model(Path(asked.model), progress)
     said, unused = list[Message](), list[Message]()
-    evidence, crs = _evidence(asked, crs, loaded, said, unused)
+    model = None if loaded is None else _as_model(loaded, said)
+    evidence, crs, read_north = _evidence(asked, crs, loaded, said, unused)
+    if model is not None and evidence.scale is not None and model.registration is not None:
+        evidence.scale = transform.scale_of(model.registration.matrix)
+        evidence.scale_error = model.registration.scale_error
     evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
     fitted = _fitted(asked, evidence, loaded, crs, progress)
     if fitted is not None:
@@ -117,6 +135,9 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
         if unused:
             raise _by_unused(failure, unused, evidence) from failure
         raise
+    registration = None
+    if model is not None:
+        registration = _registration(found, evidence, model, crs, fitted, read_north, said)
     warnings = [*said, *_said_of_move(found, loaded, crs), *found.warnings]
     for name, error in _bars_as_checks(evidence, found):
         warnings.append(
@@ -127,7 +148,52 @@ def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
                     "short.", name=name, error=-error)
         )  # fmt: skip
     placed = replace(found, warnings=tuple(warnings))
-    return Registered(placed, attitude_misses(evidence, found), loaded, crs, fitted)
+    misses = attitude_misses(evidence, found)
+    return Registered(placed, misses, loaded, crs, fitted, registration)
+
+
+def _as_model(loaded: LoadedModel, said: list[Message]) -> Model:
+    """Return the record of the model as it stands before. said : gets what is wrong with the
+    registration beside it"""
+    from vomstudio.io.models.frames import frame_of_file, registration_beside
+
+    path = loaded.path
+    found = registration_beside(path, loaded.content_hash, loaded.crs)
+    said += found.findings
+    placement = found.registration or frame_of_file(path, loaded.crs)
+    return Model("", path.stem, str(path), loaded.kind, loaded.content_hash, placement)
+
+
+def _registration(
+    placed: Placed,
+    evidence: Evidence,
+    model: Model,
+    crs: str | None,
+    fitted: ReferenceFit | None,
+    read_north: ReadNorth | None,
+    said: list[Message],
+) -> Registration:
+    """Return the record that the window makes of the same placement."""
+    from vomstudio.io.models.registration_file import registration_path
+    from vomstudio.workspace.placing.registering import (
+        reference_findings,
+        registration_of,
+        with_error_of,
+    )
+
+    if not placed.known.all and model.to_world != IDENTITY:
+        # What is left free stays as the file has it, and that is not World.
+        if model.registration is not None:
+            file = registration_path(model.path).name
+            said.append(Finding("registration.incomplete", file=file))
+        model = replace(model, placement=UNDECLARED)
+    reference = "" if fitted is None else fitted.name
+    record = registration_of(placed, evidence.pairs, model, crs, reference, read_north)
+    if fitted is None or fitted.reference is None:
+        return record
+    record = with_error_of(record, fitted.reference, scale_fitted=fitted.scale)
+    said += reference_findings(record)
+    return record
 
 
 def _by_unused(
@@ -231,9 +297,9 @@ def _evidence(
     loaded: LoadedModel | None,
     said: list[Message],
     unused: list[Message],
-) -> tuple[Evidence, str | None]:
-    """And the CRS. said : gets what was noticed; unused : which control points and marks were not
-    used, and why"""
+) -> tuple[Evidence, str | None, ReadNorth | None]:
+    """And the CRS, and how azimuths were counted. said : gets what was noticed; unused : which
+    control points and marks were not used, and why"""
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import check_area
@@ -289,7 +355,7 @@ def _evidence(
                 tr("{value:g} is no azimuth in degrees. Correct it.", value=line.value),
                 field="--azimuth",
             )
-    _turn_to_grid(asked, evidence, north, said)
+    read_north = _turn_to_grid(asked, evidence, north, said)
     for line in evidence.lengths:
         if not line.value > 0:
             raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
@@ -304,7 +370,7 @@ def _evidence(
                 "--reference."
             )
         )
-    return evidence, crs
+    return evidence, crs, read_north
 
 
 def _own_cameras(asked: RegisterOrder, loaded: LoadedModel | None) -> OwnCameras:
@@ -368,18 +434,26 @@ def _north(
 
 def _turn_to_grid(
     asked: RegisterOrder, evidence: Evidence, north: North, said: list[Message]
-) -> None:
-    """Azimuths and compass readings from the north of the map."""
+) -> ReadNorth | None:
+    """Count azimuths and compass readings from the north of the map. Returns how they were read,
+    None if there are none."""
     from vomstudio.registration.north import turn_of
 
-    if asked.north == "grid" or not (evidence.azimuths or evidence.compass):
-        return
-    turn, sentence = turn_of(asked.north, north, "--north")
-    said.append(sentence)
+    if not (evidence.azimuths or evidence.compass):
+        return None
+    doubt = evidence.compass_doubt_deg
+    if asked.north == "grid":
+        return ReadNorth("grid", doubt_deg=doubt)
+    turned = turn_of(asked.north, north, "--north")
+    said.append(turned.in_words())
     evidence.azimuths = [
-        line._replace(value=(line.value + turn) % 360.0) for line in evidence.azimuths
+        line._replace(value=(line.value + turned.deg) % 360.0) for line in evidence.azimuths
     ]
-    evidence.compass_turn_deg = turn
+    evidence.compass_turn_deg = turned.deg
+    word: NorthKind = "true" if asked.north == "true" else "magnetic"
+    return ReadNorth(
+        word, turned.deg, turned.declination_deg, turned.stated, asked.date or "", doubt
+    )
 
 
 def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) -> float:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.edits import new_id
 from vomstudio.document.kinds.control_point import ControlPoint
@@ -26,6 +26,7 @@ from vomstudio.document.records import (
     get,
 )
 from vomstudio.document.records.basics import Matrix, Point
+from vomstudio.document.records.registrations import Method
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
@@ -148,8 +149,12 @@ def placed_by_points(
     """
     require_on_model(pairs.model, bounds)
     if not usable(lines) and compass is None:
-        scale = transform.scale_of(model.to_world) if keep_scale else None
-        placed = register(Evidence(pairs=pairs, scale=scale, up=up_of(model), crs=crs), extent)
+        evidence = Evidence(pairs=pairs, up=up_of(model), crs=crs)
+        if keep_scale:
+            evidence.scale = transform.scale_of(model.to_world)
+            registration = model.registration
+            evidence.scale_error = None if registration is None else registration.scale_error
+        placed = register(evidence, extent)
     else:
         placed = placed_by_known(
             pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
@@ -181,12 +186,8 @@ def registration_of(
     A model that was placed in the same way before keeps its registration, with other figures.
     """
     before = model.registration
-    method: Literal["points", "lines", "reference"] = "reference" if reference else "points"
-    name = tr("points on {model}", model=model.name)
-    if not reference and (pairs is None or not len(pairs.labels)):
-        method, name = "lines", tr("known lines and planes on {model}", model=model.name)
-    if reference:
-        name = tr("{model} fitted to {reference}", model=model.name, reference=reference)
+    has_points = pairs is not None and bool(len(pairs.labels))
+    method, name = _method(placed, model.name, reference, has_points=has_points)
     id_ = before.id if before is not None and before.method == method else new_id("registration")
     error = placed.rotation_error_deg
     covariance = covariance_after(placed, before)
@@ -216,13 +217,44 @@ def registration_of(
         lens_bowing95_deg=None if before is None else before.lens_bowing95_deg,
         lens_stretch95=None if before is None else before.lens_stretch95,
         read_north=read_north,
+        observations=placed.observations,
     )
 
 
-def with_error_of(record: Registration, other: Registration | None) -> Registration:
-    """The registration of a model that was fitted to one which `other` placed: it errs as that one
-    does, and by the fit besides, which know nothing of each other. The same where the error of
-    either is not known."""
+def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> tuple[Method, str]:
+    """Return what placed a model above all, and the name of its registration."""
+    if reference:
+        return "reference", tr("{model} fitted to {reference}", model=model, reference=reference)
+    if has_points:
+        return "points", tr("points on {model}", model=model)
+    kinds = {group.kind for group in placed.observations}
+    if "cameras" in kinds:
+        return "gps", tr("positions of the cameras of {model}", model=model)
+    if kinds & {"attitudes", "verticals"}:
+        return "attitudes", tr("attitudes of the cameras of {model}", model=model)
+    return "lines", tr("known lines and planes on {model}", model=model)
+
+
+def with_error_of(
+    record: Registration, other: Registration | None, *, scale_fitted: bool
+) -> Registration:
+    """Add the error of the reference to the registration of a model that was fitted to it.
+
+    Parameters
+    ----------
+    record : Registration
+        By the fit alone, whose errors do not depend on those of the reference.
+    other : Registration, optional
+        Of the reference; None if it was not registered.
+    scale_fitted : bool
+        Whether the model took over the scale of the reference. Otherwise an error of that scale
+        only shifts the model.
+
+    Returns
+    -------
+    Registration
+        Unchanged if the errors of one of the two are not known.
+    """
     if other is None or record.covariance is None or record.centre is None:
         return record
     shape = other.shape_covariance()
@@ -236,6 +268,7 @@ def with_error_of(record: Registration, other: Registration | None) -> Registrat
     # What turns and grows about its centre also shifts what lies elsewhere.
     moves = np.eye(7)
     moves[4:] = jacobian(away)
+    moves[3, 3] = 1.0 if scale_fitted else 0.0
     total = np.array(record.covariance, np.float64) + moves @ theirs @ moves.T
     east, north, up, scale = np.sqrt(np.diag(total)[:4]).tolist()
     turns = np.degrees([up, east, north]).tolist()
@@ -245,6 +278,15 @@ def with_error_of(record: Registration, other: Registration | None) -> Registrat
         rotation_error_deg=(turns[0], turns[1], turns[2]),
         scale_error=scale,
     )
+
+
+def reference_findings(record: Registration) -> tuple[Finding, ...]:
+    """Return the finding on the errors of a fit together with those of its reference."""
+    turn, scale = worst_turn_deg(record), record.scale_error
+    if turn is None or scale is None:
+        return ()
+    values = {"rotation95_deg": turn, "scale95_percent": 100.0 * _Z95 * scale}
+    return (Finding("registration.reference-error", **values),)
 
 
 def worst_turn_deg(record: Registration) -> float | None:

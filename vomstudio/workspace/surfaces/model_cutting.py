@@ -52,7 +52,10 @@ class ModelCutting:
             np.save(file, np.packbits(mask))
         bits = Path(file.name)
         folder = project.folder / "models"
-        order = ModelCut(path, project.cache, model.content_hash, bits, opened.crs, folder, name)
+        order = ModelCut(
+            path, project.cache, model.content_hash, bits, opened.crs, folder, name,
+            model.registration,
+        )  # fmt: skip
 
         def done(cut: CutModel) -> None:
             bits.unlink(missing_ok=True)

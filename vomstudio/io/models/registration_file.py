@@ -1,0 +1,375 @@
+"""`NAME.registration.json`: how the model NAME was placed in World, and how well that is known.
+
+The file lies beside a model and belongs to those files of the name NAME whose SHA-256 it lists. It
+contains the record of a registration (`document.records.Registration`), no second form of it: the
+matrix from the coordinates of the file to World and the 7 x 7 covariance of that similarity.
+
+A model that was written in World, as by ``register -o`` and ``reconstruct``, is where it belongs:
+its matrix is the identity, and the covariance is that of its place. The matrix differs from the
+identity only beside a file whose coordinates are not those of World, such as a piece cut out of a
+model that a project has registered.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.document import codec
+from vomstudio.document.edits import new_id
+from vomstudio.document.records import Frame, Registration
+from vomstudio.document.registration_frames import is_same_registration
+from vomstudio.errors import DocumentError, InputError, TargetError
+from vomstudio.files.atomic import write_bytes
+from vomstudio.files.regular import SIDECAR_BYTES, is_there, open_regular, read_json
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.models.reconstruction_file import (
+    RESULT,
+    is_reconstructed,
+    read_registration_of_result,
+)
+from vomstudio.version import __version__
+from vomstudio.words import tr
+
+FORMAT, VERSION = "vomstudio registration", 1
+ENDING = ".registration.json"
+PARAMETERS = (
+    "turn_east",
+    "turn_north",
+    "turn_up",
+    "scale",
+    "shift_east",
+    "shift_north",
+    "shift_up",
+)
+"""Rows and columns of the covariance: turns about the axes of World, a relative change of scale,
+and shifts."""
+UNITS = ("rad", "rad", "rad", "1", "m", "m", "m")
+_ABOUT = (
+    "World = matrix @ (x, y, z, 1) with x, y, z as in the model's file; World is x East, y North, "
+    "z Up, metres. The covariance is of small turns and a relative change of scale about centre, "
+    "and of shifts, one sigma squared. Errors are one sigma; ends with 95: 95 %."
+)
+_SIMILAR = 1e-6
+"""Relative deviation of a matrix from a similarity, and of a covariance from a symmetric one."""
+_MAX_ERROR = 1e9
+"""One sigma, rad, m, or a share."""
+_EVIDENCE = ("control", "observations", "rms_control_m", "rms_check_m", "read_north")
+_SHAPE = ("reach_m", "normal", "lens_bowing95_deg", "lens_stretch95")
+
+
+@dataclass(frozen=True)
+class StoredRegistration:
+    """Content of a registration file.
+
+    Parameters
+    ----------
+    registration : Registration
+    files : mapping of str to str
+        SHA-256 of each model that it belongs to, by file name.
+    """
+
+    registration: Registration
+    files: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class FoundRegistration:
+    """The registration beside a model, if it has one, and what is wrong with it."""
+
+    registration: Registration | None = None
+    findings: tuple[Finding, ...] = ()
+
+
+def registration_path(model: str | Path) -> Path:
+    """Return the path of the registration file of a model."""
+    model = Path(model)
+    return model.with_name(model.stem + ENDING)
+
+
+# --- writing --------------------------------------------------------------------------------------
+def check_registration_target(
+    model: str | Path, registration: Registration | None, *, force: bool = False
+) -> None:
+    """Check, before a model is written, that its registration can be written beside it.
+
+    Raises
+    ------
+    TargetError
+        If a registration file of this name belongs to another registration and `force` is False.
+    """
+    path = registration_path(model)
+    if registration is None or force or not is_there(path):
+        return
+    if _files_of_same(path, registration) is None:
+        raise TargetError(
+            tr(
+                "This file contains the registration of another model. Choose another name for "
+                "the output."
+            ),
+            file=path,
+        )
+
+
+def write_registration(
+    registration: Registration, models: Iterable[str | Path], *, force: bool = False
+) -> Path:
+    """Write the registration file of models of one name in one folder.
+
+    Parameters
+    ----------
+    registration : Registration
+        Its matrix leads from the coordinates of these files to World.
+    models : iterable of path
+        Files that are complete, such as ``model.obj`` and ``model.ply``.
+    force : bool
+        Replace the registration of another model of this name.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    TargetError
+        As `check_registration_target`, or if the file cannot be written.
+    """
+    paths = [Path(model) for model in models]
+    target = registration_path(paths[0])
+    check_registration_target(paths[0], registration, force=force)
+    files = dict(_files_of_same(target, registration) or {})
+    files |= {path.name: _sha256(path) for path in paths}
+    text = json.dumps(_to_plain(registration, files), indent=1, ensure_ascii=False)
+    write_bytes(target, (text + "\n").encode(), force=True)
+    return target
+
+
+def _sha256(path: Path) -> str:
+    with open_regular(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] | None:
+    """Return the files that a registration file lists, None if it states another registration."""
+    try:
+        stored = read_registration(path)
+    except InputError:
+        return None
+    same = is_same_registration(stored.registration, registration)
+    return stored.files if same else None
+
+
+def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str, Any]:
+    plain = codec.encode(registration)
+    frame = registration.frame
+    north = "grid" if frame.kind == "crs" else "local" if frame.has_north else None
+    covariance = None
+    if registration.covariance is not None:
+        covariance = {
+            "parameters": PARAMETERS,
+            "units": UNITS,
+            "centre": plain["centre"],
+            "matrix": plain["covariance"],
+        }
+    evidence = {name: plain[name] for name in _EVIDENCE}
+    evidence["observations"] = [
+        {"kind": group.kind, "count": group.count, "labels": group.labels}
+        for group in registration.observations
+    ]
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "made_by": f"VOM Studio {__version__}",
+        "about": _ABOUT,
+        "files": dict(files),
+        "name": registration.name,
+        "method": registration.method,
+        "frame": frame.kind,
+        "crs": frame.crs,
+        "north": north,
+        "level": frame.has_up,
+        "matrix": plain["matrix"],
+        "covariance": covariance,
+        "rotation_error_deg": plain["rotation_error_deg"],
+        "scale_error": plain["scale_error"],
+        "evidence": evidence,
+        "shape": {name: plain[name] for name in _SHAPE},
+    }
+
+
+# --- reading --------------------------------------------------------------------------------------
+def find_registration(model: Path, content_hash: str) -> FoundRegistration:
+    """Find the registration of a model: that of the file beside it, else of its reconstruction.
+
+    Parameters
+    ----------
+    model : Path
+    content_hash : str
+        SHA-256 of the model's file.
+
+    Returns
+    -------
+    FoundRegistration
+        A file that cannot be used is a finding, never an error: ``registration.damaged``,
+        ``registration.unknown-version`` or ``registration.other-model``.
+    """
+    path = registration_path(model)
+    try:
+        if is_there(path):
+            stored = read_registration(path)
+            if content_hash not in stored.files.values():
+                finding = Finding(
+                    "registration.other-model", file=path.name, models=sorted(stored.files)
+                )
+                return FoundRegistration(None, (finding,))
+            return FoundRegistration(stored.registration)
+        if is_reconstructed(model):
+            return FoundRegistration(_registration_of_result(model))
+    except InputError as error:
+        values = {"file": path.name, **error.values}
+        return FoundRegistration(None, (Finding(error.code, **values),))
+    return FoundRegistration()
+
+
+def _registration_of_result(model: Path) -> Registration:
+    """Raises InputError with the code ``registration.damaged``."""
+    try:
+        registration = read_registration_of_result(model)
+    except (OSError, ValueError) as error:
+        raise _damaged(model.with_name(RESULT), str(error)) from error
+    _require_valid(model.with_name(RESULT), registration)
+    return registration
+
+
+def read_registration(path: Path) -> StoredRegistration:
+    """Read a registration file.
+
+    Raises
+    ------
+    InputError
+        With the code ``registration.damaged`` or ``registration.unknown-version``.
+    """
+    try:
+        plain = read_json(path, SIDECAR_BYTES)
+    except (OSError, ValueError) as error:
+        raise _damaged(path, str(error)) from error
+    if not isinstance(plain, dict) or plain.get("format") != FORMAT:
+        raise _damaged(path, tr("the format is not “{format}”", format=FORMAT))
+    version = plain.get("version")
+    if version != VERSION:
+        finding = Finding(
+            "registration.unknown-version", file=path.name, version=str(version), known=VERSION
+        )
+        raise InputError.of_finding(finding, file=path)
+    files = plain.get("files")
+    if not isinstance(files, dict) or not all(isinstance(each, str) for each in files.values()):
+        raise _damaged(path, tr("“files” is not a list of names with their SHA-256"))
+    try:
+        registration = codec.decode(_record_of(plain))
+    except (DocumentError, KeyError, TypeError, AttributeError) as error:
+        raise _damaged(path, str(error)) from error
+    assert isinstance(registration, Registration)
+    _require_valid(path, registration)
+    return StoredRegistration(registration, {str(name): hash_ for name, hash_ in files.items()})
+
+
+def _record_of(plain: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the record's JSON values, as in a project. Raises KeyError, TypeError."""
+    covariance = plain["covariance"]
+    if covariance is not None and (
+        tuple(covariance["parameters"]) != PARAMETERS or tuple(covariance["units"]) != UNITS
+    ):
+        raise TypeError(tr("the parameters of the covariance are not {names}", names=PARAMETERS))
+    evidence = {name: plain["evidence"][name] for name in _EVIDENCE}
+    evidence["observations"] = [
+        {"kind": group["kind"], "labels": group["labels"]} for group in evidence["observations"]
+    ]
+    frame = Frame(plain["frame"], plain["crs"])
+    return {
+        "record": "registration",
+        "id": new_id("registration"),
+        "name": plain["name"],
+        "method": plain["method"],
+        "frame": {
+            "kind": frame.kind,
+            "crs": frame.crs,
+            "level": plain["level"] is True and not frame.has_north,
+        },
+        "matrix": plain["matrix"],
+        "covariance": None if covariance is None else covariance["matrix"],
+        "centre": None if covariance is None else covariance["centre"],
+        "rotation_error_deg": plain["rotation_error_deg"],
+        "scale_error": plain["scale_error"],
+        **evidence,
+        **{name: plain["shape"][name] for name in _SHAPE},
+    }
+
+
+def _require_valid(path: Path, registration: Registration) -> None:
+    """Raises InputError with the code ``registration.damaged``."""
+    reason = _why_invalid(registration)
+    if reason is not None:
+        raise _damaged(path, reason)
+
+
+def _why_invalid(registration: Registration) -> str | None:
+    rows = np.array(registration.matrix, np.float64)
+    if rows.shape != (4, 4) or rows[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
+        return tr("the matrix does not have four rows, the last one 0, 0, 0, 1")
+    with np.errstate(all="ignore"):
+        scale = float(np.cbrt(np.linalg.det(rows[:3, :3])))
+        turn = rows[:3, :3] / scale if scale > 0 else np.zeros((3, 3))
+        similar = np.allclose(turn @ turn.T, np.eye(3), atol=_SIMILAR)
+    if not similar:
+        return tr("the matrix is not a rotation with a scale")
+    if registration.covariance is not None:
+        if registration.centre is None:
+            return tr("the covariance has no centre")
+        reason = _why_no_covariance(registration.covariance)
+        if reason is not None:
+            return reason
+    errors = (*(registration.rotation_error_deg or ()), registration.scale_error or 0.0)
+    if min(errors) < 0:
+        return tr("an error is negative")
+    frame = registration.frame
+    if (frame.kind == "crs") != (frame.crs is not None):
+        return tr("the frame and its coordinate reference system contradict each other")
+    if frame.crs is not None:
+        try:
+            _, metres = parse_crs(frame.crs)
+        except InputError as error:
+            return error.message
+        if metres != 1.0:
+            return tr("the coordinate reference system is not in metres")
+    return None
+
+
+def _why_no_covariance(rows: Sequence[Sequence[float]]) -> str | None:
+    count = len(PARAMETERS)
+    if len(rows) != count or any(len(row) != count for row in rows):
+        return tr("the covariance does not have {count} x {count} numbers", count=count)
+    known = np.array(rows, np.float64)
+    if np.abs(known).max() > _MAX_ERROR**2:
+        return tr("the covariance is larger than any error")
+    # In units of the errors: radians and metres differ by orders of magnitude.
+    sigma = np.sqrt(np.abs(np.diag(known)))
+    units = np.where(sigma > 0, sigma, 1.0)
+    with np.errstate(all="ignore"):
+        correlation = known / np.outer(units, units)
+    bounded = bool((np.abs(correlation) <= 1.0 + _SIMILAR).all())
+    symmetric = bounded and np.allclose(correlation, correlation.T, atol=_SIMILAR)
+    if not symmetric or np.linalg.eigvalsh(correlation)[0] < -_SIMILAR:
+        return tr("the covariance is not symmetric and positive")
+    return None
+
+
+def _damaged(path: Path, reason: str) -> InputError:
+    finding = Finding("registration.damaged", file=path.name, reason=reason)
+    return InputError.of_finding(finding, file=path)
