@@ -83,7 +83,9 @@ def test_python_converts_too(bed: Path) -> None:
     with pytest.raises(vs.errors.InputError) as refused:
         vs.read(bed)
     assert refused.value.code == "frame.not-metric"
-    cloud = vs.read(bed, to_crs=ZONE)
+    with pytest.warns(vs.errors.VomWarning) as warned:
+        cloud = vs.read(bed, to_crs=ZONE)
+    assert [each.message.code for each in warned] == ["frame.reprojected"]
     assert [each.code for each in cloud.warnings] == ["frame.reprojected"]
     assert cloud.bounds[0, :2] == pytest.approx([EAST_M, NORTH_M], abs=0.01)
     assert cloud.crs == ZONE

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,12 +19,10 @@ from pyproj import CRS, Transformer
 
 import vomstudio as vs
 from tests.messages import codes
-from vomstudio.core.findings import as_finding
 from vomstudio.geometry.units import METRES
 
 pytestmark = [
     pytest.mark.full,
-    pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning"),
 ]
 
 ZONE, FEET_CRS = "EPSG:32618", "EPSG:2263"
@@ -61,7 +60,7 @@ FRAMES: dict[str, tuple[Callable[[Array], Array], str | None, set[str]]] = {
         "EPSG:4326",
         {"frame.degrees", "frame.reprojected"},
     ),
-    "feet": (in_feet, FEET_CRS, {"frame.unit-converted"}),
+    "feet": (in_feet, FEET_CRS, {"frame.unit-converted", "frame.reprojected"}),
     "mixed units": (
         lambda p: p / [1.0, 1.0, US_FOOT],
         f"{ZONE}+6360",
@@ -150,8 +149,9 @@ def write_drawing(path: Path, points: Array, crs: str | None) -> Path:
         [],
         driver="ESRI Shapefile",
         geometry_type="LineString Z",
-        crs=None,
+        crs=ZONE,
     )
+    drawing.with_suffix(".prj").unlink()
     write_prj(drawing, crs)
     return drawing
 
@@ -173,7 +173,7 @@ COMMANDS: dict[str, tuple[Write, str]] = {
     ),
     "measurable": (write_model, "measurable {file} --plane 90/30"),
     "surface": (write_model, "surface {file} -o {out}.csv"),
-    "trace --propose": (write_model, "trace {file} --propose -o {out}.csv"),
+    "trace --propose": (write_model, "trace {file} --propose --cost curvature -o {out}.csv"),
     "fit": (write_table, "fit {file}"),
     "threepoint": (write_table, "threepoint {file}"),
     "log": (write_table, "log {file} --bed 90/30"),
@@ -230,13 +230,17 @@ def table() -> Iterator[None]:
             print(f"    {frame:20} {TABLE.get((door, frame), '')}")
 
 
-def expect(door: str, frame: str, found: set[str]) -> None:
-    """Store an answer and check that it is not silent and is the one for the frame."""
+def expect(door: str, frame: str, found: set[str], *, refused: bool = False) -> None:
+    """Store an answer and check that it is not silent and is the one for the frame.
+
+    A door may also refuse data for another reason, such as two models that do not overlap.
+    """
     *_, expected = FRAMES[frame]
     about_frames = {code for code in found if re.match(r"frame\.|control\.|lines\.", code)}
     reason = REASONS.get((door, frame))
-    TABLE[door, frame] = ", ".join(sorted(about_frames)) or reason or "SILENT"
-    if reason is not None:
+    other = f"refused ({', '.join(sorted(found))})" if refused else reason
+    TABLE[door, frame] = ", ".join(sorted(about_frames)) or other or "SILENT"
+    if reason is not None or (refused and not about_frames):
         return
     assert about_frames & expected, f"{door}, {frame}: {sorted(found)}"
 
@@ -256,7 +260,18 @@ def test_a_command_answers_with_a_code(
     found |= set(codes(answer.json)) if "warnings" in answer.json else set()
     for described in answer.json.get("files", ()):
         found |= set(codes(described)) if isinstance(described, dict) else set()
-    expect(door, frame, found)
+    expect(door, frame, found, refused=bool(answer.code))
+
+
+def codes_of_call(call: Callable[[], Any]) -> tuple[set[str], bool]:
+    """Return the codes of the Python warnings or the error of a call, and whether it failed."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            call()
+        except vs.errors.VomError as error:
+            return {error.code}, True
+    return {getattr(each.message, "code", "") for each in caught}, False
 
 
 @pytest.mark.parametrize("frame", FRAMES)
@@ -265,11 +280,8 @@ def test_a_python_function_answers_with_a_code(tmp_path: Path, door: str, frame:
     write, call = PYTHON[door]
     change, crs, _ = FRAMES[frame]
     file = write(tmp_path / "given", change(bed()), crs)
-    try:
-        found = {as_finding(each).code for each in call(file).warnings}
-    except vs.errors.VomError as error:
-        found = {error.code}
-    expect(door, frame, found)
+    found, refused = codes_of_call(lambda: call(file))
+    expect(door, frame, found, refused=refused)
 
 
 @pytest.mark.parametrize("frame", FRAMES)
@@ -280,16 +292,7 @@ def test_a_project_answers_with_a_code(run, tmp_path: Path, door: str, frame: st
     folder = tmp_path / "study.vom"
     with vs.Project.create(folder) as project:
         if door == "Project.add_model":
-            found: set[str] = set()
-            with pytest.warns() as warned:
-                try:
-                    project.add_model(file)
-                except vs.errors.VomError as error:
-                    found.add(error.code)
-                import warnings
-
-                warnings.warn("at least one", stacklevel=1)
-            found |= {getattr(each.message, "code", "") for each in warned}
+            found, _ = codes_of_call(lambda: project.add_model(file))
     if door == "project add-model":
         answer = run("project", folder, "add-model", file, "--json")
         found = {answer.json["error"]["code"]} if answer.code else set(codes(answer.json))

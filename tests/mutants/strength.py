@@ -274,6 +274,8 @@ def outcome(tree: Path, mutant: Mutant, tests: list[str]) -> dict[str, Any]:
     """Return the state of a mutant ("killed", "survived", "equivalent") and the tier it died in."""
     if (reason := equivalent().get(key_of(as_row(mutant)))) is not None:
         return {"state": "equivalent", "by": reason, "tests": len(tests)}
+    if not existing(tree, tests):
+        return {"state": "not reached", "by": None, "tests": 0}
     path = tree / mutant.file
     whole = path.read_text()
     with tempfile.TemporaryDirectory(prefix="numba-") as kernels:
@@ -343,8 +345,9 @@ def summary(rows: list[dict[str, Any]]) -> str:
     share = by["default"] / killed if killed else 0.0
     return (
         f"{len(rows)} mutants: {by['default']} killed by the default tier, {by['full']} more by the"
-        f" full tier, {states['survived']} survived, {states['equivalent']} equivalent; the default"
-        f" tier kills {share:.2f} of what all tests kill"
+        f" full tier, {states['survived']} survived, {states['not reached']} not reached,"
+        f" {states['equivalent']} equivalent; the default tier kills {share:.2f} of what all tests"
+        " kill"
     )
 
 

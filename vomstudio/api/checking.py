@@ -32,13 +32,11 @@ _MOST_COUNT = 2**53
 
 
 def warn(messages: Iterable[Message], depth: int = 3) -> None:
-    """Issue each message as a Python warning at the user's line, except plain information.
+    """Issue each message as a Python warning at the user's line.
 
     depth : of the call from there
     """
     for finding in map(as_finding, messages):
-        if finding.severity == "info":
-            continue
         warning = VomWarning(finding.message, finding.code, finding.values)
         python_warnings.warn(warning, stacklevel=depth)
 

@@ -58,10 +58,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     loaded = read_model(Path(args.input), progress, options)
     warnings: list[Message] = list(loaded.warnings)
     crs, unit = loaded.crs, 1.0
+    established = establish_frame(loaded, replace(options, unit=None) if crs else options)
+    warnings += established.findings
     if crs is not None:
-        established = establish_frame(loaded, replace(options, unit=None))
         unit = established.frame.unit_m
-        warnings += established.findings
     if args.unit is not None:
         if crs is not None and METRES[args.unit] != unit:
             raise UsageError(

@@ -135,6 +135,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     """Rows and columns; bounds where there are x, y and z, in the CRS that lies beside them."""
     import numpy as np
 
+    from vomstudio.io.gate.points import points_to_world
     from vomstudio.io.gate.stated_crs import crs_of_table
     from vomstudio.io.text.tables import coordinate_columns, read_table
 
@@ -174,10 +175,13 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
         "fields": list(table.names or (table.label(i) for i in range(table.width))),
         "warnings": warnings,
     }
-    stated, findings = crs_of_table(path, table.comments)
-    warnings += findings
-    if bounds is None or stated.text is None:
+    if bounds is None:
         return found
+    stated, findings = crs_of_table(path, table.comments)
+    if stated.text is None:
+        warnings += points_to_world(points, file=path, comments=table.comments).findings
+        return found
+    warnings += findings
     return found | _place(path, warnings, progress)
 
 

@@ -95,7 +95,6 @@ MIXED = {
 }
 
 
-@pytest.mark.filterwarnings("ignore:The file states heights:vomstudio.errors.VomWarning")
 @pytest.mark.parametrize("how", MIXED)
 @pytest.mark.parametrize("ending", ["las", "laz"])
 def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, ending: str) -> None:
@@ -108,7 +107,8 @@ def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, endi
         each for each in loaded.warnings if as_finding(each).code == "frame.unit-converted"
     )
     assert finding.values["height_unit"] == "US survey feet"
-    world = vs.read(path)
+    with pytest.warns(vs.errors.VomWarning):
+        world = vs.read(path)
     assert finding in world.warnings
     assert dip_of(world.points) == pytest.approx(30, abs=0.01)
     assert np.allclose(preview(path).points[:, 2].max(), loaded.data.points[:, 2].max(), atol=1)
@@ -210,7 +210,8 @@ def test_height_models_in_feet(tmp_path, kind, geotiff, crs, flat, high, unit, u
     )
     found = describe(path)
     assert found["units"] == list(units)
-    world = vs.read(path)
+    with pytest.warns(vs.errors.VomWarning):
+        world = vs.read(path)
     assert "frame.unit-converted" in [as_finding(each).code for each in world.warnings]
     assert dip_of(world.points) == pytest.approx(30, abs=0.01)
     assert np.ptp(world.points[:, 0]) == pytest.approx(59, abs=1e-3)

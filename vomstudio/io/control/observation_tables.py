@@ -19,6 +19,7 @@ from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
+from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import orientations_of
@@ -40,7 +41,7 @@ class Pairs:
     """n points of the model with their coordinates.
 
     model, world : (n, 3); sigma : (n, 3) metres, NaN where not stated; check : (n,) they judge only
-    notes : what was remarkable in reading them
+    notes : messages of reading them; crs : of World, None for local coordinates
     """
 
     labels: tuple[str, ...]
@@ -48,7 +49,8 @@ class Pairs:
     world: Array
     sigma: Array
     check: npt.NDArray[np.bool_]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Message, ...] = ()
+    crs: str | None = None
 
     def with_more(self, other: Pairs) -> Pairs:
         """These and others. Raises UsageError where a label is in both."""
@@ -63,6 +65,7 @@ class Pairs:
             np.concatenate([self.sigma, other.sigma]),
             np.concatenate([self.check, other.check]),
             (*self.notes, *other.notes),
+            self.crs or other.crs,
         )
 
 
@@ -134,17 +137,45 @@ class CompassTable:
         return np.where(self.is_plane[:, None], poles, lines)
 
 
-def read_pairs(path: str | Path) -> Pairs:
-    """`label, model_x, model_y, model_z, x, y, z[, use][, sigma_x, sigma_y, sigma_z]`. Raises
-    InputError with file, line and column."""
+def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
+    """Read pairs of points on the model and in World.
+
+    The columns are `label, model_x, model_y, model_z, x, y, z[, use][, sigma_x, sigma_y,
+    sigma_z]`.
+
+    Parameters
+    ----------
+    path : str or Path
+    crs : str, optional
+        CRS in which the model is placed; World coordinates in another one are converted.
+
+    Raises
+    ------
+    InputError
+        With file, line and column, and for World coordinates that are not metric
+        (`vomstudio.io.gate.points.points_to_world`).
+    """
     table = NamedTable(path, _PAIRS)
     labels = table.words(LABEL, "label")
     table.require_once(labels)
     model = table.columns(_MODEL, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))
     table.require_places(world)
-    uses = table.uses()
-    return Pairs(labels, model, world, table.sigma(), uses, table.notes)
+    placed = points_to_world(
+        world,
+        file=table.path,
+        comments=table.table.comments,
+        model=None if crs is None else ModelFrame(crs),
+    )
+    return Pairs(
+        labels,
+        model,
+        placed.points,
+        table.sigma(),
+        table.uses(),
+        (*table.notes, *placed.findings),
+        placed.crs,
+    )
 
 
 def read_points(path: str | Path) -> Pairs:

@@ -21,7 +21,7 @@ from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs
+from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
@@ -351,6 +351,10 @@ def _frame(
         if alone and options.to_crs is None and in_degrees:
             options = replace(options, to_crs=suggested_zone(bounds))
         return StatedCrs(crs), options
+    if crs is None:
+        beside, _ = crs_of_table(path, ())
+        if beside.text is not None:
+            return beside, options
     if crs is None and options.unit is None and path.suffix.lower() == ".dxf":
         unit_m = dxf_facts(path).unit_m
         unit = next((name for name, metres in METRES.items() if metres == unit_m), None)

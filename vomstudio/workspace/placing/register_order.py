@@ -321,7 +321,8 @@ def _evidence(
         evidence.views, evidence.centres = own.views, own.centres
         said += own.warnings
     if asked.pairs is not None:
-        evidence.pairs = tables.read_pairs(asked.pairs)
+        evidence.pairs = tables.read_pairs(asked.pairs, crs)
+        crs = crs or evidence.pairs.crs
     if asked.gcp is not None:
         marks = None if asked.marks is None else Path(asked.marks)
         evidence.pairs, crs = marked_pairs(Path(asked.gcp), marks, evidence, crs, unused)
