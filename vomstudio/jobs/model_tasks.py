@@ -182,6 +182,37 @@ COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, 
 
 
 @dataclass(frozen=True)
+class ModelConversion:
+    """Request to write a model in another CRS into a folder."""
+
+    path: Path
+    folder: Path
+    to_crs: str
+
+
+@dataclass(frozen=True)
+class ConvertedModel:
+    """path : of the copy"""
+
+    path: Path
+    warnings: tuple[Message, ...]
+
+
+def _convert_model(request: ModelConversion, progress: Progress) -> ConvertedModel:
+    from vomstudio.io.gate.frame_options import FrameOptions
+    from vomstudio.io.models.converted_copy import write_converted
+
+    options = FrameOptions(to_crs=request.to_crs)
+    return ConvertedModel(*write_converted(request.path, request.folder, options, progress))
+
+
+CONVERT_MODEL = Job(
+    "convert_model", Lane.FILES, ModelConversion, ConvertedModel, _convert_model, _TILES
+)
+"""Write a copy of a model in another CRS."""
+
+
+@dataclass(frozen=True)
 class ModelExport:
     """The model `path`, kept at hand under `cache`, is written to `out` in World: turned and scaled
     by to_world, in `crs`, None where there is none. registration : by which it stands there."""
@@ -289,6 +320,7 @@ JOBS = (
     LOAD_MODEL,
     PREVIEW_MODEL,
     COPY_MODEL,
+    CONVERT_MODEL,
     EXPORT_MODEL,
     CUT_MODEL,
 )

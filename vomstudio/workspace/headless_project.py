@@ -38,10 +38,9 @@ from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.models import model_cache
-from vomstudio.io.models.frames import establish_frame, stored_registration
-from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.converted_copy import write_converted
+from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
-from vomstudio.io.models.writing import write_model
 from vomstudio.io.project.folder import MODELS, Project
 from vomstudio.io.settings import Settings
 from vomstudio.progress import Progress, Silent
@@ -188,7 +187,9 @@ class HeadlessProject:
         """
         path = path.resolve()
         if options.to_crs is not None:
-            converted, findings = self._write_converted(path, options)
+            converted, findings = write_converted(
+                path, self.project.folder / MODELS, options, self._progress
+            )
             added = self.add_model(converted)
             return replace(added, warnings=(*findings, *added.warnings))
         folder = model_cache.folder_of(path, self.project.cache)
@@ -215,26 +216,6 @@ class HeadlessProject:
         self._bounds[model.id] = loaded.data.bounds
         self._extents[model.id] = some_points(loaded.data)
         return AddedModel(model, True, (*loaded.warnings, *established.findings))
-
-    def _write_converted(
-        self, path: Path, options: FrameOptions
-    ) -> tuple[Path, tuple[Message, ...]]:
-        """Write a model in another CRS into the folder of the project's models."""
-        loaded = read_model(path, self._progress, options)
-        code = "".join(c for c in (loaded.crs or "").casefold() if c.isalnum())[:16]
-        target = self.project.folder / MODELS / f"{path.stem}_{code}{path.suffix}"
-        target.parent.mkdir(exist_ok=True)
-        found = stored_registration(loaded, options)
-        findings = write_model(
-            loaded.data,
-            loaded.crs,
-            target,
-            force=True,
-            inputs=[path],
-            progress=self._progress,
-            registration=found.registration,
-        )
-        return target, (*loaded.warnings, *found.findings, *findings)
 
     def add_picks(
         self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""

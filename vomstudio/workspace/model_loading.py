@@ -83,7 +83,8 @@ PREVIEW_BYTES = 8_000_000
 
 
 class ModelLoader:
-    """Loads models. `problem` gives a sentence on what could not be opened.
+    """Loads models. `problem` gives a sentence on what could not be opened; `convertible` gives the
+    file of a model that is not metric, a CRS in which it would be, and the sentence.
 
     `previewed` gives the key of a large cloud that is being read and some of its points, which may
     stand for it until `ended` names the key: read, given up, or not to be read.
@@ -98,6 +99,7 @@ class ModelLoader:
     ) -> None:
         """budget : how many points of a cloud may be held; a COPC file with more is streamed."""
         self.problem: Signal[str] = Signal()
+        self.convertible: Signal[Path, str, str] = Signal()
         self.previewed: Signal[str, PointCloud] = Signal()
         self.ended: Signal[str] = Signal()
         self._jobs, self._post, self._budget = jobs, post, budget
@@ -124,7 +126,11 @@ class ModelLoader:
         def failed(event: Failed) -> None:
             self._running.pop(key, None)
             self.ended.emit(key)
-            if not event.cancelled:
+            if event.cancelled:
+                return
+            if crs := event.error.get("suggested_crs"):
+                self.convertible.emit(path, str(crs), event.message)
+            else:
                 self.problem.emit(event.message)
 
         self._preview(key, path, cache)

@@ -24,13 +24,20 @@ from vomstudio.io.models.frames import (
 from vomstudio.io.photos import cameras_file
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
-from vomstudio.jobs.model_tasks import COPY_MODEL, CopiedModel, ModelCopy
+from vomstudio.jobs.model_tasks import (
+    CONVERT_MODEL,
+    COPY_MODEL,
+    ConvertedModel,
+    CopiedModel,
+    ModelConversion,
+    ModelCopy,
+)
 from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.model_loading import ModelLoader, OpenModel
-from vomstudio.workspace.notices import Notice, Notices
+from vomstudio.workspace.notices import CONVERT, Notice, Notices
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
@@ -54,8 +61,11 @@ class Models:
         self.loaded: Signal[str] = Signal()
         self.frame_wanted: Signal[str] = Signal()
         self.open: dict[str, OpenModel] = {}
+        self.convertible: tuple[Path, str] | None = None
+        """The model that was refused last because it is not metric, and a CRS in which it is."""
         self._projects, self._editing, self._loader = projects, editing, loader
         self._jobs, self._preferences, self._notices = jobs, preferences, notices
+        loader.convertible.connect(self._offer_conversion)
 
     def surface(self, model_id: str) -> PaintSurface | None:
         """The surface of an open model; None while it is not loaded."""
@@ -167,6 +177,30 @@ class Models:
             on_failed=lambda event: self._notices.warn(event.message, "error"),
         )
 
+    def _offer_conversion(self, path: Path, crs: str, message: str) -> None:
+        """Report that a model is not metric, and offer to convert it."""
+        self.convertible = path, crs
+        self._notices.tell(Notice(message, "error", CONVERT))
+
+    def convert(self) -> None:
+        """Open the model that was refused last as a copy in a metric CRS."""
+        if self.convertible is None:
+            return
+        (path, crs), project = self.convertible, self._projects.project
+
+        def converted(copy: ConvertedModel) -> None:
+            if self._projects.project is project:
+                self.convertible = None
+                self.open_model(copy.path, path.stem)
+
+        self._jobs.submit(
+            CONVERT_MODEL,
+            ModelConversion(path, project.folder / "models", crs),
+            title=tr("Converting {file} to {crs}", file=path.name, crs=crs),
+            on_done=converted,
+            on_failed=lambda event: self._notices.warn(event.message, "error"),
+        )
+
     def _add(
         self,
         path: Path,
@@ -192,7 +226,10 @@ class Models:
             else:
                 placement, findings = self._placement(path, stored, opened)
         except InputError as error:
-            self._notices.fail(error)
+            if crs := error.values.get("suggested_crs"):
+                self._offer_conversion(path, str(crs), str(error))
+            else:
+                self._notices.fail(error)
             return
         if findings:
             # One notice: the bar shows the newest only.

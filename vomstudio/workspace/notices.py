@@ -10,6 +10,8 @@ from vomstudio.signals import Signal
 
 SAVE_AS = "save_as"
 """The command that helps where a project cannot be written."""
+CONVERT = "convert_model"
+"""The command that converts a model that is not metric."""
 
 
 @dataclass(frozen=True)

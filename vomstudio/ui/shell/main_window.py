@@ -288,6 +288,8 @@ class MainWindow(QMainWindow):
         studio.project_opened.connect(self._refresh)
         studio.model_loaded.connect(self._refresh)
         studio.edited.connect(self._refresh)
+        # A notice may offer a command that can be run only now.
+        studio.notice.connect(lambda _: self.actions_table.refresh())
         studio.display.changed.connect(lambda what: self._refresh() if what != "box" else None)
         studio.active_tool_changed.connect(self._tool_changed)
         studio.tool_changed_signal.connect(self._refresh)

@@ -40,8 +40,9 @@ MENUS = (
         "take_in_photos", "|", "make_settings", "make_model", "pause_model", "|",
         "show_alignment", "show_tie_points", "open_report")),
     (to_translate("&Model"), (
-        "declare_frame", "register_model", "fit_model", "compare_models", "|", "locate",
-        "open_cameras", "find_photos", "|", "copy_model", "export_model", "remove_model")),
+        "declare_frame", "convert_model", "register_model", "fit_model", "compare_models", "|",
+        "locate", "open_cameras", "find_photos", "|", "copy_model", "export_model",
+        "remove_model")),
     (to_translate("&Interpret"), (
         "navigate", "+tools", "|", "follow", "finish", "cancel", "continue_trace",
         "delete_vertex", "|", "+of_tools", "surface_fields", "propose_facets",

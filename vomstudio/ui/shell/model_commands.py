@@ -15,6 +15,7 @@ from vomstudio.ui.shell.model_copying import copy_into_project
 from vomstudio.ui.shell.project_files import Files
 from vomstudio.ui.workspaces.arrangements import Workspaces
 from vomstudio.words import to_translate, tr
+from vomstudio.workspace.notices import CONVERT
 from vomstudio.workspace.photos import PhotoLinks
 
 _NO_MODEL = to_translate("Open a model first.")
@@ -61,6 +62,10 @@ def commands(
             return tr(_NO_MODEL)
         return tr("The model's file has been found.") if model.id in studio.models else None
 
+    def cannot_convert() -> str | None:
+        offered = studio.workspace.models.convertible
+        return tr("No model was refused for its CRS.") if offered is None else None
+
     return [
         Command("declare_frame", tr("&Declare frame…"), files.declare_frame, "axis-arrow",
                 (), tr("Up axis, unit, and CRS or local frame. Orientations are geographic only in "
@@ -69,6 +74,10 @@ def commands(
                 register, "vector-point-select", (),
                 tr("Places the model by points that are clicked on it or come in a table, and "
                    "their coordinates, with residuals and the error in degrees."), no_model),
+        Command(CONVERT, tr("Convert to &metric CRS"), studio.workspace.models.convert,
+                "map-marker-path", (),
+                tr("Opens the refused model as a copy in a CRS whose metres are true."),
+                cannot_convert),
         Command("locate", tr("&Locate file…"), files.locate_model, "file-search-outline", (),
                 tr("Choose the file of a model that has been moved or renamed."), not_missing),
         Command("copy_model", tr("&Copy into project"), copy, "content-copy", (),

@@ -1,0 +1,55 @@
+"""A copy of a model in another coordinate reference system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.core.findings import Message
+from vomstudio.io.gate.frame_options import FrameOptions
+from vomstudio.io.models.frames import stored_registration
+from vomstudio.io.models.opening import read_model
+from vomstudio.io.models.writing import write_model
+from vomstudio.progress import Progress
+
+
+def write_converted(
+    path: Path, folder: Path, options: FrameOptions, progress: Progress
+) -> tuple[Path, tuple[Message, ...]]:
+    """Write a model in another CRS into a folder, in the format of its file.
+
+    Parameters
+    ----------
+    path : Path
+        The model.
+    folder : Path
+        Created if it does not exist.
+    options : FrameOptions
+        With `to_crs`.
+    progress : Progress
+
+    Returns
+    -------
+    path : Path
+        The copy, named after the model and the CRS.
+    messages : tuple of Message
+
+    Raises
+    ------
+    InputError, UsageError, Cancelled
+        As `read_model`.
+    """
+    loaded = read_model(path, progress, options)
+    code = "".join(c for c in (loaded.crs or "").casefold() if c.isalnum())[:16]
+    target = folder / f"{path.stem}_{code}{path.suffix}"
+    folder.mkdir(exist_ok=True)
+    found = stored_registration(loaded, options)
+    messages = write_model(
+        loaded.data,
+        loaded.crs,
+        target,
+        force=True,
+        inputs=[path],
+        progress=progress,
+        registration=found.registration,
+    )
+    return target, (*loaded.warnings, *found.findings, *messages)
