@@ -231,4 +231,34 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " north, pitch 0 level and -90 straight down. Check this."
         ),
     ),
+    # --- files -----------------------------------------------------------------------------------
+    "file.other-kind": (
+        "error",
+        to_translate("Cannot read this kind of file here: {title}. {remedy}"),
+    ),
+    "drawing.no-lines": (
+        "warning",
+        to_translate(
+            "{count} bodies and surfaces of the drawing are left out ({entities}): they have no"
+            " lines."
+        ),
+    ),
+    "model.entities-left-out": (
+        "warning",
+        to_translate(
+            "{count} entities are left out ({entities}): a model consists of points and faces. Save"
+            " them as 3DFACE or mesh."
+        ),
+    ),
+    "model.columns-left-out": (
+        "warning",
+        to_translate("Columns of text are left out: {columns}. Values of points are numbers."),
+    ),
+    "texture.by-name": (
+        "warning",
+        to_translate(
+            "{file}: the texture '{missing}' of material '{material}' is missing. '{picture}' is"
+            " used because of its name. Check it."
+        ),
+    ),
 }
