@@ -243,16 +243,47 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " lines."
         ),
     ),
+    "drawing.only-bodies": (
+        "error",
+        to_translate(
+            "The drawing has no such lines, only {count} bodies and surfaces ({entities}). Extract"
+            " their edges as lines in CAD."
+        ),
+    ),
     "model.entities-left-out": (
         "warning",
         to_translate(
-            "{count} entities are left out ({entities}): a model consists of points and faces. Save"
-            " them as 3DFACE or mesh."
+            "{count} entities are left out ({entities}). A model consists of points and faces: save"
+            " solids as meshes, and blocks exploded."
+        ),
+    ),
+    "model.no-entities": (
+        "error",
+        to_translate(
+            "The drawing has no points or faces, only: {entities}. Save solids as meshes, and"
+            " blocks exploded."
         ),
     ),
     "model.columns-left-out": (
         "warning",
-        to_translate("Columns of text are left out: {columns}. Values of points are numbers."),
+        to_translate("Columns left out: {columns}. Only those with a number per point are read."),
+    ),
+    "model.other-shapes": (
+        "error",
+        to_translate(
+            "The shapefile contains {shapes}. A model needs points with heights (PointZ,"
+            " MultiPointZ) or faces (MultiPatch)."
+        ),
+    ),
+    "model.rings-left-out": (
+        "warning",
+        to_translate(
+            "{count} polygons with more than four corners are left out. Triangulate them first."
+        ),
+    ),
+    "model.cut-short": (
+        "warning",
+        to_translate("The file ends too early: {count} of its points or faces were read."),
     ),
     "texture.by-name": (
         "warning",
