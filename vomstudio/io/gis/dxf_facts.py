@@ -164,10 +164,11 @@ def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
         elif kind == b"LAYER" and section == b"TABLES" and 2 in first:
             if int(first.get(70, 0)) & _FROZEN or int(first.get(62, 7)) < 0:
                 hidden.update(_names(first[2]))
-        elif kind == b"POLYLINE":
+        flags = text_of(first.get(70, 0))
+        is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
+        if is_mesh and section == b"ENTITIES":
             # GDAL passes over these as well; a polyface mesh is a shape of its own.
-            if section == b"ENTITIES" and int(first.get(70, 0)) & POLYGON_MESH:
-                bodies["polygon mesh"] += 1
+            bodies["polygon mesh"] += 1
         if section == b"ENTITIES" and 5 in first:
             handle = text_of(first[5]).decode("latin-1").upper()
             if kind in _NO_LINES:

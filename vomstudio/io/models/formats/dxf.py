@@ -119,7 +119,7 @@ def _integer(value: bytes, default: int = 0) -> int:
 
 def _integers(values: Floats) -> Ints:
     """Return values as integers, 0 if they are not of 32 bits."""
-    return np.where(np.abs(values) < 2.0**31, values, 0.0).astype(np.int64)
+    return np.asarray(np.where(np.abs(values) < 2.0**31, values, 0.0), np.int64)
 
 
 @dataclass
@@ -340,7 +340,7 @@ def _visible(block: _Block, entities: Ints, drawing: _Drawing) -> Ints:
         seen &= np.array([name not in drawing.hidden for name in layers], np.bool_)
     if not seen.all():
         drawing.left_out[tr("hidden")] += int((~seen).sum())
-    return entities[seen]
+    return np.asarray(entities[seen], np.int64)
 
 
 def _read_faces(block: _Block, entities: Ints, drawing: _Drawing) -> None:
@@ -370,8 +370,8 @@ def _read_points(block: _Block, entities: Ints, drawing: _Drawing) -> None:
         return
     points = block.numbers(entities, (10, 20, 30))
     points[np.isnan(points[:, 2]) & ~np.isnan(points[:, 0]), 2] = 0.0
-    colors = block.numbers(entities, (62,), _BY_LAYER)[:, 0]
-    colors = _integers(np.where((colors > 0) & (colors < _BY_LAYER), colors, _BY_LAYER))
+    own = block.numbers(entities, (62,), _BY_LAYER)[:, 0]
+    colors = _integers(np.where((own > 0) & (own < _BY_LAYER), own, _BY_LAYER))
     by_layer = np.flatnonzero(colors == _BY_LAYER)
     if len(by_layer):
         layers = block.layers(entities)
@@ -479,7 +479,7 @@ def _mesh(drawing: _Drawing) -> Mesh:
         Material(
             name.decode("utf-8", "replace"),
             None,
-            None if number == WHITE else tuple((table[number] / 255.0).tolist()),  # type: ignore[arg-type]
+            None if number == WHITE else tuple((table[number] / 255.0).tolist()),
         )
         for name, number in zip(names, numbers, strict=True)
     )
