@@ -161,9 +161,9 @@ def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
             section = first.get(2)
             if section == b"HEADER":
                 unit = _unit(groups)
-        elif kind == b"LAYER" and section == b"TABLES" and 2 in first:
-            if int(first.get(70, 0)) & _FROZEN or int(first.get(62, 7)) < 0:
-                hidden.update(_names(first[2]))
+        is_layer = kind == b"LAYER" and section == b"TABLES" and 2 in first
+        if is_layer and (int(first.get(70, 0)) & _FROZEN or int(first.get(62, 7)) < 0):
+            hidden.update(_names(first[2]))
         flags = text_of(first.get(70, 0))
         is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
         if is_mesh and section == b"ENTITIES":
