@@ -196,7 +196,7 @@ def test_a_file_without_permission_is_refused(points: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(b"", b"empty"), (b"\x00\xff", b"not a text table"), (b"1 2 3\n4 5\n", b"line 2")],
+    [(b"", b"empty"), (b"\x00\xff", b"binary data"), (b"1 2 3\n4 5\n", b"line 2")],
 )
 def test_bad_input_is_one_sentence_and_exit_2(tmp_path: Path, content: bytes, words: bytes) -> None:
     path = tmp_path / "bad.txt"

@@ -115,8 +115,8 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "frame.other-axes": (
         "error",
         to_translate(
-            "The axes of the stated CRS point west or south, so azimuths would be wrong. Convert"
-            " the file to a CRS with axes east and north."
+            "The axes of the stated CRS point west or south, so azimuths would be wrong. Use a"
+            " CRS with axes east and north."
         ),
     ),
     "frame.swapped-axes": (
@@ -273,6 +273,67 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         to_translate(
             "With the error of the reference the model may be turned by {rotation95_deg:.2g}°"
             " (95 %) and its scale may be off by {scale95_percent:.2g} %."
+        ),
+    ),
+    # --- files -----------------------------------------------------------------------------------
+    "file.other-kind": (
+        "error",
+        to_translate("Cannot read this kind of file here: {title}. {remedy}"),
+    ),
+    "drawing.no-lines": (
+        "warning",
+        to_translate(
+            "{count} bodies and surfaces of the drawing are left out ({entities}): they have no"
+            " lines."
+        ),
+    ),
+    "drawing.only-bodies": (
+        "error",
+        to_translate(
+            "The drawing has no such lines, only {count} bodies and surfaces ({entities}). Extract"
+            " their edges as lines in CAD."
+        ),
+    ),
+    "model.entities-left-out": (
+        "warning",
+        to_translate(
+            "{count} entities are left out ({entities}). A model consists of points and faces: save"
+            " solids as meshes, and blocks exploded."
+        ),
+    ),
+    "model.no-entities": (
+        "error",
+        to_translate(
+            "The drawing has no points or faces, only: {entities}. Save solids as meshes, and"
+            " blocks exploded."
+        ),
+    ),
+    "model.columns-left-out": (
+        "warning",
+        to_translate("Columns left out: {columns}. Only those with a number per point are read."),
+    ),
+    "model.other-shapes": (
+        "error",
+        to_translate(
+            "The shapefile contains {shapes}. A model needs points with heights (PointZ,"
+            " MultiPointZ) or faces (MultiPatch)."
+        ),
+    ),
+    "model.rings-left-out": (
+        "warning",
+        to_translate(
+            "{count} polygons with more than four corners are left out. Triangulate them first."
+        ),
+    ),
+    "model.cut-short": (
+        "warning",
+        to_translate("The file ends too early: {count} of its points or faces were read."),
+    ),
+    "texture.by-name": (
+        "warning",
+        to_translate(
+            "{file}: the texture '{missing}' of material '{material}' is missing. '{picture}' is"
+            " used because of its name. Check it."
         ),
     ),
 }

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.models.mtl import check_image, find_beside, map_name, read_library
 
@@ -136,3 +137,46 @@ def test_a_library_that_is_binary_is_told(tmp_path: Path) -> None:
     materials, said = read_library(path, tmp_path)
     assert materials == {}
     assert "lib.mtl" in said[0]
+
+
+def picture(path: Path) -> None:
+    Image.new("RGB", (2, 2)).save(path)
+
+
+@pytest.mark.parametrize(
+    ("material", "names", "used"),
+    [
+        ("textured_0", ["textured_0_ab12.jpg"], "textured_0_ab12.jpg"),
+        ("Wall", ["wall.png", "other.png"], "wall.png"),
+        ("t_1", ["t_1_a.jpg", "t_10_b.jpg"], "t_1_a.jpg"),
+        ("t", ["t_a.jpg", "t_2_b.jpg"], "t_a.jpg"),
+        ("t", ["t_a.jpg", "t_normal.jpg"], "t_a.jpg"),
+        ("t", ["t_a.jpg", "t_b.jpg"], None),
+        ("t", ["texture.jpg"], None),
+        ("t", ["t_normal.jpg"], None),
+        ("t", ["t_a.txt"], None),
+    ],
+)
+def test_a_missing_texture_is_replaced_by_the_only_picture_of_that_name(
+    tmp_path: Path, material: str, names: list[str], used: str | None
+) -> None:
+    for name in names:
+        picture(tmp_path / name) if not name.endswith(".txt") else (tmp_path / name).touch()
+    others = "".join(f"newmtl {name}\n" for name in ("t_10", "t_2"))
+    (tmp_path / "lib.mtl").write_text(f"newmtl {material}\nmap_Kd not_found\n{others}")
+    materials, said = read_library(tmp_path / "lib.mtl", tmp_path)
+    texture = materials[material].texture
+    assert (None if texture is None else texture.name) == used
+    (message,) = said
+    if used is not None:
+        assert isinstance(message, Finding)
+        assert message.code == "texture.by-name"
+        assert message.values["picture"] == used
+        assert message.values["missing"] == "not_found"
+
+
+def test_a_texture_that_is_there_is_never_replaced(tmp_path: Path) -> None:
+    picture(tmp_path / "a_1.png")
+    (tmp_path / "own.png").write_bytes(b"no picture")
+    materials, _ = library(tmp_path, "newmtl a\nmap_Kd own.png\n")
+    assert materials["a"].texture is None

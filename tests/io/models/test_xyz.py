@@ -108,7 +108,7 @@ def test_rows_without_coordinates_are_left_out_and_counted(tmp_path: Path) -> No
         ("1 2\n3 4\n", "three columns"),
         ("x,y,z\n", "nothing below"),
         ("# nothing\n", "no rows"),
-        ("\0\1\2\3", "not a text"),
+        ("\0\1\2\3", "binary data"),
         ("x y z\nnan nan nan\n", "No point has valid coordinates"),
     ],
 )

@@ -26,6 +26,7 @@ from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
+from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
 
@@ -261,11 +262,17 @@ def _read(
         VectorLayer("", None),
     )
     # A table without geometry has none at all.
-    shapes = shapely.from_wkb([] if read.shapes is None else read.shapes, on_invalid="ignore")
+    shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
-    left_out: list[str] = []
-    if path.suffix.lower() == ".dxf" and len(shapes):
-        keep, left_out = features_of(path, columns, len(shapes))
+    left_out: list[Message] = []
+    keep = np.ones(len(shapes), np.bool_)
+    if path.suffix.lower() == ".dxf":
+        keep, left_out = features_of(path, columns, surfaces)
+    elif surfaces.any():
+        left_out.append(surfaces_left_out(int(surfaces.sum())))
+    # A surface is reported once, and not as a shape without coordinates.
+    keep = keep & ~(shapely.is_missing(shapes) & (surfaces > 0))
+    if not keep.all():
         shapes = shapes[keep]
         columns = {name: values[keep] for name, values in columns.items()}
     shapes, placed = _in_world(path, shapes, read.crs, options, model)
@@ -285,6 +292,11 @@ def _read(
 def _no_shape(raw: RawLayer, wanted: tuple[str, ...]) -> InputError:
     if raw.field is not None:
         return InputError(tr("There are no lines with a length."), field=raw.field)
+    for finding in raw.left_out:
+        if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
+            return InputError.of_finding(
+                Finding("drawing.only-bodies", **finding.values), file=raw.path
+            )
     if wanted is _AREAS:
         words = tr(
             "The file holds no polygon. Draw one around the area in which traces were mapped."

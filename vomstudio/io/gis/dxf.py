@@ -199,6 +199,12 @@ def _palette() -> Array:
 
 
 @functools.cache
+def color_table() -> Array:
+    """Return RGB (256, 3) by colour number; number 0 is white."""
+    return np.concatenate([[[255, 255, 255]], _palette()]).astype(np.uint8)
+
+
+@functools.cache
 def _nearest() -> npt.NDArray[np.uint8]:
     """The colour number nearest to each of 32 x 32 x 32 colours."""
     from scipy.spatial import cKDTree

@@ -5,19 +5,21 @@ hidden, and which entities are dimensions rather than lines of the drawing.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.io.gis.dxf_pieces import DxfPiece, Groups, Value, dxf_pieces, text_of
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.words import tr, tr_n
 
-Left = tuple[npt.NDArray[np.bool_], list[str]]
+Left = tuple[npt.NDArray[np.bool_], list[Message]]
 
 _UNITS = {1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144}
 _UNITS |= {14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937}
@@ -26,20 +28,30 @@ OF_ENTITIES = ("paperspace", "subclasses", "entityhandle")
 """Columns that GDAL gives an entity beside its layer, in small letters."""
 _FROZEN = 1
 _NO_LINES = (b"DIMENSION", b"LEADER", b"MULTILEADER", b"ARC_DIMENSION", b"LARGE_RADIAL_DIMENSION")
-_TOLD = (b"SECTION", b"LAYER", b"SPLINE", *_NO_LINES)
+_TOLD = (b"SECTION", b"LAYER", b"SPLINE", b"POLYLINE", *_NO_LINES)
+_BODIES = frozenset(
+    (b"3DSOLID", b"BODY", b"REGION", b"SURFACE", b"EXTRUDEDSURFACE", b"LOFTEDSURFACE", b"MESH")
+    + (b"REVOLVEDSURFACE", b"SWEPTSURFACE", b"PLANESURFACE", b"NURBSURFACE")
+    + (b"ACAD_PROXY_ENTITY", b"ACAD_PROXY_OBJECT")
+)
+"""Entities without lines that GDAL passes over in silence."""
+POLYGON_MESH, POLYFACE_MESH = 16, 64
+"""Flags of a POLYLINE that is a surface."""
 
 
 @dataclass(frozen=True)
 class DxfFacts:
     """unit_m : metres in a unit, None where it is not said; hidden : layers that are off or frozen,
     in small letters; notes : handles of dimensions and leaders; unseen : of entities that are
-    invisible; fit_only : splines that have points to go through and no control points"""
+    invisible; fit_only : splines that have points to go through and no control points; bodies :
+    number of solids, surfaces and proxies by the name of the entity"""
 
     unit_m: float | None = None
     hidden: frozenset[str] = frozenset()
     notes: frozenset[str] = frozenset()
     unseen: frozenset[str] = frozenset()
     fit_only: int = 0
+    bodies: Mapping[str, int] = field(default_factory=dict)
 
 
 def dxf_facts(path: str | Path) -> DxfFacts:
@@ -50,9 +62,24 @@ def dxf_facts(path: str | Path) -> DxfFacts:
         return DxfFacts()
 
 
-def features_of(path: Path, fields: Mapping[str, npt.NDArray[Any]], count: int) -> Left:
-    """(n,) which of the entities that GDAL reads of a drawing are lines of it, and what was left
-    out in words: symbols beside features, hidden layers, sheets (paper space), dimensions."""
+def features_of(
+    path: Path, fields: Mapping[str, npt.NDArray[Any]], surfaces: npt.NDArray[np.int64]
+) -> Left:
+    """Return which entities of a drawing, as GDAL reads them, are lines, and what was left out.
+
+    Parameters
+    ----------
+    path : Path
+    fields : columns of GDAL, (n,) each
+    surfaces : (n,) number of surfaces in each entity (`vomstudio.io.gis.wkb_shapes`)
+
+    Returns
+    -------
+    keep : (n,) array of bool
+    left_out : list
+        Of symbols beside features, hidden layers, sheets (paper space), dimensions, and bodies.
+    """
+    count = len(surfaces)
     keep = np.ones(count, bool)
     layers = [str(name).casefold() for name in fields.get("Layer", np.full(count, ""))]
     symbols = symbol_layers(layers)
@@ -66,7 +93,7 @@ def features_of(path: Path, fields: Mapping[str, npt.NDArray[Any]], count: int) 
     off |= np.array([handle in facts.unseen for handle in handles], bool)
     note = np.array([handle in facts.notes for handle in handles], bool)
     note |= np.array(["AcDbLeader" in c or "AcDbMLeader" in c for c in classes], bool)
-    said = []
+    said: list[Message] = []
     for left, text in (
         (
             paper,
@@ -92,6 +119,12 @@ def features_of(path: Path, fields: Mapping[str, npt.NDArray[Any]], count: int) 
         if (keep & left).any():
             said.append(text)
             keep = keep & ~left
+    bodies = dict(facts.bodies)
+    if number_of_surfaces := int(surfaces[keep].sum()):
+        bodies["surface"] = number_of_surfaces
+    if bodies:
+        entities = [f"{number} {name}" for name, number in sorted(bodies.items())]
+        said.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
     return keep, said
 
 
@@ -112,9 +145,12 @@ def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
     unit: float | None = None
     hidden, notes, unseen = set[str](), set[str](), set[str]()
     fit_only = 0
+    bodies = Counter[str]()
     section: object = b""
     for piece in pieces:
         kind = piece.kind
+        if kind in _BODIES and section == b"ENTITIES":
+            bodies[kind.decode("ascii")] += 1
         if not (kind in _TOLD or piece.may_be_unseen):
             continue
         groups = piece.groups()
@@ -125,10 +161,15 @@ def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
             section = first.get(2)
             if section == b"HEADER":
                 unit = _unit(groups)
-        elif kind == b"LAYER" and section == b"TABLES" and 2 in first:
-            if int(first.get(70, 0)) & _FROZEN or int(first.get(62, 7)) < 0:
-                hidden.update(_names(first[2]))
-        elif section == b"ENTITIES" and 5 in first:
+        is_layer = kind == b"LAYER" and section == b"TABLES" and 2 in first
+        if is_layer and (int(first.get(70, 0)) & _FROZEN or int(first.get(62, 7)) < 0):
+            hidden.update(_names(first[2]))
+        flags = text_of(first.get(70, 0))
+        is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
+        if is_mesh and section == b"ENTITIES":
+            # GDAL passes over these as well; a polyface mesh is a shape of its own.
+            bodies["polygon mesh"] += 1
+        if section == b"ENTITIES" and 5 in first:
             handle = text_of(first[5]).decode("latin-1").upper()
             if kind in _NO_LINES:
                 notes.add(handle)
@@ -136,7 +177,9 @@ def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
                 unseen.add(handle)
         if kind == b"SPLINE" and 11 in first and 10 not in first:
             fit_only += 1
-    return DxfFacts(unit, frozenset(hidden), frozenset(notes), frozenset(unseen), fit_only)
+    return DxfFacts(
+        unit, frozenset(hidden), frozenset(notes), frozenset(unseen), fit_only, dict(bodies)
+    )
 
 
 def _unit(header: Groups) -> float | None:

@@ -104,7 +104,7 @@ _SIZE_OF = {code: size for codes, size in _SIZES for code in codes}
 
 def _binary(data: bytes) -> Iterator[DxfPiece]:
     kind, groups = b"", Groups()
-    for code, value in _binary_groups(data):
+    for code, value in binary_groups(data):
         if code == 0:
             yield DxfPiece(kind, b"", 0, 0, groups)
             kind, groups = text_of(value).upper(), []
@@ -113,7 +113,7 @@ def _binary(data: bytes) -> Iterator[DxfPiece]:
     yield DxfPiece(kind, b"", 0, 0, groups)
 
 
-def _binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
+def binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
     at = len(_BINARY)
     while at + 2 <= len(data):
         (code,) = struct.unpack_from("<H", data, at)
@@ -133,5 +133,5 @@ def _binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
             if size in (1, 2, 4):
                 yield code, int.from_bytes(data[at : at + size], "little", signed=True)
             elif code < 60:
-                yield code, 0.0
+                yield code, struct.unpack_from("<d", data, at)[0] if at + 8 <= len(data) else 0.0
             at += size

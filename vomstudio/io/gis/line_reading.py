@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from vomstudio.errors import InputError
 from vomstudio.io.gis.dxf_facts import OF_ENTITIES, features_of, why_unreadable
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
+from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
 
@@ -83,18 +84,23 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
         columns, shapes = dict(layer.columns or {}), layer.shapes
         if shapes is None:
             continue
+        given, surfaces = shapes_from_wkb(shapes)
         if path.suffix.lower() == ".dxf":
-            keep, said = features_of(path, columns, len(shapes))
+            keep, said = features_of(path, columns, surfaces)
             warnings += said
-            shapes = shapes[keep]
+            given, surfaces = given[keep], surfaces[keep]
             columns = {name: values[keep] for name, values in columns.items()}
-        homes = [layer.name] * len(shapes)
+        elif surfaces.any():
+            warnings.append(surfaces_left_out(int(surfaces.sum())))
+        homes = [layer.name] * len(given)
         if path.suffix.lower() == ".dxf":
             homes = _words(columns, "layer") or homes
-        called = _names(columns, len(shapes))
-        lines, others = _lines(homes, called, shapes, layer.crs, unreadable, progress)
+        called = _names(columns, len(given))
+        lines, others = _lines(homes, called, given, layer.crs, progress)
         found += lines
-        skipped += others
+        skipped += others - sum(
+            shape is None for shape, count in zip(given, surfaces, strict=True) if count
+        )
     if skipped:
         warnings.append(
             tr_n(
@@ -153,20 +159,13 @@ def _words(columns: Mapping[str, npt.NDArray[Any]], name: str) -> list[str] | No
 def _lines(
     layers: list[str],
     names: list[str],
-    shapes: Any,
+    shapes: npt.NDArray[np.object_],
     crs: str | None,
-    unreadable: Callable[[], InputError],
     progress: Progress | None,
 ) -> tuple[list[ReadLine], int]:
-    import shapely
-
     found: list[ReadLine] = []
     skipped = 0
-    try:
-        given = shapely.from_wkb(shapes)
-    except shapely.GEOSException as error:
-        raise unreadable() from error
-    for number, (layer, name, shape) in enumerate(zip(layers, names, given, strict=True)):
+    for number, (layer, name, shape) in enumerate(zip(layers, names, shapes, strict=True)):
         if progress is not None and not number % _LOOKED_AT:
             progress.step(number)
         parts = _parts(shape)

@@ -9,12 +9,14 @@ from __future__ import annotations
 import ntpath
 import os
 import posixpath
+import re
+from collections.abc import Iterable
 from pathlib import Path
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
 from vomstudio.files.pictures import open_picture
-from vomstudio.files.regular import read_small
+from vomstudio.files.regular import is_regular, read_small
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.text.encodings import as_utf8, text_of
 from vomstudio.words import tr
@@ -38,6 +40,11 @@ _FIXED_OPTIONS = {
     "-type": 1,
 }
 _UP_TO_THREE_NUMBERS = {"-o", "-s", "-t"}
+_PICTURE_ENDINGS = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
+_OTHER_MAP = re.compile(
+    r"(?i)norm|nrm|rough|metal|occl|bump|disp|height|spec|gloss|alpha|opac|emis"
+)
+"""In the name of a picture that is not one of colours."""
 
 
 def decode(raw: bytes) -> str:
@@ -216,7 +223,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
             colors[current] = (r, g, b)
         elif key == "map_kd" and value:
             textures[current] = value
-    checked: dict[str, tuple[Path | None, str | None]] = {}
+    checked: dict[str, tuple[Path | None, str | None, bool]] = {}
     materials: dict[str, Material] = {}
     for name in names:
         texture: Path | None = None
@@ -224,8 +231,20 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
             value = textures[name]
             if value not in checked:
                 checked[value] = _find_image(value, path.parent, folder)
-            texture, problem = checked[value]
-            if problem:
+            texture, problem, is_missing = checked[value]
+            by_name = _picture_by_name(name, names, (path.parent, folder)) if is_missing else None
+            if by_name is not None:
+                texture = by_name
+                said.append(
+                    Finding(
+                        "texture.by-name",
+                        file=path.name,
+                        material=name,
+                        missing=map_name(value)[0],
+                        picture=by_name.name,
+                    )
+                )
+            elif problem:
                 said.append(
                     tr(
                         "Texture of material '{material}': {problem}.",
@@ -246,13 +265,54 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
     return materials, said
 
 
-def _find_image(value: str, library_folder: Path, folder: Path) -> tuple[Path | None, str | None]:
+def _find_image(
+    value: str, library_folder: Path, folder: Path
+) -> tuple[Path | None, str | None, bool]:
+    """Return the picture of a map statement, what is wrong with it, and whether it is missing."""
     problem: str | None = None
     for name in dict.fromkeys((unquote(value), map_name(value)[0])):
         for place in dict.fromkeys((library_folder, folder)):
             found, said = find_beside(place, name)
             if found is not None:
                 wrong = check_image(found)
-                return (None, wrong) if wrong else (found, said)
+                return (None, wrong, False) if wrong else (found, said, False)
             problem = said
-    return None, problem
+    return None, problem, True
+
+
+def _picture_by_name(
+    material: str, materials: Iterable[str], folders: Iterable[Path]
+) -> Path | None:
+    """Return the only picture whose name begins with that of a material.
+
+    Polycam 3.4.5 writes ``map_Kd not_found`` beside ``NAME_ab12.jpg``. A picture whose name begins
+    with a longer name of another material belongs to that one.
+    """
+    longer = [m for m in materials if m != material and _begins_with(m, material)]
+    found: dict[str, Path] = {}
+    for folder in folders:
+        try:
+            names = sorted(os.listdir(folder))
+        except OSError:
+            continue
+        for name in names:
+            stem, ending = posixpath.splitext(name)
+            if (
+                ending.casefold() in _PICTURE_ENDINGS
+                and _begins_with(stem, material)
+                and not any(_begins_with(stem, other) for other in longer)
+                and not _OTHER_MAP.search(stem[len(material) :])
+                and is_regular(folder / name)
+            ):
+                found.setdefault(name, folder / name)
+    if len(found) != 1:
+        return None
+    picture = next(iter(found.values()))
+    return None if check_image(picture) else picture
+
+
+def _begins_with(name: str, beginning: str) -> bool:
+    """Return whether a name is another one, or continues it after a separator."""
+    if not beginning or not name.casefold().startswith(beginning.casefold()):
+        return False
+    return not name[len(beginning) : len(beginning) + 1].isalnum()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import stat
+from collections.abc import Collection
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.kinds import refuse_other_kind, require_text
 from vomstudio.files.regular import is_regular, read_pipe, read_whole
 from vomstudio.words import tr
 
@@ -16,7 +18,6 @@ MOST_OBJECTS = 300_000
 """Lines of a table whose rows become features, photos or marks: up to 1.5 kB each."""
 _LONG = 20_000_000
 _SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
-_CONTROL = bytes(b for b in range(32) if b not in b"\t\n\r\f\x1a") + b"\x7f"
 
 
 def require_file(path: Path) -> int:
@@ -64,9 +65,25 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
     )
 
 
-def read_text(path: Path, most_lines: int = MOST_LINES) -> tuple[str, list[str]]:
-    """The text of a file, its lines ended by a line feed, and what was remarkable in reading it.
-    Raises `InputError` where it is no text, or has more lines."""
+def read_text(
+    path: Path, most_lines: int = MOST_LINES, accepted: Collection[str] = ()
+) -> tuple[str, list[str]]:
+    """Read a text file, with line feeds at the ends of lines, and what was remarkable about it.
+
+    Parameters
+    ----------
+    path : Path
+    most_lines : int
+        Maximum number of lines.
+    accepted : collection of str
+        Kinds of `vomstudio.files.kinds` that the caller reads; others are refused.
+
+    Raises
+    ------
+    InputError
+        If the file is not text, is of another kind (``file.other-kind``), or has more lines.
+    """
+    refuse_other_kind(path, accepted)
     raw = read_bytes(path)
     notes: list[str] = []
     if not raw.strip():
@@ -79,10 +96,10 @@ def read_text(path: Path, most_lines: int = MOST_LINES) -> tuple[str, list[str]]
                 tr("This file begins as UTF-16 text but is damaged. Save it again as UTF-8."),
                 file=path,
             ) from error
-        refuse_binary(path, text.encode("utf-8", "replace"))
+        require_text(path, text.encode("utf-8", "replace"), accepted)
         notes.append(tr("The file is UTF-16 text."))
     else:
-        refuse_binary(path, raw)
+        require_text(path, raw, accepted)
         try:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
@@ -112,18 +129,3 @@ def refuse_too_many(path: Path, lines: int, most: int) -> None:
             ),
             file=path,
         )
-
-
-def refuse_binary(path: Path, raw: bytes) -> None:
-    if len(raw.translate(None, _CONTROL)) == len(raw):
-        return
-    if raw[:4] == b"PK\x03\x04":
-        said = tr("This is a workbook or archive, not a text table. Save the sheet as CSV.")
-    else:
-        place = next(i for i, byte in enumerate(raw) if byte in _CONTROL)
-        said = tr(
-            "This is not a text table (byte {place} is 0x{value:02x}). Export it as text, UTF-8.",
-            place=place + 1,
-            value=raw[place],
-        )
-    raise InputError(said, file=path)

@@ -65,6 +65,9 @@ _TWO = {
 """Letters of both parts of an oblique slip, FaultKin's first."""
 
 
+_EXAMPLE_HEADER = ("dip_direction", "dip", "trend", "plunge", "sense")
+
+
 @dataclass(frozen=True, eq=False)
 class SlipTable:
     """n faults with the directed rake of their slip. dropped : lines without all that is needed"""
@@ -180,8 +183,10 @@ def _check(table: TextTable, columns: dict[str, int]) -> None:
     if missing is not None:
         raise InputError(
             tr(
-                "The table has no columns for {missing}. Name them in its first row.",
+                "The table has no columns for {missing}. Name them in its first row, for example: "
+                "{header}.",
                 missing=missing,
+                header=(table.delimiter if table.delimiter.strip() else " ").join(_EXAMPLE_HEADER),
             )
             + table.header_doubt,
             file=table.path,

@@ -15,6 +15,7 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_unbuffered
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.coincident_points import place_keys
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.encodings import MARKS, as_utf8
 from vomstudio.progress import Progress
@@ -231,6 +232,35 @@ def drop_unsound_points(cloud: PointCloud, said: list[Message], path: Path) -> P
         )
     )
     return cloud.of_rows(finite)
+
+
+def join_corners(
+    corners: npt.NDArray[np.float32 | np.float64],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+    """Join equal corners of triangles.
+
+    Parameters
+    ----------
+    corners : (3 m, 3) coordinates, three rows a triangle
+
+    Returns
+    -------
+    vertices : (n, 3) array
+        In the order in which they first occur.
+    faces : (m, 3) array of int32
+    """
+    keys = place_keys(corners)
+    order = np.argsort(keys, kind="stable")
+    fresh = np.append(True, np.diff(keys[order]) != 0)
+    del keys
+    first = order[fresh]
+    rank = np.empty(len(first), np.int32)
+    by_place = np.argsort(first)
+    rank[by_place] = np.arange(len(first), dtype=np.int32)
+    faces = np.empty(len(order), np.int32)
+    faces[order] = rank[np.cumsum(fresh) - 1]
+    # -0 and 0 are one place.
+    return corners[first[by_place]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
 
 
 class Columns:

@@ -18,12 +18,12 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
-from vomstudio.geometry.coincident_points import place_keys
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
     drop_unsound,
     in_utf8,
+    join_corners,
     read_whole,
     refuse_decimal_commas,
 )
@@ -57,7 +57,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     del data
     if len(corners) == 0:
         raise InputError(tr("The file has no triangles. Export it again."), file=path)
-    vertices, faces = _joined(corners)
+    vertices, faces = join_corners(corners)
     offset = read_offset(path)
     if offset.origin is not None:
         vertices += offset.origin
@@ -194,24 +194,6 @@ def _numbers(found: Sequence[tuple[bytes, ...]]) -> npt.NDArray[np.float64]:
             pass
     values = [python_number(word) for row in found for word in row]
     return np.array([np.nan if v is None else v for v in values]).reshape(-1, 3)
-
-
-def _joined(
-    corners: npt.NDArray[np.float32 | np.float64],
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
-    """Vertices in the order in which they first occur, and faces."""
-    keys = place_keys(corners)
-    order = np.argsort(keys, kind="stable")
-    fresh = np.append(True, np.diff(keys[order]) != 0)
-    del keys
-    first = order[fresh]
-    rank = np.empty(len(first), np.int32)
-    by_place = np.argsort(first)
-    rank[by_place] = np.arange(len(first), dtype=np.int32)
-    faces = np.empty(len(order), np.int32)
-    faces[order] = rank[np.cumsum(fresh) - 1]
-    # -0 and 0 are one place.
-    return corners[first[by_place]].astype(np.float64) + 0.0, faces.reshape(-1, 3)
 
 
 READER = Reader(to_translate("STL mesh"), (".stl",), matches, read)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
+from vomstudio.files.kinds import require_text
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.gate.stated_crs import crs_in_comments
@@ -28,7 +29,7 @@ from vomstudio.io.models.formats._row_widths import are_even
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.encodings import as_utf8
-from vomstudio.io.text.file_text import LARGEST_FILE, refuse_binary
+from vomstudio.io.text.file_text import LARGEST_FILE
 from vomstudio.io.text.rows import (
     LONGEST_LINE,
     TextRows,
@@ -75,10 +76,6 @@ class Layout:
     comments: list[str] = field(default_factory=list)
 
 
-# The head of an Esri grid, whose numbers below are heights without places.
-_GRID = re.compile(rb"\s*ncols\s+\d+\s+nrows\s+\d+\s", re.IGNORECASE)
-
-
 @dataclass
 class ColumnUses:
     """Which column is what, counted from 0."""
@@ -109,15 +106,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     data = as_utf8(data)
     if b"\r" in data and b"\n" not in data:
         data = data.replace(b"\r", b"\n")
-    refuse_binary(path, data)
-    if _GRID.match(data):
-        raise InputError(
-            tr(
-                "This is a grid of heights (Esri ASCII), which this program does not read. Convert "
-                "it to GeoTIFF, for example by gdal_translate, or export it from a GIS."
-            ),
-            file=path,
-        )
+    require_text(path, data)
     said: list[Message] = []
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
     columns = _columns(layout, path, said)

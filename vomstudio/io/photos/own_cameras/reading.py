@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.kinds import refuse_other_kind
 from vomstudio.files.regular import is_regular, open_regular
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.io.photos.own_cameras import centres, colmap, metashape, opensfm
@@ -54,6 +55,7 @@ def read_own_cameras(path: str | Path, bounds: Array | None = None) -> OwnCamera
         root = read_xml(path)
         if metashape.is_metashape(root):
             return best_of(path, metashape.read_metashape(path, root), bounds)
+        refuse_other_kind(path, ("xml", "metashape-xml"))
         raise InputError(
             tr("The XML holds no cameras of Metashape. Export them as Agisoft XML."),
             file=path,
@@ -99,6 +101,7 @@ def _of_json(path: Path, bounds: Array | None) -> OwnCameras:
     elif opensfm.is_shots(data):
         candidates = opensfm.read_shots(path, data)
     else:
+        refuse_other_kind(path, ("json",))
         cameras = read_cameras(path)
         origin = np.array(cameras.origin, np.float64)
         views = [view.moved(1.0, np.eye(3), origin) for view in cameras.views]

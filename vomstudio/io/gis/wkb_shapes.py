@@ -1,0 +1,102 @@
+"""Shapes of GIS layers from WKB, without the surfaces that GEOS cannot represent.
+
+GDAL reads a polyface mesh of a drawing as a PolyhedralSurface and a multipatch as a TIN. One of
+them made GEOS refuse all shapes of the file.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+
+_POINT, _LINE, _POLYGON, _COLLECTION = 1, 2, 3, 7
+_MULTI = (4, 5, 6, _COLLECTION)
+_SURFACES = (15, 16, 17)
+"""PolyhedralSurface, TIN and Triangle (OGC 06-103r4)."""
+_HAS_Z, _HAS_M, _HAS_SRID = 0x80000000, 0x40000000, 0x20000000
+_MAX_DEPTH = 30
+
+
+def shapes_from_wkb(
+    rows: npt.NDArray[np.object_] | None,
+) -> tuple[npt.NDArray[np.object_], npt.NDArray[np.int64]]:
+    """Return the shapes of WKB rows, and how many surfaces were left out of each.
+
+    Parameters
+    ----------
+    rows : (n,) array of bytes or None
+
+    Returns
+    -------
+    shapes : (n,) array of shapely geometries
+        None for a row that is a surface or cannot be read; a collection has its other members.
+    surfaces : (n,) array of int
+    """
+    import shapely
+
+    if rows is None:
+        return np.empty(0, np.object_), np.empty(0, np.int64)
+    shapes = np.asarray(shapely.from_wkb(rows, on_invalid="ignore"), np.object_)
+    surfaces = np.zeros(len(shapes), np.int64)
+    for row in np.flatnonzero(shapely.is_missing(shapes)).tolist():
+        if rows[row] is None:
+            continue
+        try:
+            rest, _, count = _without_surfaces(bytes(rows[row]), 0, 0)
+        except (ValueError, struct.error):
+            continue
+        surfaces[row] = count
+        if count and rest is not None:
+            shapes[row] = shapely.from_wkb(rest, on_invalid="ignore")
+    return shapes, surfaces
+
+
+def surfaces_left_out(count: int) -> Finding:
+    """Return the finding for surfaces of a layer that are not read as lines."""
+    return Finding("drawing.no-lines", count=count, entities=[f"{count} surface"])
+
+
+def _without_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, int, int]:
+    """Return a shape without surfaces (None if it is one), where it ends, and their number."""
+    if depth > _MAX_DEPTH or at >= len(data) or data[at] > 1:
+        raise ValueError("not WKB")
+    order = "<" if data[at] else ">"
+    (code,) = struct.unpack_from(f"{order}I", data, at + 1)
+    kind, dimensions = _kind(code)
+    begin, at = at, at + (9 if code & _HAS_SRID else 5)
+    if kind == _POINT:
+        return data[begin : at + 8 * dimensions], at + 8 * dimensions, 0
+    (count,) = struct.unpack_from(f"{order}I", data, at)
+    at += 4
+    if kind == _LINE:
+        end = at + 8 * dimensions * count
+        return data[begin:end], end, 0
+    if kind in (_POLYGON, 17):
+        for _ in range(count):
+            (points,) = struct.unpack_from(f"{order}I", data, at)
+            at += 4 + 8 * dimensions * points
+        is_surface = kind != _POLYGON
+        return None if is_surface else data[begin:at], at, int(is_surface)
+    if kind not in (*_MULTI, *_SURFACES):
+        raise ValueError(f"unknown type {kind}")
+    members, surfaces = [], 0
+    for _ in range(count):
+        member, at, inner = _without_surfaces(data, at, depth + 1)
+        members += [] if member is None else [member]
+        surfaces += inner
+    if kind in _SURFACES:
+        return None, at, 1
+    head = data[begin : begin + (9 if code & _HAS_SRID else 5)]
+    return head + struct.pack(f"{order}I", len(members)) + b"".join(members), at, surfaces
+
+
+def _kind(code: int) -> tuple[int, int]:
+    """Return the number of a type and its dimensions, of both ways to write them."""
+    thousands, kind = divmod(code & 0x1FFFFFFF, 1000)
+    has_z = bool(code & _HAS_Z) or thousands in (1, 3)
+    has_m = bool(code & _HAS_M) or thousands in (2, 3)
+    return kind, 2 + has_z + has_m

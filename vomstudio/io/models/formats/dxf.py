@@ -1,0 +1,497 @@
+"""DXF drawings as models: points as a cloud, or faces as a mesh.
+
+Faces are 3DFACE, polyface and polygon meshes (POLYLINE) and MESH; each layer becomes a material
+(AutoCAD DXF Reference). Read here and not by a library for the reasons in `vomstudio.io.gis.dxf`;
+the file is read in blocks, of which only one is held as text.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding, Message
+from vomstudio.errors import InputError
+from vomstudio.files.kinds import recognise_kind
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.io.gis.axis_units import UNKNOWN, Units
+from vomstudio.io.gis.dxf import WHITE, color_table
+from vomstudio.io.gis.dxf_facts import POLYFACE_MESH, POLYGON_MESH
+from vomstudio.io.gis.dxf_pieces import binary_groups, is_binary, text_of
+from vomstudio.io.models.formats._common import (
+    BLOCK_BYTES,
+    drop_unsound,
+    drop_unsound_points,
+    join_corners,
+    read_whole,
+)
+from vomstudio.io.models.reader import LoadedModel, Reader
+from vomstudio.progress import Progress
+from vomstudio.words import to_translate, tr
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_UNITS: dict[int, str] = {2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 21: "us-ft"}
+"""Names of `vomstudio.geometry.units.METRES` by the number of $INSUNITS."""
+_FROZEN, _INVISIBLE, _PAPER = 1, 1, 1
+_BY_LAYER = 256
+_CLOSED_M, _CLOSED_N = 1, 32
+_FACE_RECORD, _MESH_VERTEX, _CONTROL_POINT = 128, 64, 16
+_STRUCTURE = {b"SECTION", b"ENDSEC", b"VERTEX", b"SEQEND", b"EOF"}
+_GROUPS_PER_BLOCK = 400_000
+
+
+@dataclass
+class _Block:
+    """Groups of a part of the drawing that begins and ends with whole entities."""
+
+    codes: Ints
+    values: list[bytes]
+    starts: Ints
+    kinds: npt.NDArray[np.bytes_]
+
+    @classmethod
+    def create(cls, codes: Ints, values: list[bytes]) -> _Block:
+        starts = np.flatnonzero(codes == 0)
+        kinds = np.array([values[i].upper() for i in starts.tolist()] or [b""], np.bytes_)
+        return cls(codes, values, starts, kinds[: len(starts)])
+
+    def groups(self, entity: int) -> Iterator[tuple[int, bytes]]:
+        """Yield the groups of one entity behind the first."""
+        begin = int(self.starts[entity]) + 1
+        end = int(self.starts[entity + 1]) if entity + 1 < len(self.starts) else len(self.codes)
+        return zip(self.codes[begin:end].tolist(), self.values[begin:end], strict=True)
+
+    def numbers(self, entities: Ints, codes: tuple[int, ...], default: float = np.nan) -> Floats:
+        """Return the values (n, k) of groups of ascending entities, the first of each code."""
+        found = np.full((len(entities), len(codes)), default)
+        at, row = self._groups_of(entities)
+        slot_of = np.full(1 + max(codes), -1, np.int64)
+        slot_of[list(codes)] = np.arange(len(codes))
+        group = self.codes[at]
+        wanted = (group >= 0) & (group < len(slot_of))
+        wanted[wanted] = slot_of[group[wanted]] >= 0
+        at, row = at[wanted], row[wanted]
+        values = np.array([_number(self.values[i]) for i in at.tolist()], np.float64)
+        # Backwards, so that the first counts.
+        found[row[::-1], slot_of[self.codes[at[::-1]]]] = values[::-1]
+        return found
+
+    def layers(self, entities: Ints) -> list[bytes]:
+        """Return the layer of each of ascending entities, "0" if it has none."""
+        found = [b"0"] * len(entities)
+        at, row = self._groups_of(entities)
+        named = self.codes[at] == 8
+        for group, entity in zip(at[named].tolist(), row[named].tolist(), strict=True):
+            found[entity] = self.values[group]
+        return found
+
+    def _groups_of(self, entities: Ints) -> tuple[Ints, Ints]:
+        """Return the groups of entities, and the row in `entities` that each belongs to."""
+        if not len(entities):
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        ends = np.append(self.starts, len(self.codes))
+        counts = ends[entities + 1] - ends[entities]
+        row = np.repeat(np.arange(len(entities)), counts)
+        first = np.cumsum(counts) - counts
+        return np.arange(len(row)) - first[row] + ends[entities][row], row
+
+
+def _number(value: bytes) -> float:
+    try:
+        return float(value)
+    except ValueError:
+        return np.nan
+
+
+def _integer(value: bytes, default: int = 0) -> int:
+    """Return an integer of 32 bits, the default for anything else."""
+    number = _number(value)
+    return int(number) if abs(number) < 2.0**31 else default
+
+
+def _integers(values: Floats) -> Ints:
+    """Return values as integers, 0 if they are not of 32 bits."""
+    return np.asarray(np.where(np.abs(values) < 2.0**31, values, 0.0), np.int64)
+
+
+@dataclass
+class _Drawing:
+    """What has been read so far. colors : number of each layer; hidden : layers off or frozen"""
+
+    colors: dict[bytes, int] = field(default_factory=dict)
+    hidden: set[bytes] = field(default_factory=set)
+    unit: str | None = None
+    section: bytes = b""
+    corners: list[Floats] = field(default_factory=list)
+    owners: list[Ints] = field(default_factory=list)
+    order: list[Ints] = field(default_factory=list)
+    layers: dict[bytes, int] = field(default_factory=dict)
+    points: list[Floats] = field(default_factory=list)
+    point_colors: list[Ints] = field(default_factory=list)
+    left_out: Counter[str] = field(default_factory=Counter)
+
+    def add_triangles(self, corners: Floats, layers: list[bytes], entities: Ints) -> None:
+        """Add triangles (n, 3, 3), their layers, and their entities in the block."""
+        if len(corners):
+            numbers = [self.layers.setdefault(name, len(self.layers)) for name in layers]
+            self.corners.append(corners)
+            self.owners.append(np.array(numbers, np.int64))
+            self.order.append(entities)
+
+    def sort_block(self) -> None:
+        """Bring the triangles of a block, which were read kind by kind, into the file's order."""
+        n = len(self.order)
+        if n > 1:
+            order = np.argsort(np.concatenate(self.order), kind="stable")
+            self.corners[-n:] = [np.concatenate(self.corners[-n:])[order]]
+            self.owners[-n:] = [np.concatenate(self.owners[-n:])[order]]
+        self.order.clear()
+
+
+def matches(path: Path, head: bytes) -> bool:
+    """Return whether the content is certainly a drawing."""
+    kind = recognise_kind(head)
+    return kind is not None and kind.key == "dxf"
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """Read the points or faces of a drawing.
+
+    Points become a cloud if there are no faces. Faces are triangulated, equal corners joined, and
+    each layer is a material with its colour.
+
+    Raises
+    ------
+    InputError
+        If the file is not a drawing, or has neither points nor faces (``model.no-entities``).
+    """
+    drawing = _Drawing()
+    data = read_whole(path, progress).tobytes()
+    progress.stage(tr("Reading the entities"), len(data))
+    for block, done in _blocks(data, path):
+        _read_block(block, drawing)
+        progress.step(done)
+    del data
+    said: list[Message] = []
+    if not drawing.corners and not drawing.points:
+        entities = _counted(drawing.left_out) or [tr("nothing")]
+        raise InputError.of_finding(Finding("model.no-entities", entities=entities), file=path)
+    model: Mesh | PointCloud
+    if drawing.corners:
+        if drawing.points:
+            drawing.left_out["POINT"] += sum(map(len, drawing.points))
+        model = drop_unsound(_mesh(drawing), said, path)
+    else:
+        model = drop_unsound_points(_cloud(drawing), said, path)
+    if drawing.left_out:
+        said.append(
+            Finding(
+                "model.entities-left-out",
+                count=sum(drawing.left_out.values()),
+                entities=_counted(drawing.left_out),
+            )
+        )
+    units: Units = UNKNOWN if drawing.unit is None else (drawing.unit,) * 3
+    kind = "mesh" if isinstance(model, Mesh) else "cloud"
+    return LoadedModel(model, kind, None, tuple(said), path, units=units)  # type: ignore[arg-type]
+
+
+def _counted(entities: Counter[str]) -> list[str]:
+    return [f"{count} {name}" for name, count in sorted(entities.items())]
+
+
+# --- groups ------------------------------------------------------------------------------------
+
+
+def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
+    """Yield the groups in blocks of whole entities, and how many bytes have been read."""
+    codes: list[int] = []
+    values: list[bytes] = []
+    last = 0
+    for more_codes, more_values, done in _groups(data, path):
+        codes += more_codes
+        values += more_values
+        numbers = np.array(codes, np.int64)
+        ends = [
+            i for i in np.flatnonzero(numbers[last:] == 0) + last
+            if values[i].upper() not in (b"VERTEX", b"SEQEND")
+        ]  # fmt: skip
+        last = len(codes)
+        if not ends or not ends[-1]:
+            continue
+        end = int(ends[-1])
+        yield _Block.create(numbers[:end], values[:end]), done
+        codes, values, last = codes[end:], values[end:], 0
+    yield _Block.create(np.array(codes, np.int64), values), len(data)
+
+
+def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], int]]:
+    """Yield codes and values, and how many bytes have been read. Raises InputError."""
+    if is_binary(data):
+        codes, values = [], []
+        for code, value in binary_groups(data):
+            codes.append(code)
+            values.append(text_of(value))
+            if len(codes) >= _GROUPS_PER_BLOCK:
+                yield codes, values, 0
+                codes, values = [], []
+        yield codes, values, len(data)
+        return
+    if b"\n" not in data[:BLOCK_BYTES]:
+        data = data.replace(b"\r", b"\n")
+    at, lines_before, rest = 0, 0, b""
+    while at < len(data):
+        block = rest + data[at : at + BLOCK_BYTES]
+        at += BLOCK_BYTES
+        end = len(block) if at >= len(data) else block.rfind(b"\n") + 1
+        rest, lines = block[end:], block[:end].split(b"\n")
+        if not end:
+            continue
+        if lines[-1] == b"" and at < len(data):
+            lines.pop()
+        if len(lines) % 2 and at < len(data):
+            rest = lines.pop() + b"\n" + rest
+        odd = lines[0::2]
+        try:
+            codes = list(map(int, odd[: len(lines) // 2]))
+        except ValueError as error:
+            wrong = next(i for i, code in enumerate(odd) if not code.strip().isdigit())
+            if any(line.strip() for line in lines[2 * wrong :]):
+                raise InputError(
+                    tr("This line is not a group code of DXF. Save the drawing again."),
+                    file=path,
+                    line=lines_before + 2 * wrong + 1,
+                ) from error
+            codes = list(map(int, odd[:wrong]))
+        yield codes, [v.strip() for v in lines[1 : 2 * len(codes) : 2]], min(at, len(data))
+        lines_before += len(lines)
+
+
+# --- entities ----------------------------------------------------------------------------------
+
+
+def _read_block(block: _Block, drawing: _Drawing) -> None:
+    inside = np.zeros(len(block.starts), np.bool_)
+    kinds = block.kinds
+    marks = np.flatnonzero(np.isin(kinds, (b"SECTION", b"ENDSEC"))).tolist()
+    before = 0
+    for mark in [*marks, len(kinds)]:
+        inside[before:mark] = drawing.section == b"ENTITIES"
+        if drawing.section == b"TABLES":
+            for entity in (np.flatnonzero(kinds[before:mark] == b"LAYER") + before).tolist():
+                _read_layer(dict(block.groups(entity)), drawing)
+        if mark == len(kinds):
+            break
+        drawing.section = b""
+        if kinds[mark] == b"SECTION":
+            groups = list(block.groups(mark))
+            drawing.section = next((value.upper() for code, value in groups if code == 2), b"")
+            if drawing.section == b"HEADER":
+                drawing.unit = _unit(groups)
+        before = mark + 1
+    entities = np.flatnonzero(inside)
+    entities = entities[~np.isin(kinds[entities], tuple(_STRUCTURE))]
+    if not len(entities):
+        return
+    entities = _visible(block, entities, drawing)
+    of_kind = kinds[entities]
+    _read_faces(block, entities[of_kind == b"3DFACE"], drawing)
+    _read_points(block, entities[of_kind == b"POINT"], drawing)
+    for entity in entities[of_kind == b"POLYLINE"].tolist():
+        _read_polyline(block, entity, drawing)
+    for entity in entities[of_kind == b"MESH"].tolist():
+        _read_mesh(block, entity, drawing)
+    drawing.sort_block()
+    others = ~np.isin(of_kind, (b"3DFACE", b"POINT", b"POLYLINE", b"MESH"))
+    drawing.left_out.update(kind.decode("latin-1") for kind in of_kind[others].tolist())
+
+
+def _read_layer(groups: dict[int, bytes], drawing: _Drawing) -> None:
+    name, color = groups.get(2, b"0"), _integer(groups.get(62, b"7"), WHITE)
+    drawing.colors[name] = abs(color) if abs(color) < _BY_LAYER else WHITE
+    if color < 0 or _integer(groups.get(70, b"0")) & _FROZEN:
+        drawing.hidden.add(name)
+
+
+def _unit(header: list[tuple[int, bytes]]) -> str | None:
+    is_unit = False
+    for code, value in header:
+        if code == 9:
+            is_unit = value == b"$INSUNITS"
+        elif code == 70 and is_unit:
+            return _UNITS.get(_integer(value))
+    return None
+
+
+def _visible(block: _Block, entities: Ints, drawing: _Drawing) -> Ints:
+    """Return the entities that are visible and not in paper space."""
+    flags = block.numbers(entities, (60, 67), 0.0)
+    seen = (flags[:, 0] != _INVISIBLE) & (flags[:, 1] != _PAPER)
+    if drawing.hidden:
+        layers = block.layers(entities)
+        seen &= np.array([name not in drawing.hidden for name in layers], np.bool_)
+    if not seen.all():
+        drawing.left_out[tr("hidden")] += int((~seen).sum())
+    return np.asarray(entities[seen], np.int64)
+
+
+def _read_faces(block: _Block, entities: Ints, drawing: _Drawing) -> None:
+    if not len(entities):
+        return
+    codes = tuple(axis + corner for corner in range(4) for axis in (10, 20, 30))
+    corners = block.numbers(entities, codes).reshape(-1, 4, 3)
+    heights = corners[:, :, 2]
+    heights[np.isnan(heights) & ~np.isnan(corners[:, :, 0])] = 0.0
+    missing = np.isnan(corners[:, 3]).all(axis=1)
+    corners[missing, 3] = corners[missing, 2]
+    _add_quads(corners, block.layers(entities), entities, drawing)
+
+
+def _add_quads(corners: Floats, layers: list[bytes], entities: Ints, drawing: _Drawing) -> None:
+    """Add faces (n, 4, 3), whose last corner is repeated in triangles."""
+    pairs = corners[:, [[0, 1, 2], [0, 2, 3]]]
+    keep = np.ones((len(corners), 2), np.bool_)
+    keep[:, 1] = (corners[:, 3] != corners[:, 2]).any(axis=1)
+    names = [name for name, both in zip(layers, keep[:, 1].tolist(), strict=True)
+             for name in ((name, name) if both else (name,))]  # fmt: skip
+    drawing.add_triangles(pairs[keep], names, np.repeat(entities, keep.sum(axis=1)))
+
+
+def _read_points(block: _Block, entities: Ints, drawing: _Drawing) -> None:
+    if not len(entities):
+        return
+    points = block.numbers(entities, (10, 20, 30))
+    points[np.isnan(points[:, 2]) & ~np.isnan(points[:, 0]), 2] = 0.0
+    own = block.numbers(entities, (62,), _BY_LAYER)[:, 0]
+    colors = _integers(np.where((own > 0) & (own < _BY_LAYER), own, _BY_LAYER))
+    by_layer = np.flatnonzero(colors == _BY_LAYER)
+    if len(by_layer):
+        layers = block.layers(entities)
+        # Negative where no point has a colour of its own.
+        colors[by_layer] = [-drawing.colors.get(layers[i], WHITE) for i in by_layer.tolist()]
+    drawing.points.append(points)
+    drawing.point_colors.append(colors)
+
+
+def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
+    first = dict(reversed(list(block.groups(entity))))
+    flags = _integer(first.get(70, b"0"))
+    if not flags & (POLYFACE_MESH | POLYGON_MESH):
+        drawing.left_out["POLYLINE"] += 1
+        return
+    end = entity + 1
+    while end < len(block.kinds) and block.kinds[end] == b"VERTEX":
+        end += 1
+    vertices = np.arange(entity + 1, end)
+    numbers = block.numbers(vertices, (10, 20, 30, 70, 71, 72, 73, 74), 0.0)
+    kinds = _integers(numbers[:, 3])
+    layer = first.get(8, b"0")
+    if flags & POLYFACE_MESH:
+        places = numbers[(kinds & _MESH_VERTEX) > 0, :3]
+        is_face = ((kinds & _FACE_RECORD) > 0) & ((kinds & _MESH_VERTEX) == 0)
+        # A negative number marks an edge that is not drawn.
+        rows = np.abs(_integers(numbers[is_face, 4:]))
+        rows[:, 3] = np.where(rows[:, 3] > 0, rows[:, 3], rows[:, 2])
+        valid = ((rows > 0) & (rows <= len(places))).all(axis=1)
+        if not valid.all():
+            drawing.left_out[tr("faces without corners")] += int((~valid).sum())
+        corners = places[rows[valid] - 1]
+    else:
+        places = numbers[(kinds & _CONTROL_POINT) == 0, :3]
+        corners = _grid(places, first, flags)
+        if not len(corners):
+            drawing.left_out["POLYLINE"] += 1
+    rows = np.full(len(corners), entity)
+    _add_quads(corners.reshape(-1, 4, 3), [layer] * len(corners), rows, drawing)
+
+
+def _grid(places: Floats, first: dict[int, bytes], flags: int) -> Floats:
+    """Return the quadrilaterals (n, 4, 3) of a mesh of M times N vertices."""
+    smooth = _integer(first.get(75, b"0")) != 0
+    m, n = (_integer(first.get(code, b"0")) for code in ((73, 74) if smooth else (71, 72)))
+    if m < 2 or n < 2 or m * n != len(places):
+        return np.empty((0, 4, 3))
+    rows = np.arange(m * n).reshape(m, n)
+    if flags & _CLOSED_M:
+        rows = np.vstack([rows, rows[:1]])
+    if flags & _CLOSED_N:
+        rows = np.hstack([rows, rows[:, :1]])
+    quads = np.stack([rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]], -1)
+    return np.asarray(places[quads.reshape(-1, 4)], np.float64)
+
+
+def _read_mesh(block: _Block, entity: int, drawing: _Drawing) -> None:
+    """Read a MESH without its subdivision."""
+    places: list[list[float]] = []
+    list_of: list[int] = []
+    expected = 0
+    layer = b"0"
+    for code, value in block.groups(entity):
+        if code == 8:
+            layer = value
+        elif code == 10:
+            places.append([_number(value), np.nan, 0.0])
+        elif code in (20, 30) and places:
+            places[-1][code // 10 - 1] = _number(value)
+        elif code == 93:
+            expected = _integer(value)
+        elif code == 90 and len(list_of) < expected:
+            list_of.append(_integer(value))
+    points = np.array(places, np.float64).reshape(-1, 3)
+    triangles: list[tuple[int, int, int]] = []
+    at = 0
+    while at < len(list_of):
+        size = list_of[at]
+        ring = list_of[at + 1 : at + 1 + size]
+        if size < 3 or len(ring) < size or not all(0 <= i < len(points) for i in ring):
+            break
+        triangles += [(ring[0], ring[k], ring[k + 1]) for k in range(1, size - 1)]
+        at += 1 + size
+    if at < len(list_of) or not triangles:
+        drawing.left_out["MESH"] += 1
+    corners = points[np.array(triangles, np.int64).reshape(-1, 3)]
+    drawing.add_triangles(corners, [layer] * len(corners), np.full(len(corners), entity))
+
+
+# --- models ------------------------------------------------------------------------------------
+
+
+def _mesh(drawing: _Drawing) -> Mesh:
+    corners, owners = np.concatenate(drawing.corners), np.concatenate(drawing.owners)
+    drawing.corners.clear()
+    names = list(drawing.layers)
+    numbers = [drawing.colors.get(name, WHITE) for name in names]
+    vertices, faces = join_corners(corners.reshape(-1, 3))
+    if len(names) == 1 and numbers[0] == WHITE:
+        return Mesh(vertices, faces)
+    order = np.argsort(owners, kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(owners, minlength=len(names)))])
+    table = color_table()
+    materials = tuple(
+        Material(
+            name.decode("utf-8", "replace"),
+            None,
+            None if number == WHITE else tuple((table[number] / 255.0).tolist()),
+        )
+        for name, number in zip(names, numbers, strict=True)
+    )
+    return Mesh(vertices, faces[order], materials, offsets.astype(np.int64))
+
+
+def _cloud(drawing: _Drawing) -> PointCloud:
+    points, numbers = np.concatenate(drawing.points), np.concatenate(drawing.point_colors)
+    if (numbers <= 0).all() and len(np.unique(numbers)) == 1:
+        return PointCloud(points)
+    table = color_table()
+    return PointCloud(points, table[np.abs(numbers)])
+
+
+READER = Reader(to_translate("DXF points or faces"), (".dxf",), matches, read)

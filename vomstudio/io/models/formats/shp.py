@@ -1,0 +1,269 @@
+"""Shapefiles as models: points with heights as a cloud, multipatches as a mesh.
+
+By ESRI's white paper of 1998 and dBase III. Read here and not by a library because attributes keep
+every digit, as they are written (`vomstudio.io.gis.shapefile`).
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding, Message
+from vomstudio.errors import InputError
+from vomstudio.files import regular
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.gis.shapefile import POINT_BYTES, POINT_Z
+from vomstudio.io.models.formats._common import (
+    drop_unsound,
+    drop_unsound_points,
+    join_corners,
+    read_whole,
+    scale_colors,
+)
+from vomstudio.io.models.reader import LoadedModel, Reader
+from vomstudio.progress import Progress
+from vomstudio.words import to_translate, tr
+
+Floats = npt.NDArray[np.float64]
+Fields = dict[str, npt.NDArray[np.generic]]
+
+_MAGIC = b"\0\0\x27\x0a"
+_HEADER_BYTES = 100
+_MULTI_POINT_Z, _MULTI_PATCH = 18, 31
+_RECORD = np.dtype([("head", ">i4", 2), ("type", "<i4"), ("xyzm", "<f8", 4)])
+_STRIP, _FAN = 0, 1
+_SHAPES = {
+    1: to_translate("points without heights"),
+    3: to_translate("lines"),
+    5: to_translate("polygons"),
+    8: to_translate("points without heights"),
+    13: to_translate("lines"),
+    15: to_translate("polygons"),
+    21: to_translate("points without heights"),
+    23: to_translate("lines"),
+    25: to_translate("polygons"),
+    28: to_translate("points without heights"),
+}
+_COLORS, _NORMALS = ("red", "green", "blue"), ("normal_x", "normal_y", "normal_z")
+_MAX_INTEGER_WIDTH = 18
+
+
+@dataclass(frozen=True)
+class _Record:
+    kind: int
+    content: memoryview
+
+
+def matches(path: Path, head: bytes) -> bool:
+    """Return whether the content is certainly a shapefile."""
+    return head.startswith(_MAGIC) and len(head) >= _HEADER_BYTES
+
+
+def read(path: Path, progress: Progress) -> LoadedModel:
+    """Read points with heights, with their numeric attributes, or the faces of multipatches.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged or contains other shapes (``model.other-shapes``).
+    """
+    data = read_whole(path, progress)
+    if len(data) < _HEADER_BYTES or data[:4].tobytes() != _MAGIC:
+        raise InputError(tr("This is not a shapefile. Export it again."), file=path)
+    (kind,) = struct.unpack_from("<i", data.data, 32)
+    said: list[Message] = []
+    if kind in _SHAPES:
+        finding = Finding("model.other-shapes", shapes=tr(_SHAPES[kind]))
+        raise InputError.of_finding(finding, file=path)
+    if kind == _MULTI_PATCH:
+        corners = _patch_corners(data, said)
+        if not len(corners):
+            raise InputError(tr("The shapefile has no faces. Export it again."), file=path)
+        mesh = drop_unsound(Mesh(*join_corners(corners.reshape(-1, 3))), said, path)
+        is_mesh = isinstance(mesh, Mesh)
+        return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(said), path)
+    if kind not in (POINT_Z, _MULTI_POINT_Z):
+        finding = Finding("model.other-shapes", shapes=tr("an unknown kind ({kind})", kind=kind))
+        raise InputError.of_finding(finding, file=path)
+    points, rows = _points(data, said)
+    if not len(points):
+        raise InputError(tr("The shapefile has no points. Export it again."), file=path)
+    fields: Fields = {} if rows is None else _attributes(path, rows, said)
+    cloud = drop_unsound_points(_cloud(points, fields), said, path)
+    return LoadedModel(cloud, "cloud", None, tuple(said), path)
+
+
+def _cloud(points: Floats, fields: Fields) -> PointCloud:
+    colors = normals = None
+    if fields.keys() >= set(_COLORS):
+        colors = scale_colors(np.stack([fields.pop(name) for name in _COLORS], -1))
+    if fields.keys() >= set(_NORMALS):
+        normals = np.stack([fields.pop(name) for name in _NORMALS], -1).astype(np.float32)
+    if list(fields) == ["id"] and np.array_equal(fields["id"], np.arange(1, len(points) + 1)):
+        # The format requires a column; this one has no information.
+        fields = {}
+    return PointCloud(points, colors, normals, fields)
+
+
+# --- shapes ------------------------------------------------------------------------------------
+
+
+def _points(
+    data: npt.NDArray[np.uint8], said: list[Message]
+) -> tuple[Floats, npt.NDArray[np.int64] | None]:
+    """Return points (n, 3) and the row of the table of each, None for several points a row."""
+    body = data[_HEADER_BYTES:]
+    if len(body) % POINT_BYTES == 0:
+        records = body.view(_RECORD)
+        if (records["type"] == POINT_Z).all() and (records["head"][:, 1] == 18).all():
+            return np.ascontiguousarray(records["xyzm"][:, :3]), np.arange(len(records))
+    places: list[Floats] = []
+    rows: list[int] = []
+    is_single = True
+    for row, record in enumerate(_records(data, said)):
+        if record.kind == POINT_Z and len(record.content) >= 28:
+            places.append(np.array([struct.unpack_from("<3d", record.content, 4)]))
+            rows.append(row)
+        elif record.kind == _MULTI_POINT_Z and len(record.content) >= 40:
+            (n,) = struct.unpack_from("<i", record.content, 36)
+            if n < 0 or len(record.content) < 40 + 16 * n + 16 + 8 * n:
+                continue
+            flat = np.frombuffer(record.content, "<f8", 2 * n, 40).reshape(-1, 2)
+            heights = np.frombuffer(record.content, "<f8", n, 40 + 16 * n + 16)
+            places.append(np.column_stack([flat, heights]))
+            is_single = False
+    points = np.concatenate(places) if places else np.empty((0, 3))
+    return points, np.array(rows, np.int64) if is_single else None
+
+
+def _records(data: npt.NDArray[np.uint8], said: list[Message]) -> Iterator[_Record]:
+    view, at, number = data.data, _HEADER_BYTES, 0
+    while at + 12 <= len(data):
+        _, words = struct.unpack_from(">2i", view, at)
+        end = at + 8 + 2 * words
+        if words < 2 or end > len(data):
+            said.append(Finding("model.cut-short", count=number))
+            return
+        (kind,) = struct.unpack_from("<i", view, at + 8)
+        yield _Record(kind, view[at + 8 : end])
+        at, number = end, number + 1
+
+
+def _patch_corners(data: npt.NDArray[np.uint8], said: list[Message]) -> Floats:
+    """Return the triangles (n, 3, 3) of multipatches."""
+    found: list[Floats] = []
+    left_out = 0
+    for record in _records(data, said):
+        content = record.content
+        if record.kind != _MULTI_PATCH or len(content) < 44:
+            continue
+        parts, n = struct.unpack_from("<2i", content, 36)
+        if parts < 0 or n < 0 or len(content) < 44 + 8 * parts + 24 * n + 16:
+            continue
+        starts = np.frombuffer(content, "<i4", parts, 44)
+        kinds = np.frombuffer(content, "<i4", parts, 44 + 4 * parts)
+        at = 44 + 8 * parts
+        flat = np.frombuffer(content, "<f8", 2 * n, at).reshape(-1, 2)
+        points = np.column_stack([flat, np.frombuffer(content, "<f8", n, at + 16 * n + 16)])
+        ends = np.append(starts[1:], n)
+        for begin, end, kind in zip(starts.tolist(), ends.tolist(), kinds.tolist(), strict=True):
+            triangles = _part_triangles(points[begin:end], kind)
+            left_out += triangles is None
+            found += [] if triangles is None else [triangles]
+    if left_out:
+        said.append(Finding("model.rings-left-out", count=left_out))
+    return np.concatenate(found) if found else np.empty((0, 3, 3))
+
+
+def _part_triangles(points: Floats, kind: int) -> Floats | None:
+    """Return the triangles of a strip, a fan or a ring of up to four corners, else None."""
+    if kind not in (_STRIP, _FAN):
+        if len(points) > 1 and (points[0] == points[-1]).all():
+            points = points[:-1]
+        if len(points) > 4:
+            return None
+    n = max(len(points) - 2, 0)
+    k = np.arange(n)
+    if kind == _STRIP:
+        # Every second triangle of a strip is turned.
+        rows = np.stack([k, k + 1 + k % 2, k + 2 - k % 2], -1)
+    else:
+        rows = np.stack([np.zeros(n, np.int64), k + 1, k + 2], -1)
+    return np.asarray(points[rows], np.float64)
+
+
+# --- attributes --------------------------------------------------------------------------------
+
+
+def _attributes(path: Path, rows: npt.NDArray[np.int64], said: list[Message]) -> Fields:
+    """Return the numeric columns of the table beside the shapes, one value a point."""
+    table = _table_beside(path)
+    if table is None or len(table) < 33:
+        return {}
+    count, header, width = struct.unpack_from("<IHH", table, 4)
+    if width < 1 or len(table) < header + width * (int(rows.max(initial=-1)) + 1):
+        said.append(
+            tr("The attributes (.dbf) do not fit the shapes. They are left out; copy all files.")
+        )
+        return {}
+    count = min(count, (len(table) - header) // width)
+    cells = np.frombuffer(table, np.uint8, count * width, header).reshape(count, width)[rows]
+    fields: Fields = {}
+    others: list[str] = []
+    at = 1
+    for place in range(32, header - 32 + 1, 32):
+        if table[place] == 0x0D:
+            break
+        raw, kind, size, decimals = struct.unpack_from("<11sc4xBB", table, place)
+        name = raw.split(b"\0")[0].decode("utf-8", "replace").strip()
+        values = _values(cells[:, at : at + size], kind, decimals) if size else None
+        at += size
+        if values is None:
+            others.append(name)
+        else:
+            fields[name] = values
+    if others:
+        said.append(Finding("model.columns-left-out", columns=others))
+    return fields
+
+
+def _values(
+    cells: npt.NDArray[np.uint8], kind: bytes, decimals: int
+) -> npt.NDArray[np.generic] | None:
+    """Return the numbers of a column (n,), NaN where it is blank; None if it has words."""
+    width = cells.shape[1]
+    if kind == b"L":
+        return np.isin(cells[:, 0], tuple(b"TtYy"))
+    if kind not in (b"N", b"F"):
+        return None
+    texts = np.char.strip(np.ascontiguousarray(cells).view(f"S{width}")[:, 0])
+    try:
+        if decimals == 0 and width <= _MAX_INTEGER_WIDTH and (texts != b"").all():
+            return texts.astype(np.int64)
+    except ValueError:
+        pass
+    try:
+        return np.where(texts == b"", b"nan", texts).astype(np.float64)
+    except ValueError:
+        return None
+
+
+def _table_beside(path: Path) -> bytes | None:
+    for ending in (".dbf", ".DBF"):
+        beside = path.with_suffix(ending)
+        if regular.is_regular(beside):
+            try:
+                return regular.read_whole(beside)
+            except (InputError, OSError):
+                return None
+    return None
+
+
+READER = Reader(to_translate("shapefile of points or faces"), (".shp",), matches, read)
