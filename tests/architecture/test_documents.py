@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.architecture import finding_codes
 from tests.architecture.test_examples import NEW
 from tests.pictures_maker import maker
 from vomstudio.cli import COMMANDS
@@ -214,3 +215,9 @@ def test_the_page_of_projects_names_the_schema_of_today() -> None:
 
     page = " ".join((ROOT / "docs" / "projects.md").read_text(encoding="utf-8").split())
     assert f"(schema {SCHEMA_VERSION})" in page
+
+
+def test_the_page_lists_every_finding() -> None:
+    """``python -m tests.architecture.finding_codes`` writes the table."""
+    page = finding_codes.PAGE.read_text("utf-8")
+    assert finding_codes.renewed(page) == page

@@ -64,9 +64,9 @@ def test_a_format_that_cannot_be_written_is_refused_with_those_that_can(run) -> 
 HOSTILE = [
     (b"", "empty"),
     (b"\n\n", "empty"),
-    (b"\x89PNG\r\n\x1a\n\x00\x00", "text"),
+    (b"\x89PNG\r\n\x1a\n\x00\x00", "PNG"),
     (b"\x00" * 100, "text"),
-    (b"LASF" + b"\x00" * 300, "text"),
+    (b"LASF" + b"\x00" * 300, "LAS"),
     (b"x,y,z\n", "nothing"),
     (b"strike,dip\n", ""),
     (b"# nothing\n", "comments"),
@@ -203,7 +203,7 @@ def test_text_for_people_goes_to_stderr_beside_json(run, write) -> None:
     ran = run("fit", write(POINTS), "--json")
     assert list(ran.json)[:2] == ["planes", "skipped"]
     assert "quality" in ran.err
-    plain = run("fit", write(POINTS))
+    plain = run("fit", write(POINTS), "--unit", "m")
     assert "quality" in plain.out
     assert plain.err == ""
 

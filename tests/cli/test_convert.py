@@ -34,7 +34,7 @@ def test_a_conversion_is_reported_as_promised(run, write, tmp_path: Path) -> Non
 def test_what_a_format_cannot_hold_is_a_warning(run, write, tmp_path: Path) -> None:
     ran = run("convert", write(OBJ, "a.obj"), tmp_path / "b.laz", "--json")
     assert ran.code == 0
-    assert "faces" in messages(ran.json)[0]
+    assert "faces" in " ".join(messages(ran.json))
     assert "faces" in ran.err
 
 

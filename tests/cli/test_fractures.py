@@ -11,8 +11,9 @@ import numpy as np
 import pyogrio
 import pytest
 import shapely
+from pyproj import Transformer
 
-from tests.messages import messages
+from tests.messages import codes, messages
 
 CRS = "EPSG:32633"
 AT = np.array([500_000.0, 5_200_000.0])
@@ -84,7 +85,8 @@ def test_a_drawing_in_millimetres(run, tmp_path: Path) -> None:
     assert ran.json["nodes"]["X"] == 2
     total = 8 + 2.5 + math.hypot(0.5, 0.5)
     assert ran.json["P21_1_per_m"] == pytest.approx(total / (math.pi * 100))
-    assert "0.001 m" in messages(ran.json)[0]
+    (finding,) = ran.json["warnings"]
+    assert (finding["code"], finding["unit"]) == ("frame.unit-converted", "mm")
 
 
 def test_along_a_scanline(run, tmp_path: Path) -> None:
@@ -137,43 +139,46 @@ def test_the_circle_may_lie_west_and_south_of_zero(run, tmp_path: Path) -> None:
     assert ran.json["P20_1_per_m2"] == pytest.approx(1 / (4 * math.pi))
 
 
-def test_degrees_are_refused(run, tmp_path: Path) -> None:
-    here = [shapely.LineString([(12.0, 47.0), (12.1, 47.1)])]
+def test_degrees_are_refused_or_converted(run, tmp_path: Path) -> None:
+    here = [shapely.LineString([(12.0, 47.0), (12.001, 47.001)])]
     named = save(tmp_path / "t.gpkg", here, "EPSG:4326")
-    assert "degrees" in run("fractures", named).said
-    bare = geojson(tmp_path / "t.geojson", here, None)
-    ran = run("fractures", bare)
-    assert (ran.code, "degrees" in ran.said) == (2, True)
-    metres = geojson(tmp_path / "m.geojson", ladder(), None)
-    ran = run("fractures", metres)
-    assert (ran.code, "'crs' member" in ran.said) == (2, True)
-    # In numbers that could be degrees the missing member is why, and either way out is named.
-    said = run("fractures", bare).said
-    assert all(
-        words in said for words in ("names no coordinate", "'crs' member", "Reproject".lower())
-    )
-    stated = geojson(tmp_path / "s.geojson", here, "urn:ogc:def:crs:OGC:1.3:CRS84")
-    said = run("fractures", stated).said
-    assert "'crs' member" not in said
-    assert "Reproject the file" in said
-    large = geojson(tmp_path / "l.geojson", ladder(), "urn:ogc:def:crs:OGC:1.3:CRS84")
-    assert "names a coordinate reference system in degrees" in run("fractures", large).said
+    refused = run("fractures", named, "--json")
+    assert (refused.code, refused.json["error"]["code"]) == (2, "frame.degrees")
+    # GeoJSON is in degrees by its standard, so this is not a doubt.
+    for crs in (None, "urn:ogc:def:crs:OGC:1.3:CRS84"):
+        converted = run("fractures", geojson(tmp_path / "t.geojson", here, crs), "--json")
+        if crs is None:
+            assert "frame.reprojected" in codes(converted.json)
+            assert converted.json["length"]["naive_mean_m"] == pytest.approx(134.7, abs=0.5)
+        else:
+            assert converted.json["error"]["code"] == "frame.degrees"
+    metres = run("fractures", geojson(tmp_path / "m.geojson", ladder(), None), "--json")
+    assert metres.json["error"]["code"] == "frame.not-degrees"
 
 
-def test_another_reference_system_of_the_area_is_refused(run, tmp_path: Path) -> None:
+def test_an_area_in_another_reference_system_is_converted(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder())
-    area = save(tmp_path / "a.gpkg", [shapely.box(*(AT - 5), *(AT + 5))], "EPSG:32632")
-    ran = run("fractures", traces, "--area", area)
-    assert ran.code == 2
-    assert str(area) in ran.said
-    assert "Reproject" in ran.said
+    square = shapely.box(*(AT - 5.3), *(AT + 5.3))
+    expected = run(
+        "fractures", traces, "--area", save(tmp_path / "a.gpkg", [square]), "--json"
+    ).json
+    transformer = Transformer.from_crs("EPSG:32633", "EPSG:32632", always_xy=True)
+    corners = np.array(square.exterior.coords)
+    moved = shapely.Polygon(np.column_stack(transformer.transform(*corners.T)))
+    area = save(tmp_path / "b.gpkg", [moved], "EPSG:32632")
+    found = run("fractures", traces, "--area", area, "--json").json
+    assert "frame.reprojected" in codes(found)
+    assert found["area_m2"] == pytest.approx(expected["area_m2"], rel=1e-6)
+    assert found["P21_1_per_m"] == pytest.approx(expected["P21_1_per_m"], rel=1e-6)
 
 
 def test_feet_become_metres(run, tmp_path: Path) -> None:
-    traces = save(tmp_path / "t.gpkg", [shapely.LineString([(0, 0), (0, 10)])], "EPSG:2225")
-    found = run("fractures", traces, "--json").json
+    x, y = 6_561_666.0, 2_000_000.0
+    trace = shapely.LineString([(x, y), (x, y + 10)])
+    found = run("fractures", save(tmp_path / "t.gpkg", [trace], "EPSG:2225"), "--json").json
     assert found["length"]["naive_mean_m"] == pytest.approx(10 * 1200 / 3937)
-    assert "US survey feet" in messages(found)[0]
+    (finding,) = found["warnings"]
+    assert (finding["code"], finding["unit"]) == ("frame.unit-converted", "US survey feet")
 
 
 def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> None:

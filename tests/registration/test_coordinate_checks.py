@@ -105,7 +105,6 @@ def test_feet_all_over_show_in_the_scale() -> None:
     [
         (lambda w: w[:, [1, 0, 2]], "frame.swapped-axes"),
         (lambda w: w / 0.3048, "control.other-unit"),
-        (lambda w: w / 1000.0, "control.other-unit"),
         (lambda w: w + [-1_100_000.0, 11_000.0, 0.0], "frame.not-metric"),
     ],
 )
@@ -113,6 +112,11 @@ def test_coordinates_outside_their_system_are_refused(changed, code: str) -> Non
     with pytest.raises(InputError) as refused:
         checks.check_area(changed(site()[1]), "EPSG:32615")
     assert refused.value.code == code
+
+
+def test_kilometres_are_reported() -> None:
+    found = checks.check_area(site()[1] / 1000.0, "EPSG:32615")
+    assert [finding.code for finding in found] == ["control.other-unit", "frame.outside-area"]
 
 
 def test_coordinates_beside_their_system_are_reported() -> None:

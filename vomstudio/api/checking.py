@@ -31,12 +31,16 @@ _MOST_COUNT = 2**53
 """What lies beyond is no count of anything, and not a whole number in floating point."""
 
 
-def warn(messages: Iterable[Message], depth: int = 3) -> None:
+def warn(messages: Iterable[Message], depth: int = 3, *, notes: bool = False) -> None:
     """Issue each message as a Python warning at the user's line.
+
+    notes : also those of severity "info", for callers whose result has no ``.warnings``
 
     depth : of the call from there
     """
     for finding in map(as_finding, messages):
+        if finding.severity == "info" and not notes:
+            continue
         warning = VomWarning(finding.message, finding.code, finding.values)
         python_warnings.warn(warning, stacklevel=depth)
 

@@ -64,6 +64,7 @@ def fractures(
     circle : (x, y, radius) in metres, in place of an area; (x, y, z, radius) on a plane
     scanline : path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place
         of an area
+    snap_m : how far ends may miss a trace that they abut on, metres
     by : attribute of the file that names sets, or the set of each trace
     strikes : ranges of strike (from, to), degrees, clockwise, each a set
     terzaghi_cap : the largest Terzaghi weight, None for none

@@ -373,7 +373,7 @@ def read(
     else:
         check_place(options, folder)
         made = _read_of_project(file, folder, report)
-    warn(made.warnings)
+    warn(made.warnings, notes=True)
     return made
 
 
@@ -391,7 +391,7 @@ def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
         )
 
     made = _read(path_of(given, name), AS_STATED, None)
-    warn(made.warnings, 4)
+    warn(made.warnings, 4, notes=True)
     return made
 
 

@@ -308,30 +308,43 @@ def check_area(world: Array, crs: str | None, *, converted: bool = False) -> lis
     Returns
     -------
     list of Message
-        ``frame.outside-area`` for a place outside the area of use.
+        ``frame.outside-area`` for a place outside the area of use; ``control.other-unit`` if it
+        would be inside in feet or kilometres.
 
     Raises
     ------
     InputError
-        With ``control.other-unit`` for coordinates that are in the area of use in feet or
-        kilometres, and as `vomstudio.io.gate.metric.check_metric`.
+        With ``control.other-unit`` or as `vomstudio.io.gate.metric.check_metric` if the CRS is not
+        metric there.
     """
     if crs is None or not len(world):
         return []
     x, y = np.median(world, axis=0)[:2].tolist()
+    hint = None if converted else _unit_of_another_place(x, y, crs)
+    try:
+        findings = check_metric(crs, np.array([[x, y], [x, y]]), field="--crs")
+    except InputError as error:
+        if hint is None or error.code == "frame.swapped-axes":
+            raise
+        raise InputError.of_finding(hint, field="--crs") from error
+    return [*([] if hint is None else [hint]), *findings]
+
+
+def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
+    """Return the unit in which a place outside the area of a CRS would lie inside it."""
     beyond = degrees_beyond(crs)
-    if not converted and beyond is not None and (distance_deg := beyond(x, y)[0]) > BEYOND_DEG:
-        units = (
-            (1000.0, tr("kilometres"), max(abs(x), abs(y)) < _MAX_KM),
-            (_FOOT_M, tr("feet"), distance_deg > _NEXT_ZONES_DEG),
-        )
-        for factor, unit, is_plausible in units:
-            if is_plausible and beyond(y, x)[0] > 0.0 and beyond(x * factor, y * factor)[0] == 0.0:
-                finding = Finding(
-                    "control.other-unit", "error", axes="x, y", unit=unit, factor=factor
-                )
-                raise InputError.of_finding(finding, field="--crs")
-    return list(check_metric(crs, np.array([[x, y], [x, y]]), field="--crs"))
+    if beyond is None or (distance_deg := beyond(x, y)[0]) <= BEYOND_DEG:
+        return None
+    if beyond(y, x)[0] == 0.0:
+        return None
+    units = (
+        (1000.0, tr("kilometres"), max(abs(x), abs(y)) < _MAX_KM),
+        (_FOOT_M, tr("feet"), distance_deg > _NEXT_ZONES_DEG),
+    )
+    for factor, unit, is_plausible in units:
+        if is_plausible and beyond(x * factor, y * factor)[0] == 0.0:
+            return other_unit("x, y", unit, factor)
+    return None
 
 
 # --- the model --------------------------------------------------------------------------------

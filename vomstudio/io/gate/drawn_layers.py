@@ -18,7 +18,6 @@ from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
-from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
@@ -369,8 +368,7 @@ def _frame(
             return beside, options
     if crs is None and options.unit is None and path.suffix.lower() == ".dxf":
         unit_m = dxf_facts(path).unit_m
-        unit = next((name for name, metres in METRES.items() if metres == unit_m), None)
-        return StatedCrs(is_local=unit is not None), replace(options, unit=unit)
+        return StatedCrs(is_local=unit_m is not None, unit_m=unit_m), options
     return StatedCrs(crs), options
 
 

@@ -16,7 +16,7 @@ from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.metric import check_metric, looks_like_degrees
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
-from vomstudio.io.gis.axis_units import StatedAxes, refusal, stated_axes, unit_findings
+from vomstudio.io.gis.axis_units import StatedAxes, in_words, refusal, stated_axes, unit_findings
 from vomstudio.io.gis.crs import crs_name, metric_crs, typed_crs, world_crs
 from vomstudio.words import tr
 
@@ -168,9 +168,12 @@ def _without_crs(
     file: Path,
     model: ModelFrame | None,
 ) -> WorldPoints:
-    unit = options.unit or "m"
-    if METRES[unit] != 1.0:
-        points = points * METRES[unit]
+    unit_m = stated.unit_m or 1.0 if options.unit is None else METRES[options.unit]
+    if unit_m != 1.0:
+        points = points * unit_m
+        known = next((name for name, metres in METRES.items() if metres == unit_m), None)
+        unit = f"{unit_m:g} m" if known is None else in_words(known)
+        findings += (Finding("frame.unit-converted", unit=unit, height_unit=unit),)
     if options.unit is None and model is None:
         maybe = looks_like_degrees(_bounds(points))
         findings += () if maybe is None else (maybe.of_file(file.name),)

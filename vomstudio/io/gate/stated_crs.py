@@ -31,11 +31,14 @@ class StatedCrs:
     text : str or None
         Code, name or WKT; None if the table names none.
     is_local : bool
-        Whether the table states that its coordinates are local metres.
+        Whether the table states that its coordinates are local.
+    unit_m : float or None
+        Metres per unit of local coordinates, if it is stated.
     """
 
     text: str | None = None
     is_local: bool = False
+    unit_m: float | None = None
 
 
 def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
