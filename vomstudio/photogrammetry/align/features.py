@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.atomic import atomic_write
-from vomstudio.files.pictures import PHOTOS, open_picture
+from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.words import tr
 
@@ -133,6 +134,8 @@ def extract(task: ExtractTask) -> Features:
             width, height = image.size
             pixels = _pixels(image, task.options.max_size)
         use = None if task.mask is None else _mask(task.mask, width, height)
+    except InputError as error:
+        return Features.none(width, height, error.message)
     except (OSError, ValueError, SyntaxError, EOFError, TypeError, KeyError, IndexError) as error:
         return Features.none(width, height, tr("It cannot be read ({error}).", error=error))
     except MemoryError:
@@ -241,7 +244,7 @@ def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
 def _mask(data: bytes, width: int, height: int) -> npt.NDArray[np.bool_]:
     from PIL import Image
 
-    with open_picture(data, PHOTOS) as image:
+    with open_picture(data, PHOTOS, min_pixel_bytes=MASK_BYTES) as image:
         band: Image.Image = image.getchannel("A") if image.mode in ("LA", "PA") else image
         if band.mode not in ("L", "1", "I", "I;16"):
             band = band.convert("L")

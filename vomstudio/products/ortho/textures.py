@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.pictures import open_picture
+from vomstudio.files.untrusted.pictures import as_rgb, open_picture
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -38,7 +38,7 @@ class Pyramid:
 def picture_size(path: Path) -> tuple[int, int] | None:
     """(width, height) of an image file, None where it cannot be read."""
     try:
-        with open_picture(path) as picture:
+        with open_picture(path, header_only=True) as picture:
             return picture.size
     except (InputError, OSError, ValueError, SyntaxError):
         return None
@@ -49,7 +49,7 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     be read."""
     try:
         with open_picture(path) as picture:
-            image: Image.Image = picture.convert("RGB")
+            image: Image.Image = as_rgb(picture)
     except (InputError, OSError, ValueError, SyntaxError):
         return None
     size = (image.width / 2**coarser, image.height / 2**coarser)
