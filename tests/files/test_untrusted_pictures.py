@@ -318,3 +318,19 @@ def test_a_command_refuses_with_file_reason_and_code(
     told = capsys.readouterr().out
     assert "wall.tif" in told
     assert TOO_LARGE in told or "60000 x 60000" in told
+
+
+@pytest.mark.parametrize("mode", ["1", "P", "L", "I;16", "RGBA"])
+def test_a_photo_of_any_mode_has_a_thumbnail(mode: str, tmp_path: Path) -> None:
+    """Half black and half white; Pillow reduces neither palettes nor single bits."""
+    grey = np.zeros((600, 900), np.uint8)
+    grey[:, 450:] = 255
+    image = Image.fromarray(grey)
+    if mode == "I;16":
+        image = Image.fromarray(grey.astype(np.uint16) << 8)
+    image = image if image.mode == mode else image.convert(mode)
+    image.save(tmp_path / "a.png")
+    small = thumbnail(tmp_path / "a.png", 64)
+    assert small.shape == (43, 64, 3)
+    assert small[:, :30].max() == 0
+    assert small[:, 34:].min() == 255

@@ -73,8 +73,13 @@ class PictureSize:
         return self.width * self.height * self.pixel_bytes
 
     def decoded_bytes(self, min_pixel_bytes: int) -> int:
-        """Return the bytes after decompression, with at least so many for each pixel."""
-        return self.width * self.height * max(self.pixel_bytes, min_pixel_bytes) + self.extra_bytes
+        """Return the bytes after decompression, with at least so many for each pixel.
+
+        Pillow rounds rows up to four bytes and has a pointer to each, which decides for pictures
+        of one column.
+        """
+        row = self.width * max(self.pixel_bytes, min_pixel_bytes)
+        return self.height * ((row + 3) // 4 * 4 + 8) + self.extra_bytes
 
 
 def read_size(file: BinaryIO) -> PictureSize | None:

@@ -51,6 +51,7 @@ MASK_BYTES = 1
 RASTER_CACHE_BYTES = 256 << 20
 """For blocks that GDAL has decoded; 5 % of all memory otherwise."""
 
+_ROWS = 512
 _PHOTO_MARKS = (JPEG_MARK, PNG_MARK, *TIFF_MARKS)
 
 
@@ -279,3 +280,31 @@ def as_rgb(picture: Image) -> Image:
     """Return a picture in red, green and blue, itself if it is: `convert` would copy it."""
     picture.load()
     return picture if picture.mode == "RGB" else picture.convert("RGB")
+
+
+def copy_pixels(picture: Image, out: npt.NDArray[np.uint8]) -> None:
+    """Copy the pixels of a picture into an array (height, width, bands), some rows at a time.
+
+    `numpy.asarray` takes twice the memory of the result.
+    """
+    for top in range(0, picture.height, _ROWS):
+        bottom = min(top + _ROWS, picture.height)
+        out[top:bottom] = np.asarray(picture.crop((0, top, picture.width, bottom)))
+
+
+def as_8_bits(picture: Image) -> Image:
+    """Return the upper eight of 16 bits, colours of a palette, and grey of black and white.
+
+    Other pictures are returned as they are. The result can be reduced, which Pillow does not do
+    with palettes and with single bits.
+    """
+    from PIL import Image
+
+    if picture.mode in ("P", "PA", "1"):
+        return picture.convert("L" if picture.mode == "1" else "RGB")
+    if picture.mode not in ("I;16", "I;16B", "I;16L", "I"):
+        return picture
+    upper = np.asarray(picture) >> 8
+    if picture.mode == "I":
+        np.clip(upper, 0, 255, out=upper)
+    return Image.fromarray(upper.astype(np.uint8))

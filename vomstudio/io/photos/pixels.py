@@ -11,7 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import COLOR_BYTES, MASK_BYTES, PHOTOS, open_picture
+from vomstudio.files.untrusted.pictures import (
+    COLOR_BYTES,
+    MASK_BYTES,
+    PHOTOS,
+    as_8_bits,
+    open_picture,
+)
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -166,10 +172,7 @@ def _small(image: Image.Image, size: int | None, mode: str) -> Image.Image:
 
     if size is not None and max(image.size) > size:
         image.draft(mode, (size, size))
-    if image.mode in ("I;16", "I;16B", "I;16L", "I"):
-        # 16 bits: the eight upper ones.
-        values = np.asarray(image).astype(np.int64)
-        image = Image.fromarray(np.clip(values >> 8, 0, 255).astype(np.uint8))
+    image = as_8_bits(image)
     if size is not None and max(image.size) > size:
         reduce = max(image.size) // (2 * size)
         if reduce > 1:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.atomic import atomic_write
-from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, open_picture
+from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, as_8_bits, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.words import tr
 
@@ -225,16 +225,13 @@ def grey(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
 def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
     """(h, w, 3) as stored, its long side at most `size`."""
     import cv2
-    from PIL import Image
 
     width, height = image.size
     scale = min(1.0, size / max(width, height))
     wanted = (max(1, round(width * scale)), max(1, round(height * scale)))
     if scale < 1:
         image.draft("RGB", wanted)
-    if image.mode in ("I;16", "I;16B", "I;16L", "I"):
-        values = np.asarray(image).astype(np.int64)
-        image = Image.fromarray(np.clip(values >> 8, 0, 255).astype(np.uint8))
+    image = as_8_bits(image)
     pixels = np.asarray(image if image.mode == "RGB" else image.convert("RGB"))
     if (pixels.shape[1], pixels.shape[0]) != wanted:
         pixels = cv2.resize(pixels, wanted, interpolation=cv2.INTER_AREA)

@@ -119,7 +119,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
                     limit=limit,
                     factor=factor,
                 )
-                picture.draft("RGB", (width // factor, height // factor))
+                picture.draft("RGB", (max(1, width // factor), max(1, height // factor)))
             image = as_rgb(picture)
             left = max(1, -(-max(image.size) // limit))
             if left > 1:
