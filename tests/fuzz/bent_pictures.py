@@ -3,7 +3,7 @@
     python -m tests.fuzz.bent_pictures --files 1000 [--seed N] [--signals 30]
 
 Each file is given to every reader of its format: photos, masks, textures, orthophotos, models of
-heights, `info`, and the photos of the window's lists. Printed is what breaks a promise: more memory
+heights and `info`. Printed is what breaks a promise: more memory
 than `ALLOWED` times the budget of the file (`budgets.decoded_limit`) and `FREE_BYTES`, more than
 `MAX_S` seconds, an error that is none of ours, a refusal that does not name the file, a valid
 picture within half of the budget that is not read. With `--signals` so many files, every other one
