@@ -265,6 +265,8 @@ def make(folder: Path, number: int, seed: int) -> tuple[Path, str, Expected]:
     path = folder / f"layers_{number}.gpkg"
     path.write_bytes(_honest(folder))
     with closing(sqlite3.connect(path, isolation_level=None)) as db:
+        db.execute("PRAGMA synchronous = OFF")
+        db.execute("PRAGMA journal_mode = MEMORY")
         bend(db, chance)
     if expected == "any" and chance.random() < 0.3:
         data = bytearray(path.read_bytes())
