@@ -356,7 +356,7 @@ def end_by_signal(words: list[str], number: int, after_s: float) -> tuple[int, f
     float
         Seconds from the signal to the end; 0 if it had ended before.
     int
-        How many processes that it had started are left half a second later.
+        How many processes that it had started are left two seconds later.
     """
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", "vomstudio", *words],
@@ -375,7 +375,7 @@ def end_by_signal(words: list[str], number: int, after_s: float) -> tuple[int, f
             process.kill()
             code = process.wait()
         ended_s = time.monotonic() - begun
-        _, alive = psutil.wait_procs(children, 0.5)
+        _, alive = psutil.wait_procs(children, 2.0)
         # Whoever inherits one that has ended need not look at it.
         return code, ended_s, sum(each.status() != psutil.STATUS_ZOMBIE for each in alive)
     return code, 0.0, 0

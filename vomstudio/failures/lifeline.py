@@ -56,8 +56,12 @@ def end_with_parent() -> None:
         return
     with contextlib.suppress(ImportError, AttributeError, OSError, ValueError):
         import fcntl
+        import select
 
         flags = fcntl.fcntl(int(descriptor), fcntl.F_GETFL)
         fcntl.fcntl(int(descriptor), fcntl.F_SETOWN, os.getpid())
         # SIGIO comes when the other end closes, and its default action is to end the process.
         fcntl.fcntl(int(descriptor), fcntl.F_SETFL, flags | os.O_ASYNC)
+        if select.select([int(descriptor)], [], [], 0)[0]:
+            # It has closed already.
+            os._exit(1)
