@@ -26,8 +26,11 @@ from vomstudio.files.untrusted.pictures import (
     decode_picture,
     open_picture,
 )
+from vomstudio.io.models.opening import read_model
 from vomstudio.io.photos.pixels import thumbnail
 from vomstudio.io.photos.xmp import read_drone_tags
+from vomstudio.products.ortho.textures import load_pyramid
+from vomstudio.rendering.prepare.textures import load_texture
 
 POSTSCRIPT = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 64 64\n%%EndComments\nshowpage\n"
 SOUND = 40
@@ -334,3 +337,35 @@ def test_a_photo_of_any_mode_has_a_thumbnail(mode: str, tmp_path: Path) -> None:
     assert small.shape == (43, 64, 3)
     assert small[:, :30].max() == 0
     assert small[:, 34:].min() == 255
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("quality", [5, 90])
+def test_a_photo_of_100_megapixels_is_read(quality: int, tmp_path: Path) -> None:
+    rows = np.random.default_rng(0).integers(0, 255, (870, 1160, 3), np.uint8)
+    photo = Image.fromarray(rows).resize((11_600, 8_700), Image.Resampling.BILINEAR)
+    photo.save(tmp_path / "a.jpg", quality=quality, progressive=quality == 90)
+    assert thumbnail(tmp_path / "a.jpg", 256).shape == (192, 256, 3)
+    assert load_texture(tmp_path / "a.jpg", 16_384).levels[0].width == 11_600
+    assert load_pyramid(tmp_path / "a.jpg", 0) is not None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("packing", ["none", "deflate"])
+def test_a_geotiff_of_a_gigabyte_is_read(packing: str, tmp_path: Path) -> None:
+    import rasterio
+    from rasterio.windows import Window
+
+    side, step = 16_384, 2048
+    heights = np.random.default_rng(0).normal(500.0, 0.05, (step, side)).astype(np.float32)
+    with rasterio.open(
+        tmp_path / "a.tif", "w", driver="GTiff", width=side, height=side, count=1, crs="EPSG:32633",
+        dtype="float32", transform=rasterio.Affine(1, 0, 5e5, 0, -1, 5e6), tiled=True,
+        compress=packing, zlevel=1,
+    ) as file:  # fmt: skip
+        for top in range(0, side, step):
+            file.write(heights, 1, window=Window(0, top, side, step))
+    assert (tmp_path / "a.tif").stat().st_size > (1 << 30 if packing == "none" else 500 << 20)
+    loaded = read_model(tmp_path / "a.tif")
+    assert len(loaded.data.vertices) > 3_000_000
+    (tmp_path / "a.tif").unlink()
