@@ -48,7 +48,7 @@ def _hear_stop_signals() -> dict[int, Any]:
     usual = (signal.SIG_DFL, signal.default_int_handler, stop_early)
     before = {n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in usual}
     for number in before:
-        signal.signal(number, asked_to_stop.stop)
+        asked_to_stop.listen(number)
     return before
 
 
@@ -85,6 +85,8 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         from vomstudio.failures import log
 
         log.start("command")
+        if ours:
+            asked_to_stop.watch()
         return command_line(words)
     _leave(before)
     from vomstudio.failures import crashes, exception_hooks

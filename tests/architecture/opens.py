@@ -88,7 +88,7 @@ def _house(root: Path) -> set[str]:
 
 
 @cache
-def _calls(text: str) -> list[ast.Call]:
+def calls_in(text: str) -> list[ast.Call]:
     return [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
 
 
@@ -100,7 +100,7 @@ def unasked(root: Path = ROOT, allowed: Iterable[str] = tuple(ALLOWED)) -> Itera
         name = path.relative_to(root / PACKAGE).as_posix()
         if name == HOUSE or name.startswith(excused):
             continue
-        calls = _calls(path.read_text("utf-8"))
+        calls = calls_in(path.read_text("utf-8"))
         asked = any(_dotted(call.func).rpartition(".")[2] in asks for call in calls)
         for call in calls:
             if _reads(call) or (_opens_a_name(call) and not asked):

@@ -72,6 +72,7 @@ def test_more_than_three_points_tell_their_own_error(run, write) -> None:
     assert stated["dip_deg"] == found["dip_deg"]
 
 
+@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
 def test_scripts_find_the_same(write) -> None:
     points = np.array([[float(w) for w in line.split()] for line in BENNISON.splitlines()])
     seam = vs.threepoint(points, sigma_m=5.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fuzz import hostile, no_files, projects, readers, swollen
+from tests.fuzz import bent_pictures, hostile, no_files, projects, readers, swollen
 from tests.tiers import first_in_default_tier
 
 pytestmark = pytest.mark.skipif(
@@ -116,3 +116,17 @@ def test_sound_models_take_twice_what_they_hold_and_little_more(
     said = swollen.campaign(60, tmp_path, only=kind, way="sound", free_bytes=free << 20)
     assert said
     assert all(line.endswith("  read") and not line.startswith("WRONG") for line in said), said
+
+
+def test_a_few_bent_pictures_are_read_within_their_budget() -> None:
+    counts, wrong = bent_pictures.campaign(9, seed=7)
+    assert wrong == []
+    assert counts["file.picture-too-large"] > 0
+
+
+@pytest.mark.full
+def test_bent_pictures_are_read_within_their_budget() -> None:
+    counts, wrong = bent_pictures.campaign(90, seed=11)
+    assert wrong == []
+    assert counts["file.picture-too-large"] > 50
+    assert counts["read"] > 50

@@ -435,6 +435,9 @@ def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) ->
     assert max(texture.levels[0].tiles[0].shape[:2]) <= 256
     assert "600 × 300" in texture.note
     assert load_texture(path, 1024).note == ""
+    # One side is shorter than the reduction.
+    Image.new("RGB", (3, 2000), (90, 120, 30)).save(path)
+    assert load_texture(path, 256).levels[0].width == 1
 
 
 def test_two_models_far_apart_in_frame_meet_in_world(scene: Scene) -> None:

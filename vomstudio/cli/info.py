@@ -210,10 +210,10 @@ def _picture(path: Path) -> dict[str, Any]:
     require_file(path)
     from PIL import UnidentifiedImageError
 
-    from vomstudio.files.pictures import open_picture
+    from vomstudio.files.untrusted.pictures import open_picture
 
     try:
-        with open_picture(path) as image:
+        with open_picture(path, header_only=True) as image:
             width, height = image.size
             bands = list(image.getbands())
             tags = getattr(image, "tag_v2", None) or {}

@@ -336,4 +336,32 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " used because of its name. Check it."
         ),
     ),
+    # --- files ---------------------------------------------------------------------------------
+    "file.unsafe-schema": (
+        "error",
+        to_translate(
+            "The file contains the {kind} '{name}', which can run without end or hide rows."
+            " Export its tables to a new file, or ask for another copy."
+        ),
+    ),
+    "file.picture-too-large": (
+        "error",
+        to_translate(
+            "The picture of {width} x {height} pixels needs {needed_mb} MB; for this file"
+            " {limit_mb} MB are allowed. Reduce it, or close other programs."
+        ),
+    ),
+    "file.picture-header": (
+        "error",
+        to_translate(
+            "The header of the picture is not valid: {reason}. Save it again with another program."
+        ),
+    ),
+    "file.memory-exceeded": (
+        "error",
+        to_translate(
+            "Reading was stopped: it takes more memory than the size of the file justifies. Export"
+            " the file again."
+        ),
+    ),
 }

@@ -16,6 +16,7 @@ from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_beside
 from vomstudio.files.regular import is_regular
+from vomstudio.files.untrusted.databases import harden
 from vomstudio.words import to_translate, tr
 
 _HOLDER = "CREATE TABLE holder (pid INTEGER, host TEXT)"
@@ -35,6 +36,7 @@ class FolderLock:
                 self._db = sqlite3.connect(
                     path, isolation_level=None, timeout=patience_s, check_same_thread=False
                 )
+                harden(self._db)
                 self._require_plain()
                 self._db.execute(_HOLDER.replace("TABLE", "TABLE IF NOT EXISTS"))
                 self._db.execute("DELETE FROM holder")

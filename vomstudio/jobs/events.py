@@ -6,9 +6,6 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
-# Names, in the worker's environment, the descriptor of a pipe that closes with the supervisor.
-LIFELINE = "VOMSTUDIO_LIFELINE"
-
 
 @dataclass(frozen=True)
 class Stage:

@@ -15,9 +15,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from vomstudio.errors import Cancelled, VomError, WorkerError
+from vomstudio.failures.lifeline import Lifeline
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.endings import LastWords, ending, failure_of
-from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, from_line
+from vomstudio.jobs.events import Done, Event, Failed, Fault, from_line
 from vomstudio.jobs.job import Job, Request, Result
 from vomstudio.paths import import_folders
 from vomstudio.words import tr
@@ -26,7 +27,7 @@ Listener = Callable[[Event], None]
 _log = logging.getLogger(__name__)
 
 # Native code that does not look at its token is stopped the hard way after this long.
-_GRACE_S = 3.0
+_GRACE_S = 2.0
 
 
 class Worker:
@@ -139,13 +140,8 @@ class Worker:
     def _start(self) -> subprocess.Popen[str]:
         environment = dict(os.environ)
         environment["PYTHONPATH"] = os.pathsep.join(import_folders())
-        reading: tuple[int, ...] = ()
-        writing: tuple[int, ...] = ()
-        if os.name == "posix":
-            # Our end of this pipe closes with us, however we end.
-            read, write = os.pipe()
-            reading, writing = (read,), (write,)
-            environment[LIFELINE] = str(read)
+        lifeline = Lifeline()
+        environment.update(lifeline.environment())
         try:
             process = subprocess.Popen(
                 # -P: a json.py beside the photos is not Python's.
@@ -157,29 +153,24 @@ class Worker:
                 encoding="utf-8",
                 errors="replace",
                 env=environment,
-                pass_fds=reading,
+                pass_fds=lifeline.descriptors,
             )
         except OSError:
-            for descriptor in writing:
-                os.close(descriptor)
+            lifeline.close()
             raise
-        finally:
-            for descriptor in reading:
-                os.close(descriptor)
+        lifeline.started()
         assert process.stderr is not None
         words = LastWords(process.stderr)
         reader = threading.Thread(
             target=self._read,
-            args=(process, writing, words),
+            args=(process, lifeline, words),
             name="worker output",
             daemon=True,
         )
         reader.start()
         return process
 
-    def _read(
-        self, process: subprocess.Popen[str], lifeline: tuple[int, ...], words: LastWords
-    ) -> None:
+    def _read(self, process: subprocess.Popen[str], lifeline: Lifeline, words: LastWords) -> None:
         assert process.stdout is not None
         for line in process.stdout:
             try:
@@ -191,8 +182,7 @@ class Worker:
             else:
                 self._deliver(event)
         process.wait()
-        for descriptor in lifeline:
-            os.close(descriptor)
+        lifeline.close()
         process.stdout.close()
         assert process.stdin is not None
         with contextlib.suppress(OSError):

@@ -20,9 +20,10 @@ from typing import Any, TextIO
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
 from vomstudio.failures.error_collector import ERRORS
+from vomstudio.failures.lifeline import end_with_parent
 from vomstudio.files import memory_limit
 from vomstudio.jobs.endings import short_of_memory
-from vomstudio.jobs.events import LIFELINE, Done, Event, Failed, Fault, Stage, Step, to_line
+from vomstudio.jobs.events import Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.jobs.job import Job
 from vomstudio.jobs.tasks import task_of
 from vomstudio.progress import CancelToken
@@ -50,7 +51,7 @@ def main() -> int:
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
-    _end_with_supervisor()
+    end_with_parent()
     memory_limit.take_charge()
     # A comma locale makes some native readers misread decimal points.
     locale.setlocale(locale.LC_NUMERIC, "C")
@@ -103,24 +104,6 @@ def main() -> int:
                 )
             )
             send(Failed(job, fault.as_dict(), fault.exit_code))
-
-
-def _end_with_supervisor() -> None:
-    """Let the system itself end this process when the supervisor is gone: native code that holds
-    Python's lock for minutes keeps the thread that listens from noticing."""
-    descriptor = os.environ.pop(LIFELINE, None)
-    if descriptor is None:
-        return
-    try:
-        import fcntl
-
-        flags = fcntl.fcntl(int(descriptor), fcntl.F_GETFL)
-        fcntl.fcntl(int(descriptor), fcntl.F_SETOWN, os.getpid())
-        # SIGIO comes when the other end closes, and its default action is to end the process.
-        fcntl.fcntl(int(descriptor), fcntl.F_SETFL, flags | os.O_ASYNC)
-    except (ImportError, AttributeError, OSError, ValueError):
-        # End of file on stdin must do.
-        return
 
 
 def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:

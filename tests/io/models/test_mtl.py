@@ -102,17 +102,17 @@ def png_header(width: int, height: int) -> bytes:
 def test_hostile_dimensions_are_refused_from_the_header(tmp_path: Path) -> None:
     path = tmp_path / "bomb.png"
     path.write_bytes(png_header(2**31 - 1, 2**31 - 1) + b"\0\0\0\0IDAT")
-    assert "cannot hold" in str(check_image(path))
+    assert "bomb.png" in str(check_image(path))
     path.write_bytes(
         png_header(40_000, 40_000) + struct.pack(">I", 1_000_000) + b"IDAT" + bytes(1_000_000)
     )
-    assert "too large" in str(check_image(path))
+    assert "40000 x 40000" in str(check_image(path))
 
 
 def test_the_large_textures_of_surveys_pass(tmp_path: Path) -> None:
     path = tmp_path / "large.png"
     path.write_bytes(
-        png_header(16384, 16384) + struct.pack(">I", 1_000_000) + b"IDAT" + bytes(1_000_000)
+        png_header(16384, 16384) + struct.pack(">I", 6_000_000) + b"IDAT" + bytes(6_000_000)
     )
     assert check_image(path) is None
 

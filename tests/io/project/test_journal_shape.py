@@ -57,10 +57,12 @@ def test_a_program_in_a_journal_does_not_run(
             db.execute(words)
     before = (folder / "journal.sqlite").read_bytes()
     for look in (read_replay, Project.open):
-        with pytest.raises(InputError, match=r"journal\.sqlite.*no journal has"):
+        with pytest.raises(InputError) as error:
             look(folder)
-    assert main(["project", str(folder), "verify"]) == 2
-    assert "no journal has" in capsys.readouterr().err
+        assert error.value.code == "file.unsafe-schema"
+        assert error.value.file == str(folder / "journal.sqlite")
+    assert main(["project", str(folder), "verify", "--json"]) == 2
+    assert "file.unsafe-schema" in capsys.readouterr().out
     assert (folder / "journal.sqlite").read_bytes() == before
 
 

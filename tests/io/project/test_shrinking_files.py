@@ -61,7 +61,7 @@ print(json.dumps({"said": said, "kept": kept, "found": found, "told": [str(t) fo
 
 _PICTURE = """
 import os, sys
-from vomstudio.files.pictures import open_picture
+from vomstudio.files.untrusted.pictures import open_picture
 path = sys.argv[1]
 with open_picture(path) as picture:
     os.truncate(path, 4096)

@@ -24,7 +24,8 @@ def stop_signals_heard() -> Iterator[None]:
     for name in _NAMES:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-            before[number] = signal.signal(number, asked_to_stop.stop)
+            before[number] = signal.SIG_DFL
+            asked_to_stop.listen(number)
     try:
         yield
     finally:

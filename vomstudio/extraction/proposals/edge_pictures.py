@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import UsageError
-from vomstudio.files.pictures import open_picture
+from vomstudio.files.untrusted.pictures import open_picture
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress

@@ -10,16 +10,17 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import sqlite3
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import open_regular, read_json, require_regular_beside
+from vomstudio.files.untrusted.databases import SQLITE_MARK, require_geopackage
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.io.gis.dxf_splines import with_control_points
 from vomstudio.io.text.xml_tree import refuse_many_tags
@@ -33,7 +34,6 @@ SYMBOLS = "_symbols"
 at."""
 
 _HEAD = 4096
-_SQLITE = b"SQLite format 3\0"
 _SHAPEFILE = b"\0\0\x27\x0a"
 _DXF = re.compile(rb"\s*\d{1,4}[ \t]*\r?\n|AutoCAD Binary DXF")
 _BINARY_DXF = b"AutoCAD Binary DXF"
@@ -64,8 +64,8 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             head = file.read(_HEAD)
         if not _is_known(head):
             raise unreadable()
-        if head.startswith(_SQLITE):
-            _refuse_views(path)
+        if head.startswith(SQLITE_MARK):
+            require_geopackage(path)
         elif _JSON.match(head):
             _refuse_names_without_end(path)
         elif _KML.match(head):
@@ -83,9 +83,7 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             finally:
                 pyogrio.set_gdal_config_options(dict.fromkeys(NO_NETWORK))
     except MemoryError as error:
-        raise InputError(
-            tr("Reading this takes more memory than a file of its size can be worth."), file=path
-        ) from error
+        raise InputError.of_finding(Finding("file.memory-exceeded"), file=path) from error
     except (
         DataSourceError, DataLayerError, FeatureError, GeometryError, OSError, ValueError,
         # pyogrio's own, where GDAL cannot write a damaged CRS as text.
@@ -95,7 +93,7 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
 
 
 def _is_known(head: bytes) -> bool:
-    return head.startswith((_SQLITE, _SHAPEFILE)) or (
+    return head.startswith((SQLITE_MARK, _SHAPEFILE)) or (
         any(kind.match(head) for kind in (_JSON, _DXF, _KML)) and b"<OGRVRT" not in head
     )
 
@@ -143,30 +141,6 @@ def _refuse_zeros(path: Path, head: bytes) -> None:
 
 
 _LAST_WORD = 16
-
-
-def _refuse_views(path: Path) -> None:
-    """A layer that is a view is a program of whoever wrote it, and need not come to an end. Raises
-    InputError, ValueError."""
-    try:
-        with contextlib.closing(
-            sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)
-        ) as db:
-            found = db.execute(
-                "SELECT name FROM sqlite_master WHERE type = 'view' AND lower(name) IN"
-                " (SELECT lower(table_name) FROM gpkg_contents"
-                "  UNION ALL SELECT lower(table_name) FROM gpkg_geometry_columns)"
-            ).fetchone()
-    except sqlite3.Error as error:
-        raise ValueError(str(error)) from error
-    if found is not None:
-        raise InputError(
-            tr(
-                "The layer '{name}' is a view, which is not read. Export it as a layer of its own.",
-                name=str(found[0])[:100],
-            ),
-            file=path,
-        )
 
 
 def _refuse_names_without_end(path: Path) -> None:

@@ -20,6 +20,7 @@ import numpy as np
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import require_regular_beside
+from vomstudio.files.untrusted.pictures import check_raster
 from vomstudio.words import tr
 
 BLOCK = 512
@@ -118,6 +119,7 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
     require_regular_beside(path)
+    check_raster(path)
     try:
         with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)

@@ -20,9 +20,11 @@ def place_on_map(path: Path) -> dict[str, Any] | None:
 
     from vomstudio.files.names import utf8_name
     from vomstudio.files.regular import require_regular_beside
+    from vomstudio.files.untrusted.pictures import check_raster
 
     try:
         require_regular_beside(path)
+        check_raster(path)
         with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with utf8_name(path) as named, rasterio.open(named, driver="GTiff") as dataset:
@@ -30,7 +32,7 @@ def place_on_map(path: Path) -> dict[str, Any] | None:
                     return None
                 wkt, at, box = dataset.crs.to_wkt(), dataset.transform, dataset.bounds
         crs, metres = parse_crs(wkt)
-    except (RasterioError, InputError):
+    except (RasterioError, InputError, OSError):
         return None
     if metres != 1.0 or at.b or at.d or at.a <= 0 or at.e >= 0:
         return None

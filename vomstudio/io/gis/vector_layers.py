@@ -1,18 +1,12 @@
-"""Layers of vector files as arrays: here where a file is small, in a process of its own where it is
-not.
+"""Layers of vector files as arrays.
 
-GDAL reads as long as it takes, and Python stands still meanwhile: no thread of this process could
-tell of progress or end the reading. What could take more than a moment is so read by a process that
-can be ended at any time, and is held to the memory that the file can be worth.
+GeoPackages, and files that take GDAL more than a moment, are read in a process of their own
+(`vomstudio.files.untrusted.reader_process`); small files of other formats are read here.
 """
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
-import threading
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,13 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files import memory_limit
-from vomstudio.files.regular import require_regular
+from vomstudio.files.regular import open_regular, require_regular
+from vomstudio.files.untrusted import reader_process
+from vomstudio.files.untrusted.databases import SQLITE_MARK
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.io.gis.layer_reading import layers_of
 from vomstudio.io.gis.layer_transport import packed, unpacked
 from vomstudio.io.text.file_text import MOST_OBJECTS
-from vomstudio.paths import import_folders
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
@@ -37,7 +31,6 @@ Shapes = npt.NDArray[np.object_]
 _SMALL_BYTES = 2 << 20
 """Read in a fraction of a second by every driver (a DXF of so many entities unfolded, too)."""
 _SMALL_DRAWING = 50_000
-_LOOK_S = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +68,12 @@ def read_layers(
     """The named layers (None: the only one) with those of their columns that have one of these
     names, in small letters: the others may be any number. flat : without heights. Raises as
     `list_layers`."""
-    asked = {"wanted": list(names), "columns": sorted(columns), "flat": flat}
+    asked = {
+        "wanted": list(names),
+        "columns": sorted(columns),
+        "flat": flat,
+        "most": MOST_OBJECTS,
+    }
     return _answered(path, asked, unreadable, progress)
 
 
@@ -91,16 +89,12 @@ def _answered(
     if _is_small(path):
         with layers_of(path, unreadable) as named:
             return layers_read(path, named, asked)
-    said = _of_a_process({"path": os.fspath(path.absolute()), **asked}, watched, path)
-    if said is None:
-        raise InputError(
-            tr("Reading this takes more memory than a file of its size can be worth."), file=path
-        )
-    header, arrays = unpacked(said)
+    question = {"path": os.fspath(path.absolute()), **asked}
+    header, arrays = unpacked(reader_process.ask(__name__, question, watched, path))
     if header.get("unreadable"):
         raise unreadable()
     if "refused" in header:
-        raise InputError(header["refused"], file=header.get("file") or path)
+        raise _refusal(header["refused"], path)
     return [
         VectorLayer(
             each["name"], each["kind"], tuple(each["fields"]), each["crs"], each["described"],
@@ -111,9 +105,22 @@ def _answered(
     ]  # fmt: skip
 
 
+def _refusal(refused: Mapping[str, Any], path: Path) -> InputError:
+    """Return the error of the other process, which knows the file by its absolute path."""
+    file = path if refused["file"] in (None, os.fspath(path.absolute())) else refused["file"]
+    error = InputError(refused["message"], file=file, line=refused["line"], field=refused["field"])
+    error.code = refused["code"]
+    known = ("code", "file", "line", "field", "message")
+    error.values = {name: value for name, value in refused.items() if name not in known}
+    return error
+
+
 def _is_small(path: Path) -> bool:
-    """With what belongs to it, and unfolded."""
+    """Return whether GDAL reads a file, with what belongs to it, in a moment."""
     try:
+        with open_regular(path) as file:
+            if file.read(len(SQLITE_MARK)) == SQLITE_MARK:
+                return False
         size = sum(p.stat().st_size for p in path.parent.glob(f"{_plain(path.stem)}.*"))
         if max(size, path.stat().st_size) > _SMALL_BYTES:
             return False
@@ -140,7 +147,7 @@ def layers_read(path: Path, named: Path, asked: Mapping[str, Any]) -> list[Vecto
     if not known:
         return []
     kinds = dict(known)
-    found, left = [], MOST_OBJECTS
+    found, left = [], asked["most"]
     for layer in asked["wanted"]:
         info = pyogrio.read_info(named, layer=layer)
         fields = tuple(map(str, info["fields"]))
@@ -159,7 +166,7 @@ def layers_read(path: Path, named: Path, asked: Mapping[str, Any]) -> list[Vecto
                 tr(
                     "The layers have more than {most:,} entries, which is more than can be read. "
                     "Divide them, or leave out what is not needed.",
-                    most=MOST_OBJECTS,
+                    most=asked["most"],
                 ),
                 file=path,
             )
@@ -175,44 +182,9 @@ def layers_read(path: Path, named: Path, asked: Mapping[str, Any]) -> list[Vecto
 
 
 # --- the process ----------------------------------------------------------------------------------
-def _of_a_process(asked: Mapping[str, Any], progress: Progress, path: Path) -> bytes | None:
-    """What it answers; None where it came to no end of its own."""
-    process = subprocess.Popen(
-        # -P: a json.py beside the file is not Python's.
-        [sys.executable, "-P", "-m", __name__],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(import_folders())},
-    )
-    said: list[bytes] = []
-    question = json.dumps(asked).encode("ascii")
-    talk = threading.Thread(
-        target=lambda: said.append(process.communicate(question)[0]), daemon=True
-    )
-    talk.start()
-    try:
-        progress.stage(tr("Reading {file}", file=path.name))
-        looks = 0
-        while talk.is_alive():
-            talk.join(_LOOK_S)
-            looks += 1
-            progress.step(looks)
-    finally:
-        if talk.is_alive():
-            process.kill()
-        talk.join()
-    return said[0] if process.returncode == 0 and said else None
-
-
-def _serve() -> int:
-    """Read a question from stdin and write its answer to stdout."""
-    out = os.fdopen(os.dup(1), "wb")
-    # Libraries print to the other one.
-    os.dup2(2, 1)
-    asked = json.load(sys.stdin)
+def _answer(asked: dict[str, Any]) -> bytes:
+    """Answer a question in the process of its own."""
     path = Path(asked["path"])
-    memory_limit.take_charge()
     try:
         with layers_of(path, lambda: _Unreadable(path.name)) as named:
             layers = layers_read(path, named, asked)
@@ -224,14 +196,11 @@ def _serve() -> int:
             read = layer.shapes is not None
             header["layers"].append({**about, "read": read, "columns": list(columns)})
             arrays += [layer.shapes] * read + list(columns.values())
-        answer = packed(header, arrays)
+        return packed(header, arrays)
     except _Unreadable:
-        answer = packed({"unreadable": True}, [])
+        return packed({"unreadable": True}, [])
     except InputError as error:
-        answer = packed({"refused": error.message, "file": str(error.file or "")}, [])
-    with out:
-        out.write(answer)
-    return 0
+        return packed({"refused": error.as_dict()}, [])
 
 
 class _Unreadable(InputError):
@@ -239,4 +208,4 @@ class _Unreadable(InputError):
 
 
 if __name__ == "__main__":
-    raise SystemExit(_serve())
+    raise SystemExit(reader_process.serve(_answer))

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
-from vomstudio.files.pictures import open_picture
 from vomstudio.files.regular import is_regular, read_small
+from vomstudio.files.untrusted.pictures import open_picture
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.text.encodings import as_utf8, text_of
 from vomstudio.words import tr
@@ -160,7 +160,8 @@ def check_image(path: Path) -> str | None:
     except UnidentifiedImageError:
         return tr("'{image}' is not an image that can be read", image=path.name)
     except (InputError, OSError, ValueError, SyntaxError, MemoryError) as error:
-        return tr("'{image}' cannot be read as an image ({error})", image=path.name, error=error)
+        reason = error.message.rstrip(".") if isinstance(error, InputError) else error
+        return tr("'{image}' cannot be read as an image ({reason})", image=path.name, reason=reason)
     if width < 1 or height < 1 or width * height > MAX_IMAGE_PIXELS:
         return tr(
             "'{image}' has {width} x {height} pixels, which is too large",

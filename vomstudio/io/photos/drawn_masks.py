@@ -15,6 +15,7 @@ from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.backup import set_aside
 from vomstudio.files.inside import check_beside
+from vomstudio.files.untrusted.pictures import MASK_BYTES
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
 from vomstudio.words import tr
@@ -74,7 +75,7 @@ def write_mask(path: Path, used: Flags) -> Path | None:
 def is_ours(path: Path) -> bool:
     """A mask that this program has written."""
     try:
-        with opened(path) as image:
+        with opened(path, min_pixel_bytes=MASK_BYTES) as image:
             return image.info.get("Software") == _SOFTWARE
     except InputError:
         return False

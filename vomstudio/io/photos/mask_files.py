@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.errors import InputError
+from vomstudio.files.untrusted.pictures import MASK_BYTES
 from vomstudio.io.photos.pixels import opened
 from vomstudio.words import tr
 
@@ -91,7 +92,7 @@ class MaskFinder:
 
     def _checked(self, mask: Path, photo: Photo) -> tuple[Path | None, str | None]:
         try:
-            with opened(mask) as image:
+            with opened(mask, min_pixel_bytes=MASK_BYTES) as image:
                 size = image.size
         except InputError as error:
             return None, tr(

@@ -11,7 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.pictures import PHOTOS, open_picture
+from vomstudio.files.untrusted.pictures import (
+    COLOR_BYTES,
+    MASK_BYTES,
+    PHOTOS,
+    as_8_bits,
+    open_picture,
+)
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -23,9 +29,12 @@ Bytes = npt.NDArray[np.uint8]
 
 
 @contextlib.contextmanager
-def opened(path: str | Path) -> Iterator[Image.Image]:
-    """A picture of any size with only its header read; what goes wrong with it until the end of
-    the block is an InputError that names the file."""
+def opened(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[Image.Image]:
+    """Open a photo with only its header read.
+
+    What goes wrong until the end of the block is an InputError that names the file.
+    min_pixel_bytes : as of `open_picture`.
+    """
     import warnings
 
     from PIL import UnidentifiedImageError
@@ -33,7 +42,7 @@ def opened(path: str | Path) -> Iterator[Image.Image]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            with open_picture(path, PHOTOS) as image:
+            with open_picture(path, PHOTOS, min_pixel_bytes=min_pixel_bytes) as image:
                 yield image
     except FileNotFoundError as error:
         raise InputError(tr("There is no such file. Check its name."), file=path) from error
@@ -147,7 +156,7 @@ def read_mask(photo: Photo) -> npt.NDArray[np.bool_] | None:
         return None
     from PIL import Image
 
-    with opened(photo.mask) as image:
+    with opened(photo.mask, min_pixel_bytes=MASK_BYTES) as image:
         band = image.getchannel("A") if image.mode in ("LA", "PA") else image
         if band.mode not in ("L", "1", "I", "I;16"):
             band = band.convert("L")
@@ -163,10 +172,7 @@ def _small(image: Image.Image, size: int | None, mode: str) -> Image.Image:
 
     if size is not None and max(image.size) > size:
         image.draft(mode, (size, size))
-    if image.mode in ("I;16", "I;16B", "I;16L", "I"):
-        # 16 bits: the eight upper ones.
-        values = np.asarray(image).astype(np.int64)
-        image = Image.fromarray(np.clip(values >> 8, 0, 255).astype(np.uint8))
+    image = as_8_bits(image)
     if size is not None and max(image.size) > size:
         reduce = max(image.size) // (2 * size)
         if reduce > 1:

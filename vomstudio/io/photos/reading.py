@@ -17,8 +17,8 @@ from typing import Any
 
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
-from vomstudio.files.pictures import jpeg_scan_start
 from vomstudio.files.regular import open_regular
+from vomstudio.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
@@ -395,7 +395,10 @@ def has_jpeg_end(path: Path) -> bool:
     """Whether the end marker follows the compressed picture: it occurs nowhere inside of it
     (ITU T.81, B.1.1.5), and what cameras append (previews, sound) does not matter."""
     with open_regular(path) as file:
-        scan = jpeg_scan_start(file)
+        try:
+            scan = jpeg_scan_start(file)
+        except HeaderError:
+            return False
         if scan is None:
             return False
         end = file.seek(0, os.SEEK_END)

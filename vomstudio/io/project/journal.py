@@ -21,6 +21,7 @@ from vomstudio.files.disk_troubles import not_written
 from vomstudio.files.inside import check_beside
 from vomstudio.files.names import writable
 from vomstudio.files.regular import require_regular
+from vomstudio.files.untrusted.databases import harden, open_to_read
 from vomstudio.io.project.journal_connection import JournalConnection
 from vomstudio.io.project.journal_ground import (
     Ground,
@@ -28,7 +29,6 @@ from vomstudio.io.project.journal_ground import (
     leave_alone,
     only_reads,
     open_error,
-    to_read,
     trouble_of,
     writing_was_cut_off,
 )
@@ -114,6 +114,7 @@ class SqliteJournal:
                 factory=JournalConnection,
             )
             self._db.text_factory = text_of
+            harden(self._db)
             if create:
                 self._db.executescript("BEGIN;" + _SCHEMA + "COMMIT;")
             schema = _schema_of(self._db, path)
@@ -455,7 +456,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
 
 def _read_without_hold(path: Path) -> tuple[int, Replay]:
     """Raises InputError, sqlite3.Error."""
-    with closing(to_read(path)) as db:
+    with closing(open_to_read(path)) as db:
         db.text_factory = text_of
         schema = _schema_of(db, path)
         return schema, replay(read_rows(db, path))
@@ -486,7 +487,7 @@ def _checked(path: Path) -> bool:
     """Whether it could be looked at before it is opened for writing: what may write folds the log
     into the file when it is closed, of a journal that is refused too. Raises InputError."""
     try:
-        with closing(to_read(path)) as db:
+        with closing(open_to_read(path)) as db:
             _schema_of(db, path)
             require_sound(db, path)
     except sqlite3.Error:

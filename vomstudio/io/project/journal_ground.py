@@ -17,7 +17,7 @@ from vomstudio.files.disk_troubles import (
     reason_of,
 )
 from vomstudio.files.inside import check_beside
-from vomstudio.files.regular import require_regular
+from vomstudio.files.untrusted.databases import open_to_read
 from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
 from vomstudio.io.project.journal_trouble import Trouble
 from vomstudio.words import tr
@@ -150,17 +150,10 @@ def trouble_of(error: Exception, path: Path) -> Trouble:
     )
 
 
-def to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
-    """A journal that is only read. Raises InputError where it is no file: SQLite waits for a pipe
-    that it may not write into."""
-    require_regular(path)
-    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=patience_s)
-
-
 def holds(path: Path, head: Head) -> bool:
     """Whether the journal at `path` holds the rows up to `head`, each as it was written."""
     try:
-        with closing(to_read(path, 1.0)) as db:
+        with closing(open_to_read(path, 1.0)) as db:
             db.text_factory = text_of
             if read_head(db) != head:
                 return False
@@ -213,10 +206,7 @@ def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> Non
     """
     reader: sqlite3.Connection | None = None
     try:
-        require_regular(path)
-        reader = sqlite3.connect(
-            f"{path.absolute().as_uri()}?mode=ro", uri=True, isolation_level=None
-        )
+        reader = open_to_read(path)
         reader.execute("BEGIN")
         reader.execute("SELECT count(*) FROM sqlite_master").fetchone()
     except (InputError, sqlite3.Error):

@@ -7,40 +7,42 @@ rows away. Whoever packed a project may have put them in.
 
 from __future__ import annotations
 
-import re
 import sqlite3
 from pathlib import Path
 
 from vomstudio.errors import InputError
+from vomstudio.files.untrusted.databases import refuse, schema_of
 from vomstudio.words import tr
 
 _TABLES = {"journal", "head", "view"}
-_KNOWN = re.compile(r"check\s*\(\s*id\s*=\s*1\s*\)")
+_KNOWN_CHECK = ("check", "(", "id", "=", "1", ")")
 
 
 def require_plain(db: sqlite3.Connection, path: Path) -> None:
-    """Raises InputError where the file holds anything but tables of columns, sqlite3.Error where
-    that cannot be read."""
-    for kind, name, words in db.execute("SELECT type, name, sql FROM sqlite_master"):
-        # What SQLite makes by itself, for keys and statistics, has no words or a name of its own.
-        if words is None or (kind == "table" and str(name).startswith("sqlite_")):
-            continue
-        if kind != "table" or name not in _TABLES or not _is_plain(str(words)):
-            raise InputError(
-                tr(
-                    "The journal holds something that no journal has ({kind} '{name}') and that "
-                    "could change or hide its rows. Ask for another copy of the project.",
-                    kind=str(kind)[:20],
-                    name=str(name)[:100],
-                ),
-                file=path,
-            )
+    """Check that a journal contains its tables alone, each of plain columns.
+
+    Raises
+    ------
+    InputError
+        With ``file.unsafe-schema`` for anything else.
+    sqlite3.Error
+        If the schema cannot be read.
+    """
+    for entry in schema_of(db):
+        # Statistics that SQLite keeps have tables of a name that nobody else can give.
+        is_known = entry.name in _TABLES or entry.name.startswith("sqlite_")
+        if entry.kind != "table" or not is_known or not _is_plain(entry.tokens):
+            refuse(entry.kind, entry.name, path)
 
 
-def _is_plain(words: str) -> bool:
-    """A table of columns with types: whatever is worked out stands in brackets of its own."""
-    bare = _KNOWN.sub("", words.lower())
-    return bare.startswith("create table") and bare.count("(") == 1
+def _is_plain(tokens: tuple[str, ...]) -> bool:
+    """Return whether a table has columns with types only: conditions and computed columns have
+    brackets of their own."""
+    size = len(_KNOWN_CHECK)
+    brackets = tokens.count("(")
+    for at in range(len(tokens) - size + 1):
+        brackets -= tokens[at : at + size] == _KNOWN_CHECK
+    return brackets == 1
 
 
 def require_sound(db: sqlite3.Connection, path: Path) -> None:

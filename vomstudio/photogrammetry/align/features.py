@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.atomic import atomic_write
-from vomstudio.files.pictures import PHOTOS, open_picture
+from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, as_8_bits, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.words import tr
 
@@ -133,6 +134,8 @@ def extract(task: ExtractTask) -> Features:
             width, height = image.size
             pixels = _pixels(image, task.options.max_size)
         use = None if task.mask is None else _mask(task.mask, width, height)
+    except InputError as error:
+        return Features.none(width, height, error.message)
     except (OSError, ValueError, SyntaxError, EOFError, TypeError, KeyError, IndexError) as error:
         return Features.none(width, height, tr("It cannot be read ({error}).", error=error))
     except MemoryError:
@@ -222,16 +225,13 @@ def grey(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
 def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
     """(h, w, 3) as stored, its long side at most `size`."""
     import cv2
-    from PIL import Image
 
     width, height = image.size
     scale = min(1.0, size / max(width, height))
     wanted = (max(1, round(width * scale)), max(1, round(height * scale)))
     if scale < 1:
         image.draft("RGB", wanted)
-    if image.mode in ("I;16", "I;16B", "I;16L", "I"):
-        values = np.asarray(image).astype(np.int64)
-        image = Image.fromarray(np.clip(values >> 8, 0, 255).astype(np.uint8))
+    image = as_8_bits(image)
     pixels = np.asarray(image if image.mode == "RGB" else image.convert("RGB"))
     if (pixels.shape[1], pixels.shape[0]) != wanted:
         pixels = cv2.resize(pixels, wanted, interpolation=cv2.INTER_AREA)
@@ -241,7 +241,7 @@ def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
 def _mask(data: bytes, width: int, height: int) -> npt.NDArray[np.bool_]:
     from PIL import Image
 
-    with open_picture(data, PHOTOS) as image:
+    with open_picture(data, PHOTOS, min_pixel_bytes=MASK_BYTES) as image:
         band: Image.Image = image.getchannel("A") if image.mode in ("LA", "PA") else image
         if band.mode not in ("L", "1", "I", "I;16"):
             band = band.convert("L")

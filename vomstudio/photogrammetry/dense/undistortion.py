@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import GeometryError, InputError
+from vomstudio.files.untrusted.pictures import MASK_BYTES, decode_picture
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.words import tr
 
@@ -152,23 +153,10 @@ def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
     """
     import cv2
 
-    image = _decoded(photo, cv2.IMREAD_COLOR_RGB)
+    image = decode_picture(photo, cv2.IMREAD_COLOR_RGB, name)
     if image is None:
         raise InputError(tr("This photo cannot be read. Copy it from the camera again."), file=name)
     return image
-
-
-def _decoded(content: bytes, kind: int) -> npt.NDArray[np.uint8] | None:
-    """The pixels of an image file as stored; None where they cannot be had."""
-    import cv2
-
-    if not content:
-        return None
-    try:
-        image = cv2.imdecode(np.frombuffer(content, np.uint8), kind | cv2.IMREAD_IGNORE_ORIENTATION)
-    except cv2.error:
-        return None
-    return None if image is None else np.asarray(image)
 
 
 def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[np.bool_]:
@@ -179,7 +167,7 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[
     """
     import cv2
 
-    image = _decoded(mask, cv2.IMREAD_GRAYSCALE)
+    image = decode_picture(mask, cv2.IMREAD_GRAYSCALE, name, min_pixel_bytes=MASK_BYTES)
     if image is None:
         raise InputError(tr("The mask of this photo cannot be read. Draw it again."), file=name)
     if image.shape != (height, width):

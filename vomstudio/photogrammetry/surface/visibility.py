@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.untrusted.pictures import COLOR_BYTES, MASK_BYTES, decode_picture
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 from vomstudio.words import tr
@@ -80,7 +81,8 @@ def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
     import cv2
 
     flags = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR
-    picture = cv2.imdecode(np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION)
+    pixel_bytes = MASK_BYTES if grey else COLOR_BYTES
+    picture = decode_picture(content, flags, view.name, min_pixel_bytes=pixel_bytes)
     if picture is None:
         raise InputError(tr("This picture cannot be decoded. Leave it out."), file=view.name)
     width, height = view.intrinsics.width, view.intrinsics.height

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.files.regular import require_regular_beside
+from vomstudio.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.products.elevation.shading import hillshade
 from vomstudio.words import tr
 
@@ -40,7 +41,11 @@ def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
 
     require_regular_beside(raster)
     try:
-        with rasterio.open(raster, driver="GTiff") as file:
+        check_raster(raster)
+        with (
+            rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES),
+            rasterio.open(raster, driver="GTiff") as file,
+        ):
             share = max(file.width, file.height, most) / most
             size = tuple(max(1, round(side / share)) for side in (file.height, file.width))
             read = file.read(1, out_shape=size, resampling=Resampling.average)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.pictures import open_picture
+from vomstudio.files.untrusted.pictures import as_rgb, copy_pixels, open_picture
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -38,7 +38,7 @@ class Pyramid:
 def picture_size(path: Path) -> tuple[int, int] | None:
     """(width, height) of an image file, None where it cannot be read."""
     try:
-        with open_picture(path) as picture:
+        with open_picture(path, header_only=True) as picture:
             return picture.size
     except (InputError, OSError, ValueError, SyntaxError):
         return None
@@ -49,27 +49,26 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     be read."""
     try:
         with open_picture(path) as picture:
-            image: Image.Image = picture.convert("RGB")
+            image: Image.Image = as_rgb(picture)
     except (InputError, OSError, ValueError, SyntaxError):
         return None
+    del picture
     size = (image.width / 2**coarser, image.height / 2**coarser)
     if coarser:
         image = image.reduce(2**coarser)
-    levels: list[npt.NDArray[np.uint8]] = []
-    while True:
-        levels.append(np.asarray(image))
-        if max(image.size) == 1:
-            break
-        # Of an odd side the last texel is averaged from what there is: texel i of a level always
-        # covers 2i and 2i + 1 of the one before.
-        image = image.reduce(2)
-    lengths = np.array([level.size for level in levels], np.int64)
-    return Pyramid(
-        np.concatenate([level.reshape(-1) for level in levels]),
-        np.concatenate([np.zeros(1, np.int64), np.cumsum(lengths)[:-1]]),
-        np.array([(level.shape[1], level.shape[0]) for level in levels], np.int64),
-        size,
-    )
+    # Of an odd side the last texel is averaged from what there is: texel i of a level always covers
+    # 2i and 2i + 1 of the one before.
+    sizes = [image.size]
+    while max(sizes[-1]) > 1:
+        sizes.append(((sizes[-1][0] + 1) // 2, (sizes[-1][1] + 1) // 2))
+    ends = np.cumsum([3 * width * height for width, height in sizes])
+    offsets = np.concatenate([np.zeros(1, np.int64), ends[:-1]])
+    texels = np.empty(ends[-1], np.uint8)
+    for offset, end, (width, height) in zip(offsets, ends, sizes, strict=True):
+        if image.size != (width, height):
+            image = image.reduce(2)
+        copy_pixels(image, texels[offset:end].reshape(height, width, 3))
+    return Pyramid(texels, offsets, np.array(sizes, np.int64), size)
 
 
 class TextureStore:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
+from vomstudio.files.untrusted.pictures import as_rgb
 from vomstudio.words import tr
 
 Pixels = npt.NDArray[np.uint8]
@@ -49,7 +50,7 @@ class Texture:
 
 
 def open_picture(path: Path):  # type: ignore[no-untyped-def]
-    from vomstudio.files import pictures
+    from vomstudio.files.untrusted import pictures
 
     try:
         picture = pictures.open_picture(path)
@@ -86,7 +87,7 @@ def overview(path: Path) -> Pixels | None:
     try:
         with open_picture(path) as picture:
             picture.draft("RGB", (OVERVIEW_SIDE, OVERVIEW_SIDE))
-            small = picture.convert("RGB")
+            small = as_rgb(picture)
             factor = max(1, min(small.size) // OVERVIEW_SIDE)
             return np.asarray(small.reduce(factor) if factor > 1 else small)
     except (TextureProblem, OSError, ValueError, SyntaxError):
@@ -118,8 +119,8 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
                     limit=limit,
                     factor=factor,
                 )
-                picture.draft("RGB", (width // factor, height // factor))
-            image = picture.convert("RGB")
+                picture.draft("RGB", (max(1, width // factor), max(1, height // factor)))
+            image = as_rgb(picture)
             left = max(1, -(-max(image.size) // limit))
             if left > 1:
                 image = image.reduce(left)
@@ -131,6 +132,8 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
                     reason=reason(error),
                 )
             ) from error
+    # Each copy of a large texture is a gigabyte.
+    del picture
     image = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
     levels = [make_level(np.asarray(image), whole_side)]
     while min(image.size) > 256 and len(levels) < 6:

@@ -13,6 +13,7 @@ from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTran
 
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
+from vomstudio.files.untrusted.pictures import check_picture
 from vomstudio.ui.common.worker_thread import Work, WorkerThread
 
 THUMBNAIL = QSize(102, 68)
@@ -112,6 +113,9 @@ class PhotoImages(QObject):
         return partial(self._read_thumbnail, self._waiting.pop(0)) if self._waiting else None
 
     def _read(self, key: str) -> None:
+        if (problem := _problem(key)) is not None:
+            self.pictured.emit(key, problem)
+            return
         reader = _reader(key)
         reader.setAutoTransform(False)
         size, orientation = reader.size(), reader.transformation()
@@ -140,6 +144,9 @@ class PhotoImages(QObject):
         self.pictured.emit(key, Picture(tuple(levels), width, height, turn))
 
     def _read_thumbnail(self, key: str) -> None:
+        if _problem(key) is not None:
+            self.thumbnailed.emit(key, QImage())
+            return
         reader = _reader(key)
         reader.setAutoTransform(True)
         size = reader.size()
@@ -158,6 +165,17 @@ class PhotoImages(QObject):
 
     def _keep_thumbnail(self, key: str, image: QImage) -> None:
         self._thumbnails[key] = image
+
+
+def _problem(path: str) -> str | None:
+    """Return why a photo is not decoded; None if it may be."""
+    try:
+        check_picture(path)
+    except InputError as error:
+        return error.message
+    except OSError as error:
+        return error.strerror or str(error)
+    return None
 
 
 def _reader(path: str) -> QImageReader:

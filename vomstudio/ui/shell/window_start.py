@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.failures.asked_to_stop import end_on_second
 from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.paths import resource
 from vomstudio.ui.shell.drawing_check import why_not_drawn
@@ -112,7 +113,9 @@ def _hear_signals(window: QMainWindow) -> QTimer:
     # A signal comes between any two lines of Python: closing waits for the event loop.
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
-            signal.signal(getattr(signal, name), lambda *_: QTimer.singleShot(0, window.close))
+            number = getattr(signal, name)
+            signal.signal(number, lambda *_: QTimer.singleShot(0, window.close))
+            end_on_second(number)
     listener = QTimer()
     listener.start(500)
     listener.timeout.connect(lambda: None)

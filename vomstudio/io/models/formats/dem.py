@@ -13,6 +13,7 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import require_regular_beside
+from vomstudio.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
@@ -28,10 +29,6 @@ Array = npt.NDArray[Any]
 MOST_VERTICES = 4_000_000
 """Of one surface: eight million triangles. Larger grids are thinned, which is said."""
 PIXELS_PER_STEP = 4_000_000
-MOST_PIXELS = 2**36
-BELIEVED_PIXELS = 100_000_000
-PIXELS_PER_BYTE = 4000
-"""More than that no compression of a grid with heights in it comes to."""
 HIGHEST_M = 1e5
 # What programs write for "nothing" without saying so in the file.
 UNDECLARED = (-9999.0, -32768.0, -32767.0, -99999.0)
@@ -74,12 +71,13 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     from rasterio.errors import RasterioError
 
     require_regular_beside(path)
+    check_raster(path)
     progress.stage(tr("Reading the heights"))
     said: list[Message] = []
     try:
         with (
             libtiff_silent(),
-            rasterio.Env(**COMPOUND),
+            rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES, **COMPOUND),
             utf8_name(path) as named,
             _opened(named) as dataset,
         ):
@@ -143,18 +141,6 @@ def _check_is_dem(dataset: Any, path: Path, said: list[Message]) -> None:
         )
     if dataset.width < 2 or dataset.height < 2:
         raise InputError(tr("One row of pixels is not a surface. Export a larger part."), file=path)
-    pixels = dataset.width * dataset.height
-    believed = max(BELIEVED_PIXELS, PIXELS_PER_BYTE * path.stat().st_size)
-    if pixels > min(MOST_PIXELS, believed):
-        raise InputError(
-            tr(
-                "The header promises {width:,} x {height:,} pixels, which the file cannot "
-                "hold. Export it again, or a part of it.",
-                width=dataset.width,
-                height=dataset.height,
-            ),
-            file=path,
-        )
     coefficients = np.array(dataset.transform[:6])
     if dataset.transform.is_identity or not np.isfinite(coefficients).all():
         points = " (only control points or camera figures)" if dataset.gcps[0] else ""

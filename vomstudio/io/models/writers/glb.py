@@ -14,7 +14,7 @@ import numpy.typing as npt
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_group
-from vomstudio.files.pictures import open_picture
+from vomstudio.files.untrusted.pictures import open_picture
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.units import WORLD
