@@ -140,6 +140,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " the columns, or change the sign of the heights."
         ),
     ),
+    "control.swapped-degrees": (
+        "error",
+        to_translate(
+            "{label}: longitude {longitude:.4f} and latitude {latitude:.4f} look exchanged."
+            " Exchange the columns."
+        ),
+    ),
     "control.other-unit": (
         "warning",
         to_translate(

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geometry.places import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
@@ -149,18 +149,9 @@ def _as_degrees(positions: Positions, back: ToGrid | None) -> Array:
         why = tr("it is outside of the system") if there is None else why_not_on_earth(*there)
         if there is None or why is not None:
             exchanged = back is None and why_not_on_earth(y, x) is None
-            raise InputError(
-                tr(
-                    "{photo}: longitude {x:g} and latitude {y:g} look exchanged. Exchange the "
-                    "columns.",
-                    photo=positions.photos[row],
-                    x=x,
-                    y=y,
-                )
-                if exchanged
-                else f"{positions.photos[row]}: {why}",
-                file=positions.file,
-            )
+            if exchanged:
+                raise _exchanged(positions, positions.photos[row], x, y)
+            raise InputError(f"{positions.photos[row]}: {why}", file=positions.file)
         found[row] = there
     return found
 
@@ -180,16 +171,14 @@ def _refuse_exchanged(positions: Positions, degrees: Array, crs: str | None) -> 
         return bool((around & (latitude >= south) & (latitude <= north)).mean() > 0.5)
 
     if not inside(*degrees.T) and inside(degrees[:, 1], degrees[:, 0]):
-        raise InputError(
-            tr(
-                "The positions ({x:.4f}, {y:.4f}, …) lie outside the area of the coordinate "
-                "reference system, and within it with longitude and latitude exchanged. Exchange "
-                "the columns.",
-                x=float(degrees[0, 0]),
-                y=float(degrees[0, 1]),
-            ),
-            file=positions.file,
-        )
+        raise _exchanged(positions, positions.photos[0], *degrees[0].tolist())
+
+
+def _exchanged(positions: Positions, photo: str, longitude: float, latitude: float) -> InputError:
+    finding = Finding(
+        "control.swapped-degrees", "error", label=photo, longitude=longitude, latitude=latitude
+    )
+    return InputError.of_finding(finding, file=positions.file)
 
 
 # --- heights ----------------------------------------------------------------------------------

@@ -227,7 +227,7 @@ def test_degrees_become_metres_of_their_utm_zone(tmp_path: Path) -> None:
         ("EPSG:4326\n500 4500 3 4 5 a.jpg\n", "not at a longitude and latitude"),
         ("EPSG:4326\n-200 45 3 4 5 a.jpg p\n", "p is not at a longitude and latitude."),
         ("EPSG:4326\n15 45 3 4 5 a.jpg\n181 45 3 4 5 a.jpg p\n", "p is not at a longitude"),
-        ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "p is not at a longitude and latitude."),
+        ("EPSG:4326\n15 -95 3 4 5 a.jpg p\n", "look exchanged"),
         ("+proj=rubbish +zone=2\n1 2 3 4 5 a.jpg\n", "is unknown"),
     ],
 )
@@ -353,3 +353,16 @@ def test_control_beside_the_photos_is_found_where_its_marks_are_too(tmp_path: Pa
     assert find_control(photos) == (tmp_path / "control.csv", tmp_path / "marks.csv")
     listed = written(photos, f"EPSG:32633\n{ROWS}", "gcp_list.txt")
     assert find_control(photos) == (listed, listed)
+
+
+def test_longitude_and_latitude_exchanged_are_named(tmp_path: Path) -> None:
+    """A list of OpenDroneMap in degrees; beyond 90 degrees by itself, else by the CRS asked for."""
+    far = "EPSG:4326\n47.5 -122.2 30 100 200 a.jpg p1\n47.6 -122.3 31 110 210 b.jpg p2\n"
+    with pytest.raises(InputError) as refused:
+        read_control(written(tmp_path, far, "gcp_list.txt"))
+    assert refused.value.code == "control.swapped-degrees"
+    near = "EPSG:4326\n46.1 13.2 30 100 200 a.jpg p1\n46.2 13.3 31 110 210 b.jpg p2\n"
+    path = written(tmp_path, near, "gcp_list.txt")
+    with pytest.raises(InputError) as refused:
+        agreed_crs(path, "EPSG:32633")
+    assert refused.value.code == "control.swapped-degrees"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
@@ -60,6 +61,28 @@ def find_control(photos: Path) -> tuple[Path, Path] | None:
     return None
 
 
+def _first_exchanged(control: Path, stated: str, code: str) -> Finding | None:
+    """Return ``control.swapped-degrees`` if points would be in another zone, `code`, with longitude
+    and latitude exchanged."""
+    from vomstudio.io.gis.crs import to_degrees, utm_zone
+
+    points = read_control(control)
+    if not points:
+        return None
+    x, y, _ = points[0].position
+    degrees = to_degrees(stated, [x], [y])
+    if degrees is None:
+        return None
+    longitude, latitude = float(degrees[0][0]), float(degrees[1][0])
+    is_exchanged = abs(longitude) <= 90.0 and utm_zone(latitude, longitude) == code
+    if not is_exchanged or stated != utm_zone(longitude, latitude):
+        return None
+    label = points[0].label
+    return Finding(
+        "control.swapped-degrees", "error", label=label, longitude=longitude, latitude=latitude
+    )
+
+
 def agreed_crs(control: Path, crs: str | None) -> str | None:
     """The CRS of a model placed by this file: the one asked for, which must be that of the file
     where it states one, or else the file's; None for a local frame. Raises UsageError."""
@@ -69,7 +92,9 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
     if crs is None:
         return stated
     code = metric_crs(crs, "CRS")
-    if stated not in (None, code):
+    if stated is not None and stated != code:
+        if (exchanged := _first_exchanged(control, stated, code)) is not None:
+            raise InputError.of_finding(exchanged, file=control)
         raise UsageError(
             tr(
                 "{code} is not the coordinate reference system of {file}, which is in "

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.words import tr
@@ -79,6 +80,13 @@ def in_metres(
 
 
 def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
+    x, y, _ = point.position
+    if abs(x) <= 90 < abs(y) <= 180:
+        return InputError.of_finding(
+            Finding("control.swapped-degrees", "error", label=point.label, longitude=x, latitude=y),
+            file=path,
+            line=line,
+        )
     return InputError(
         tr("{label} is not at a longitude and latitude.", label=point.label), file=path, line=line
     )
