@@ -19,6 +19,7 @@ from pyproj import CRS, Transformer
 
 import vomstudio as vs
 from tests.messages import codes
+from vomstudio.core.findings import as_finding
 from vomstudio.geometry.units import METRES
 
 pytestmark = [
@@ -268,10 +269,11 @@ def codes_of_call(call: Callable[[], Any]) -> tuple[set[str], bool]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            call()
+            result = call()
         except vs.errors.VomError as error:
             return {error.code}, True
-    return {getattr(each.message, "code", "") for each in caught}, False
+    found = {getattr(each.message, "code", "") for each in caught}
+    return found | {as_finding(each).code for each in getattr(result, "warnings", ())}, False
 
 
 @pytest.mark.parametrize("frame", FRAMES)

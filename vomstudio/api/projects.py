@@ -9,14 +9,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from vomstudio.api import feature_tables
-from vomstudio.api.checking import flag, naming, one_of, path_of, points, warn, words_of
+from vomstudio.api.checking import flag, naming, path_of, points, warn, words_of
+from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
 from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
-from vomstudio.geometry.units import METRES
-from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.project.export import export_records, refuse_empty
 from vomstudio.io.project.folder import Project as ProjectFolder
 from vomstudio.io.project.journal import own_files
@@ -284,23 +283,20 @@ class Project:
         crs: str | None = None,
         up: Literal["y", "z"] | None = None,
         unit: str | None = None,
+        to_crs: str | None = None,
     ) -> str:
         """Make a model part of the project; returns its id.
 
-        crs, up, unit : as in `vs.read`. A registration beside the file places the model, so that
+        crs, up, unit, to_crs : as in `vs.read`; with `to_crs` the project contains a converted
+        copy. A registration beside the file places the model, so that
         its errors reach all that is measured on it. A file that does not say how it stands is
         taken as local, in metres, z up, with a warning. A file that the project has already is not
         added twice. Raises vs.errors.InputError, vs.errors.UsageError.
         """
-        if up is not None:
-            one_of(up, ("y", "z"), "up")
-        if unit is not None:
-            one_of(unit, METRES, "unit")
-        with naming("crs", "--crs"):
-            added = self._open_desk().add_model(
-                path_of(path, "path"), FrameOptions(crs=words_of(crs, "crs"), up=up, unit=unit)
-            )
-        warn(added.warnings)
+        options = frame_options(crs, up, unit, to_crs)
+        with frame_arguments_named():
+            added = self._open_desk().add_model(path_of(path, "path"), options)
+        warn(added.warnings, notes=True)
         return added.model.id
 
     def add_trace(

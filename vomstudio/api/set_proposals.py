@@ -109,4 +109,5 @@ def sets(
     findings = () if placed is None else placed.findings
     warn([*findings, *found.warnings[len(rows.warnings) :]])
     own = {f.name: getattr(found, f.name) for f in fields(SetProposal)}
+    own["warnings"] = (*findings, *found.warnings)
     return ProposedSets(**own, table=frame)
