@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
+from vomstudio.cli.common.frames_of_models import (
+    add_frame,
+    add_project,
+    frame_options,
+    unknown_unit,
+)
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
@@ -96,10 +101,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             progress=progress,
         )
     progress.stage(tr("Writing the results"))
-    if not model.metric:
-        warnings.append(
-            tr("The file states no unit: what is said in metres is in the unit of the file.")
-        )
+    warnings += unknown_unit(model)
     result: dict[str, Any] = {**found.as_dict(), "table": args.output}
     warnings += found.warnings
     if args.labels is not None:

@@ -20,6 +20,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " and --crs change this."
         ),
     ),
+    "frame.no-unit": (
+        "warning",
+        to_translate(
+            "The unit of the model is not known. Lengths given in metres are in that unit. State it"
+            " with --unit."
+        ),
+    ),
     "frame.not-metric": (
         "error",
         to_translate(

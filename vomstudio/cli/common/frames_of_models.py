@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.workspace.world_models import WorldModel
 
 
 def add_frame(parser: Parser) -> None:
@@ -22,6 +27,12 @@ def add_project(parser: Parser) -> None:
         metavar="PROJECT",
         help=tr("place the model as in this project, registered or declared"),
     )
+
+
+def unknown_unit(model: WorldModel) -> list[Message]:
+    """Return ``frame.no-unit`` if lengths are in an unknown unit and nothing was assumed."""
+    codes = {as_finding(each).code for each in model.warnings}
+    return [] if model.metric or "frame.assumed" in codes else [Finding("frame.no-unit")]
 
 
 def frame_options(args: argparse.Namespace) -> FrameOptions:

@@ -15,7 +15,12 @@ from vomstudio.cli.common.arguments import (
     add_output,
     progress_of,
 )
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
+from vomstudio.cli.common.frames_of_models import (
+    add_frame,
+    add_project,
+    frame_options,
+    unknown_unit,
+)
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
@@ -114,11 +119,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             registration_deg=_registration(args, model, plane),
             progress=progress,
         )
-    warnings = [*model.warnings, *said]
-    if not model.metric:
-        warnings.append(
-            tr("The file states no unit: what is said in metres is in the unit of the file.")
-        )
+    warnings = [*model.warnings, *said, *unknown_unit(model)]
     warnings += found.warnings
     result: dict[str, Any] = {"file": args.output, **found.as_dict()}
     if raster:

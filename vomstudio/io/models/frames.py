@@ -301,9 +301,11 @@ def _assumed(loaded: LoadedModel, options: FrameOptions, up: UpAxis) -> tuple[Fi
         return ()
     maybe = looks_like_degrees(np.asarray(loaded.data.bounds, np.float64))
     findings = () if maybe is None or options.unit is not None else (maybe,)
-    if options.is_given or (loaded.turned_about is not None and loaded.unit_m is not None):
+    has_up = options.up is not None or loaded.turned_about is not None
+    has_unit = options.unit is not None or loaded.unit_m is not None
+    if has_up and has_unit:
         return findings
-    unit = loaded.units[0] if loaded.unit_m is not None else "m"
+    unit = options.unit or (loaded.units[0] if loaded.unit_m is not None else "m")
     assumed = Finding("frame.assumed", file=loaded.path.name, up=up, unit=unit, crs=None)
     return (assumed, *findings)
 
