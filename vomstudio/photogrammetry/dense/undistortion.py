@@ -167,7 +167,8 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[
     """
     import cv2
 
-    image = decode_picture(mask, cv2.IMREAD_GRAYSCALE, name, min_pixel_bytes=MASK_BYTES)
+    called = tr("mask of {photo}", photo=name)
+    image = decode_picture(mask, cv2.IMREAD_GRAYSCALE, called, min_pixel_bytes=MASK_BYTES)
     if image is None:
         raise InputError(tr("The mask of this photo cannot be read. Draw it again."), file=name)
     if image.shape != (height, width):
