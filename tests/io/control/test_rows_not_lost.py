@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vomstudio.core.findings import as_finding
 from vomstudio.errors import InputError
 from vomstudio.io.control.observation_tables import read_pairs, read_positions, read_scale_bars
 
@@ -46,7 +47,8 @@ def test_a_table_of_such_labels_alone_says_why_it_is_empty(tmp_path: Path, heade
 
 def test_comments_are_no_rows(tmp_path: Path) -> None:
     text = "# made on 12, 5, 2024\n# a, b, c, d, e, f, g\n" + HEADER + rows(["P1", "P2", "P3"])
-    assert read_pairs(written(tmp_path, text)).notes == ()
+    notes = read_pairs(written(tmp_path, text)).notes
+    assert [as_finding(note).code for note in notes] == ["frame.assumed"]
 
 
 def test_a_row_in_a_comment_is_no_header(tmp_path: Path) -> None:
