@@ -40,6 +40,8 @@ from tests.fuzz.stopping import until_stopped
 ALLOWED, FREE_BYTES = 2.0, 100_000_000
 """Of the budget: the picture, and a copy of it in another mode; and for all else."""
 MAX_S = 60.0
+MAX_SIDE = 1 << 20
+"""Of OpenCV (CV_IO_MAX_IMAGE_HEIGHT)."""
 _CHUNK = 1 << 20
 
 
@@ -474,6 +476,7 @@ def campaign(
                     and name in _WHOLE
                     and bent.is_valid
                     and 8 * bent.width * bent.height < budget
+                    and max(bent.width, bent.height) <= MAX_SIDE
                 ):
                     said = f"not read: {message}"
                 if said:
