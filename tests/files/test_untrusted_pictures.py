@@ -260,6 +260,13 @@ def test_what_lies_about_a_small_tiff_counts(tags: dict[str, int], tmp_path: Pat
 
 
 @pytest.mark.usefixtures("plenty")
+def test_tiles_that_reach_beyond_the_picture_count() -> None:
+    """All of them are decompressed: 7 GB for a picture of 70 megapixels, which took 101 s."""
+    open_picture(tiff_of(10_000, 7000, across=256, down=256)).close()
+    assert refusal(tiff_of(10_000, 7000, across=1 << 20, down=16)) == TOO_LARGE
+
+
+@pytest.mark.usefixtures("plenty")
 def test_a_raster_that_is_read_in_windows_may_be_larger_than_memory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -60,17 +60,20 @@ class PictureSize:
     extra_bytes : int
         What a decoder holds beside the pixels: a strip or tile, the coefficients of a JPEG of
         several scans, the canvas of a WebP.
+    tiles_bytes : int
+        Of all tiles, which may reach far beyond the picture; 0 if it has none.
     """
 
     width: int
     height: int
     pixel_bytes: int
     extra_bytes: int = 0
+    tiles_bytes: int = 0
 
     @property
     def stored_bytes(self) -> int:
         """Bytes of all pixels as the file stores them, decompressed."""
-        return self.width * self.height * self.pixel_bytes
+        return max(self.width * self.height * self.pixel_bytes, self.tiles_bytes)
 
     def decoded_bytes(self, min_pixel_bytes: int) -> int:
         """Return the bytes after decompression, with at least so many for each pixel.
@@ -79,7 +82,8 @@ class PictureSize:
         of one column.
         """
         row = self.width * max(self.pixel_bytes, min_pixel_bytes)
-        return self.height * ((row + 3) // 4 * 4 + 8) + self.extra_bytes
+        held = self.height * ((row + 3) // 4 * 4 + 8)
+        return max(held, self.tiles_bytes) + self.extra_bytes
 
 
 def read_size(file: BinaryIO) -> PictureSize | None:
@@ -300,13 +304,16 @@ def _tiff_size(directory: _Directory) -> PictureSize:
     width, height = directory.get(_WIDTH, 0), directory.get(_HEIGHT, 0)
     samples, bits = directory.get(_SAMPLES, 1), directory.get(_BITS, 1)
     contiguous = directory.get(_PLANAR, 1) != _SEPARATE
-    across = directory.get(_TILE_WIDTH, width)
+    across = directory.get(_TILE_WIDTH) or width
     down = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
     block = across * down * bits * (samples if contiguous else 1) // 8
     if directory.get(_PHOTOMETRIC) == _YCBCR:
         # libtiff turns the whole block into red, green, blue and opacity.
         block = max(block, 4 * across * down)
-    return PictureSize(width, height, max(1, samples * bits // 8), block)
+    tiles = 0
+    if directory.get(_TILE_WIDTH) and directory.get(_TILE_HEIGHT):
+        tiles = -(-width // across) * -(-height // down) * (1 if contiguous else samples)
+    return PictureSize(width, height, max(1, samples * bits // 8), block, tiles * block)
 
 
 def _check_tags(file: BinaryIO) -> None:

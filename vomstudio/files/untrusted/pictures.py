@@ -200,7 +200,10 @@ def decode_picture(
     if not content.startswith(_PHOTO_MARKS):
         return None
     with _refusals(name):
-        _check_photo(io.BytesIO(content), min_pixel_bytes)
+        size = read_size(file := io.BytesIO(content))
+        _check_size(file, size, min_pixel_bytes)
+    if size is None:
+        return None
     try:
         pixels = cv2.imdecode(
             np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION
