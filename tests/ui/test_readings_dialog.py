@@ -177,7 +177,7 @@ def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
     path = tmp_path / "sheet.csv"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
     import_readings(window, window.studio, path)
-    assert "workbook" in studio.notices[-1].text
+    assert "ZIP" in studio.notices[-1].text
     assert not window.findChildren(ReadingsDialog)
 
 

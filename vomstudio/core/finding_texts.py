@@ -16,8 +16,8 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "frame.assumed": (
         "warning",
         to_translate(
-            "{file} does not state its frame. In use: {up} up, unit {unit}, CRS {crs}. Options --up,"
-            " --unit and --crs change this."
+            "{file} does not state its frame. In use: {up} up, unit {unit}, CRS {crs}. Options"
+            " --up, --unit and --crs change this."
         ),
     ),
     "frame.no-unit": (
