@@ -18,6 +18,7 @@ from vomstudio.files.regular import open_regular
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.words import tr
 
 _CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
@@ -54,7 +55,8 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
         if has_sigma:
             row += ["" if np.isnan(v) else _digits(v) for v in pairs.sigma[k].tolist()]
         rows.append(row)
-    return _write(path, head, rows)
+    comment = WORLD_COMMENT if pairs.crs is None else f"# CRS: {pairs.crs}\n"
+    return _write(path, head, rows, comment)
 
 
 def write_compass(path: Path, table: CompassTable) -> Path | None:

@@ -14,6 +14,8 @@ from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
 from vomstudio.io.gis.crs import sidecar_path
 from vomstudio.io.text.encodings import as_utf8
 
+WORLD_COMMENT = "# CRS: local; x East, y North, z Up, metres\n"
+"""First line of a table of World coordinates that this program writes for its commands."""
 MAX_BYTES = 100_000
 _CODE = re.compile(r"\bEPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _CODE_IN_LIST = re.compile(r"(?:^|[,;:(])\s*EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.document.kind import may_have_plane, planes_among
 from vomstudio.document.records import Picked
 from vomstudio.errors import VomError
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
@@ -76,7 +77,7 @@ def copy_fit(studio: Studio, parent: QWidget) -> None:
         from vomstudio.files.atomic import write_bytes
         from vomstudio.tables.orientation_table import csv_text
 
-        rows = ["id,x,y,z"]
+        rows = [WORLD_COMMENT.strip(), "id,x,y,z"]
         for f in features:
             named = csv_text(f.id)
             rows += [f"{named},{numbers_text(p)}" for p in measured[f.id].points.tolist()]

@@ -9,6 +9,7 @@ from pathlib import Path
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import atomic_write, write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.products.section.line_log import LogAnswer, RockWords, told_apart
 from vomstudio.ui.forms.copied_command import Word, Words, numbers_text
 
@@ -51,6 +52,7 @@ def _write_figure(answered: LogAnswer, target: io.BytesIO | Path, format_: str, 
 def write_boundaries(answered: LogAnswer, path: Path) -> None:
     """The table that the command reads, in place of what is there. Raises TargetError."""
     file = io.StringIO()
+    file.write(WORLD_COMMENT)
     out = csv.writer(file, lineterminator="\n")
     out.writerow(["name", "x", "y", "z", "lithology", "notes"])
     words = answered.question.words

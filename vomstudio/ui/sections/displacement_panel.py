@@ -29,6 +29,7 @@ from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -394,6 +395,7 @@ def _write_points(answered: Answered, path: Path) -> None:
     import io
 
     file = io.StringIO()
+    file.write(WORLD_COMMENT)
     out = csv.writer(file, lineterminator="\n")
     sides = [f"{side}_{axis}" for side in ("hanging", "footwall") for axis in "xyz"]
     out.writerow(["name", *sides])

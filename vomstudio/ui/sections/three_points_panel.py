@@ -29,6 +29,7 @@ from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.notation import format_plane
 from vomstudio.geometry.units import Axes
+from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
@@ -351,7 +352,11 @@ class ThreePointsPanel(SeenPanel):
             return
 
         def write(path: Path) -> None:
-            rows = ["x,y,z", *(numbers_text(point) for point in points.tolist())]
+            rows = [
+                WORLD_COMMENT.strip(),
+                "x,y,z",
+                *(numbers_text(point) for point in points.tolist()),
+            ]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
         options: list[tuple[str, Word]] = [("--sigma", sigma)] if sigma else []

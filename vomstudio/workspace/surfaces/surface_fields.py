@@ -26,6 +26,7 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.surface_tasks import (
     COMPUTE_FIELDS,
     MAP_MEASURABLE,
+    ComputedFields,
     FieldsOrder,
     MeasurableOrder,
 )
@@ -217,16 +218,20 @@ class SurfaceFields:
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
         out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
 
-        def read() -> tuple[Arrays, tuple[str, ...]]:
+        def read() -> Arrays:
             with open_arrays(out) as found:
-                named = {field_name(k, radius, metric=metric): found[k] for k in KINDS}
-                return named, tuple(str(each) for each in found["said"])
+                return {field_name(k, radius, metric=metric): found[k] for k in KINDS}
+
+        def computed(fields: ComputedFields) -> None:
+            messages = tuple(map(str, fields.warnings))
+            self._aside(turn, model_id, shown, lambda: (read(), messages))
 
         self._submit(
-            COMPUTE_FIELDS, FieldsOrder(standing, radius, key, out),
+            COMPUTE_FIELDS,
+            FieldsOrder(standing, radius, key, out),
             tr("Fields of {model} within {radius:g} m", model=record.name, radius=radius),
-            lambda _: self._aside(turn, model_id, shown, read),
-        )  # fmt: skip
+            computed,
+        )
 
     def _ask_measurable(self, model_id: str, shown: Shown) -> None:
         # Both fields are there at once.
