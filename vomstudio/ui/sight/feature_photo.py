@@ -61,6 +61,8 @@ class FeaturePhoto(QObject):
         viewport.left.connect(lambda: self.canvas.set_cross(None))
 
     def close(self) -> None:
+        """Stop background work; what it still delivers is ignored."""
+        self.photos = self.view = None
         self.images.close()
         self._thread.close()
 
