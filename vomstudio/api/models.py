@@ -288,7 +288,7 @@ class PointCloud(_Model):
     >>> import vomstudio as vs
     >>> path = pathlib.Path(tempfile.mkdtemp()) / "points.xyz"
     >>> np.savetxt(path, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
-    >>> vs.read(path, unit="cm").bounds.tolist()
+    >>> vs.read(path, up="z", unit="cm").bounds.tolist()
     [[0.0, 0.0, 0.0], [0.01, 0.01, 0.0]]
     """
 

@@ -74,7 +74,7 @@ def propose_traces(
     >>> grey += np.random.default_rng(1).normal(0.0, 10.0, len(x))
     >>> rows = np.column_stack([x, y, z, grey])
     >>> np.savetxt(path, rows, delimiter=",", header="x,y,z,grey", comments="")
-    >>> found = vs.propose_traces(vs.read(path, unit="m"), cost="grey", least_length=2.0)
+    >>> found = vs.propose_traces(vs.read(path, up="z", unit="m"), cost="grey", least_length=2.0)
     >>> first = found.proposals[0]
     >>> bool(np.abs(first.points[:, 2] - 0.7).max() < 0.08), first.doubt
     (True, 0.02)
