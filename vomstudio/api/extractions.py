@@ -240,7 +240,7 @@ def follow(
     >>> grey = np.where(np.abs(z - 1.0) < 0.05, 10.0, 200.0)
     >>> rows = np.column_stack([x, y, z, grey])
     >>> np.savetxt(path, rows, delimiter=",", header="x,y,z,grey", comments="")
-    >>> slope = vs.read(path, unit="m")
+    >>> slope = vs.read(path, up="z", unit="m")
     >>> trace = vs.follow(slope, [[0.05, 1.9, 1.0], [4.9, 1.5, 1.0]], cost="grey")
     >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
     True
