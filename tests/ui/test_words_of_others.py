@@ -63,6 +63,8 @@ def test_every_record_is_shown_as_words(project: Path, qtbot) -> None:  # type: 
         assert shown, "the names are to be seen"
         assert odd_texts(window) == []
     finally:
+        # The specimen has an unfinished trace.
+        window.studio.cancel_tool()
         window.studio.session.save()
         close(window)
 
