@@ -203,7 +203,7 @@ def test_text_for_people_goes_to_stderr_beside_json(run, write) -> None:
     ran = run("fit", write(POINTS), "--json")
     assert list(ran.json)[:2] == ["planes", "skipped"]
     assert "quality" in ran.err
-    plain = run("fit", write(POINTS), "--unit", "m")
+    plain = run("fit", write(POINTS), "--unit", "m", "--up", "z")
     assert "quality" in plain.out
     assert plain.err == ""
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 
@@ -58,22 +57,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     loaded = read_model(Path(args.input), progress, options)
     warnings: list[Message] = list(loaded.warnings)
     crs, unit = loaded.crs, 1.0
-    established = establish_frame(loaded, replace(options, unit=None) if crs else options)
+    established = establish_frame(loaded, options)
     warnings += established.findings
     if crs is not None:
         unit = established.frame.unit_m
-    if args.unit is not None:
-        if crs is not None and METRES[args.unit] != unit:
-            raise UsageError(
-                tr(
-                    "The unit of {crs} is {metres:g} m, not {unit}. Leave out one of them.",
-                    crs=crs,
-                    metres=unit,
-                    unit=args.unit,
-                ),
-                field="--unit",
-            )
-    elif crs is not None and unit != 1.0:
+    if args.unit is None and unit != 1.0:
         warnings.append(tr("Coordinates stay in the unit of the CRS, {metres:.9g} m.", metres=unit))
     scale = METRES[args.unit] if args.unit and crs is None else 1.0
     found = stored_registration(loaded, options)

@@ -71,6 +71,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         "warning",
         to_translate("The stated CRS ({crs}) is not known. State the right one with --crs."),
     ),
+    "frame.crs-unused": (
+        "warning",
+        to_translate(
+            "{file} states {crs}, which does not fit the coordinates. It is not used. State the CRS"
+            " with --crs."
+        ),
+    ),
     "frame.height-unit-only": (
         "warning",
         to_translate(

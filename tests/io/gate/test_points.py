@@ -15,6 +15,8 @@ from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import crs_in_comments
+from vomstudio.io.models.frames import establish_frame
+from vomstudio.io.models.opening import read_model
 
 Array = npt.NDArray[np.float64]
 ZONE = "EPSG:32633"
@@ -238,3 +240,20 @@ def test_rows_without_coordinates_pass(table: Path) -> None:
 )
 def test_a_crs_in_comments(comments: tuple[str, ...], text: str | None) -> None:
     assert crs_in_comments(comments).text == text
+
+
+def test_a_given_unit_replaces_that_of_a_local_system_once(tmp_path: Path) -> None:
+    """A model and a table state a local system in feet; --unit ft says the same again."""
+    wkt = 'LOCAL_CS["site",UNIT["foot",0.3048],AXIS["x",EAST],AXIS["y",NORTH]]'
+    feet = bed(0.0, 0.0) / METRES["ft"]
+    path = tmp_path / "site.xyz"
+    np.savetxt(path, feet, fmt="%.9f")
+    for options in (AS_STATED, FrameOptions(unit="ft")):
+        found = points_to_world(feet, file=path, comments=(f"CRS: {wkt}",), options=options)
+        assert found.points == pytest.approx(bed(0.0, 0.0), abs=1e-9)
+    path.write_text(f"# CRS: {wkt}\n{path.read_text()}")
+    for options in (AS_STATED, FrameOptions(unit="ft")):
+        loaded = read_model(path, options=options)
+        to_world = np.array(establish_frame(loaded, options).to_world())
+        world = loaded.data.points @ to_world[:3, :3].T + to_world[:3, 3]
+        assert world == pytest.approx(bed(0.0, 0.0), abs=1e-6)

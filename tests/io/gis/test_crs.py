@@ -59,13 +59,22 @@ def test_a_prj_beside_a_model_names_its_crs(tmp_path):
     assert read_model(tmp_path / "a.obj").crs == "EPSG:32633"
 
 
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00", b"EPSG:4326", b"x" * 200_000])
-def test_a_prj_that_cannot_be_used_is_said_and_the_model_opens(tmp_path, content):
+@pytest.mark.parametrize(
+    ("content", "code"),
+    [
+        (b"", "frame.crs-unused"),
+        (b"\xff\xfe\x00", "frame.crs-unreadable"),
+        (b"EPSG:4326", "frame.crs-unused"),
+        (b"x" * 200_000, "frame.crs-unreadable"),
+    ],
+)
+def test_a_prj_that_cannot_be_used_is_reported_and_the_model_opens(tmp_path, content, code):
     (tmp_path / "a.obj").write_text(OBJ)
     (tmp_path / "a.prj").write_bytes(content)
     loaded = read_model(tmp_path / "a.obj")
     assert loaded.crs is None
-    assert any("a.prj" in warning for warning in loaded.warnings)
+    (finding,) = (each for each in loaded.warnings if each.code.startswith("frame.crs"))
+    assert (finding.code, finding.values["file"]) == (code, "a.prj")
 
 
 @pytest.mark.parametrize("code", ["EPSG:2264", "EPSG:2256", "EPSG:2264+6360"])

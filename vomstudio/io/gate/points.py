@@ -10,15 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.axes import assumed_frame, choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.metric import check_metric, looks_like_degrees
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
-from vomstudio.io.gis.axis_units import StatedAxes, in_words, refusal, stated_axes, unit_findings
-from vomstudio.io.gis.crs import crs_name, metric_crs, typed_crs, world_crs
-from vomstudio.words import tr
+from vomstudio.io.gis.axis_units import StatedAxes, in_words, refusal, unit_findings
+from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
 
 Array = npt.NDArray[np.float64]
 
@@ -103,17 +103,12 @@ def points_to_world(
     if options.up == "y":
         # x East, y Up, z South.
         points = np.ascontiguousarray(points[:, [0, 2, 1]] * [1.0, -1.0, 1.0])
-    axes = _axes(stated, options, file)
-    if axes is None or axes.kind == "none":
-        if options.to_crs is not None:
-            raise UsageError(
-                tr("The table states no CRS to convert from. Give --crs too."),
-                file=file,
-                field="--to-crs",
-            )
+    axes, about_axes = choose_axes(stated.text, options, file=file)
+    findings += about_axes
+    if options.to_crs is not None:
+        require_crs(axes, file)
+    if axes.kind == "none":
         return _without_crs(points, stated, findings, options, file, model)
-    if options.crs is not None and stated.text is not None:
-        findings += _replaced(file, stated.text, axes)
     target = options.to_crs or (None if model is None else model.crs)
     bounds = _bounds(points)
     if target is not None and (options.to_crs is not None or not _is_same(axes, target)):
@@ -124,40 +119,13 @@ def points_to_world(
     findings += unit_findings(axes)
     if axes.crs is None or axes.unit_m is None:
         # A local system has units and no place on Earth.
-        return WorldPoints(points * _factors(axes), None if model is None else model.crs, findings)
+        return WorldPoints(points * axes.metres, None if model is None else model.crs, findings)
     field = "--crs" if options.crs is not None else "CRS"
     checked = check_metric(axes.crs, bounds[:, :2], file=file, field=field)
     if model is not None and model.crs is None:
         findings += (Finding("frame.model-without-crs", file=file.name, crs=crs_name(axes.crs)),)
     world = world_crs(axes.crs, axes.unit_m)
-    return WorldPoints(points * _factors(axes), world, (*findings, *checked))
-
-
-def _axes(stated: StatedCrs, options: FrameOptions, file: Path) -> StatedAxes | None:
-    """Return the axes by the options, else by what the table states; None if neither does."""
-    text = options.crs or stated.text
-    if text is None:
-        return None
-    if options.crs is not None and options.to_crs is None:
-        typed_crs(options.crs)
-    try:
-        axes = stated_axes(text)
-    except InputError as error:
-        raise UsageError(error.message, file=file, field="--crs") from error
-    if options.unit is not None and axes.unit_m is not None:
-        unit_m = METRES[options.unit]
-        if not np.isclose(unit_m, axes.unit_m, rtol=2e-7, atol=0.0):
-            raise UsageError(
-                tr(
-                    "The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit.",
-                    crs=crs_name(text),
-                    metres=axes.unit_m,
-                    unit=options.unit,
-                ),
-                file=file,
-                field="--unit",
-            )
-    return axes
+    return WorldPoints(points * axes.metres, world, (*findings, *checked))
 
 
 def _without_crs(
@@ -177,8 +145,16 @@ def _without_crs(
     if options.unit is None and model is None:
         maybe = looks_like_degrees(_bounds(points))
         findings += () if maybe is None else (maybe.of_file(file.name),)
-    if model is None and not (stated.is_local or options.is_given):
-        findings += (Finding("frame.assumed", "info", file=file.name, up="z", unit="m", crs=None),)
+    if model is None:
+        findings += assumed_frame(
+            file,
+            options,
+            up=options.up or "z",
+            unit=options.unit or "m",
+            has_up=stated.is_local,
+            has_unit=stated.is_local,
+            severity="info",
+        )
     return WorldPoints(points, None if model is None else model.crs, findings)
 
 
@@ -189,11 +165,10 @@ def _converted(
     source = axes.crs
     if source is None:
         refused = refusal(axes, _bounds(points))
-        finding = refused or Finding("frame.crs-unreadable", file=file.name, crs=axes.kind)
+        finding = refused or unreadable(file, axes.kind)
         raise InputError.of_finding(finding, file=file, field="CRS")
     code = metric_crs(target, "--to-crs")
-    heights = axes.height_m or axes.unit_m or 1.0
-    conversion = Reprojection.create(source, code, height_factor=heights)
+    conversion = Reprojection.create(source, code, height_factor=axes.metres[2])
     finite = np.isfinite(points).all(axis=1)
     converted = np.full_like(points, np.nan)
     try:
@@ -226,26 +201,6 @@ def _is_same(axes: StatedAxes, world: str) -> bool:
         return axes.crs == world
     metric = world_crs(axes.crs, axes.unit_m)
     return metric == world or CRS.from_user_input(metric).equals(CRS.from_user_input(world), True)
-
-
-def _replaced(file: Path, stated: str, axes: StatedAxes) -> tuple[Finding, ...]:
-    own = stated_axes(stated)
-    if own.crs is None or axes.crs is None or own.crs == axes.crs:
-        return ()
-    return (
-        Finding(
-            "frame.crs-replaced",
-            file=file.name,
-            file_crs=crs_name(own.crs),
-            crs=crs_name(axes.crs),
-        ),
-    )
-
-
-def _factors(axes: StatedAxes) -> Array:
-    """Return metres per unit of x, y and z, (3,)."""
-    flat = axes.unit_m or 1.0
-    return np.array([flat, flat, axes.height_m or flat])
 
 
 def _bounds(points: Array) -> Array:

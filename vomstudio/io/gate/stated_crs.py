@@ -9,14 +9,11 @@ from pathlib import Path
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
-from vomstudio.files.regular import read_small
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
-from vomstudio.io.gis.crs import sidecar_path
-from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.gis.crs import read_sidecar, sidecar_path
 
 WORLD_COMMENT = "# CRS: local; x East, y North, z Up, metres\n"
 """First line of a table of World coordinates that this program writes for its commands."""
-MAX_BYTES = 100_000
 _CODE = re.compile(r"\bEPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _CODE_IN_LIST = re.compile(r"(?:^|[,;:(])\s*EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _NAMED = re.compile(r"\s*(?:CRS|Coordinate\s*System|SRS|Projection)\s*[:=]\s*(\S.*)", re.IGNORECASE)
@@ -59,15 +56,16 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
         if (named := _NAMED.match(comment)) is None:
             continue
         text = named[1].strip()
+        if _WKT.match(text):
+            return StatedCrs(text)
         if text.casefold().startswith(_LOCAL):
             return StatedCrs(is_local=text.casefold().startswith(("local", "eng")))
         if (code := _CODE.match(text)) is not None:
             return StatedCrs(f"EPSG:{code[1]}")
-        return StatedCrs(text if _WKT.match(text) else text.partition(";")[0].strip())
+        return StatedCrs(text.partition(";")[0].strip())
     for comment in comments:
         if (wkt := _WKT.match(comment)) is not None:
-            is_local = wkt[1].casefold().startswith(_LOCAL)
-            return StatedCrs(is_local=True) if is_local else StatedCrs(wkt[1])
+            return StatedCrs(wkt[1])
     codes = {code for comment in comments for code in _CODE_IN_LIST.findall(comment)}
     return StatedCrs(f"EPSG:{codes.pop()}" if len(codes) == 1 else None)
 
@@ -93,10 +91,15 @@ def crs_of_table(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[
     if stated.text is not None and _axes(stated.text) is None:
         findings.append(Finding("frame.crs-unreadable", file=path.name, crs=stated.text[:80]))
         stated = StatedCrs()
-    beside = _read_sidecar(path)
-    if beside is None:
+    name = sidecar_path(path).name
+    try:
+        beside = read_sidecar(path)
+    except FileNotFoundError:
         return stated, tuple(findings)
-    name, shown = sidecar_path(path).name, " ".join(beside.split())[:80]
+    except (OSError, InputError) as error:
+        findings.append(Finding("frame.crs-unreadable", file=name, crs=str(error)))
+        return stated, tuple(findings)
+    shown = " ".join(beside.split())[:80]
     axes = _axes(beside)
     if axes is None:
         findings.append(Finding("frame.crs-unreadable", file=name, crs=shown))
@@ -124,14 +127,3 @@ def _axes(text: str) -> StatedAxes | None:
 def _differ(text: str, axes: StatedAxes) -> bool:
     own = _axes(text)
     return own is not None and own.crs != axes.crs
-
-
-def _read_sidecar(path: Path) -> str | None:
-    """Return the text of `NAME.prj`, or None if there is none that can be read."""
-    beside = sidecar_path(path)
-    if beside == path:
-        return None
-    try:
-        return as_utf8(read_small(beside, MAX_BYTES)).decode("utf-8", "replace")
-    except (OSError, InputError):
-        return None

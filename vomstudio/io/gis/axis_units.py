@@ -59,6 +59,12 @@ class StatedAxes:
     grows: frozenset[Literal["west", "south", "down"]] = frozenset()
 
     @property
+    def metres(self) -> tuple[float, float, float]:
+        """Metres per unit of x, y and z; 1 where unknown, and for degrees."""
+        flat = self.unit_m or 1.0
+        return flat, flat, self.height_m or flat
+
+    @property
     def height_factor(self) -> float:
         """What brings heights to the unit of x and y, in which the model is kept; of a local
         system, which has no axes to keep to, both are brought to metres by `unit_factor`."""

@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import read_small
 from vomstudio.io.gis.axis_units import stated_axes
@@ -197,42 +198,67 @@ def _to_wgs84(code: str) -> Any:
     return Transformer.from_crs(code, "EPSG:4326", always_xy=True)
 
 
+def read_sidecar(file: Path) -> str:
+    """Return the text of `NAME.prj` beside a file.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    OSError, InputError
+        If it cannot be read.
+    """
+    # Names in a code page of Windows are not what the numbers depend on.
+    return as_utf8(read_small(sidecar_path(file), _LONGEST)).decode("utf-8", "replace")
+
+
 def sidecar_crs(
     model: Path, bounds: npt.NDArray[np.float64] | None = None
-) -> tuple[str | None, str | None]:
-    """The CRS that `NAME.prj` beside a model names (WKT, or a code such as EPSG:32633), and a
-    warning where there is such a file and it cannot be used. Heights may have another unit there:
-    see `vomstudio.io.gis.axis_units`. One in degrees or of the whole Earth is named where the
-    bounds (2, 3) of the model are such: the model has no true scale; else it is a stray file."""
-    path = sidecar_path(model)
+) -> tuple[str | None, Finding | None]:
+    """Return the CRS that `NAME.prj` beside a model names.
+
+    Heights may have another unit there: see `vomstudio.io.gis.axis_units`. An outcrop is less than
+    a degree wide, so a CRS in degrees beside a wider model belongs to another file.
+
+    Parameters
+    ----------
+    model : Path
+    bounds : (2, 3) float, optional
+        Lowest and highest corner of the model.
+
+    Returns
+    -------
+    crs : str or None
+        WKT, or a code such as ``EPSG:32633``.
+    finding : Finding or None
+        ``frame.crs-unreadable`` or ``frame.crs-unused`` for a file that cannot be used.
+    """
+    name = sidecar_path(model).name
     try:
-        # Names in a code page of Windows are not what the numbers depend on.
-        text = as_utf8(read_small(path, _LONGEST)).decode("utf-8", "replace")
-        axes = stated_axes(text)
+        text = read_sidecar(model)
     except FileNotFoundError:
         return None, None
-    except OSError:
-        return None, tr(
-            "'{file}' cannot be read. Declare the coordinate reference system yourself.",
-            file=path.name,
-        )
+    except (OSError, InputError) as error:
+        return None, Finding("frame.crs-unreadable", file=name, crs=str(error))
+    try:
+        axes = stated_axes(text)
     except InputError:
-        axes = None
-    if axes is not None and bounds is not None and _are_of(axes.kind, bounds):
+        return None, Finding("frame.crs-unreadable", file=name, crs=_shown(text))
+    if bounds is not None and _are_of(axes.kind, bounds):
         return text, None
-    if axes is None or axes.kind != "projected":
-        return None, tr(
-            "'{file}' names no projected coordinate reference system. Declare it yourself.",
-            file=path.name,
-        )
+    if axes.kind != "projected":
+        return None, Finding("frame.crs-unused", file=name, crs=_shown(text))
     if axes.height_factor != 1.0 or axes.grows:
         return text, None
     return axes.crs, None
 
 
+def _shown(text: str) -> str:
+    return " ".join(text.split())[:80] or tr("nothing")
+
+
 def _are_of(kind: str, bounds: npt.NDArray[np.float64]) -> bool:
-    """Whether a model may have coordinates of this kind: an outcrop is less than a degree wide, and
-    on the surface of the Earth."""
+    """Return whether a model may have coordinates of this kind."""
     import numpy as np
 
     if not np.isfinite(bounds).all():

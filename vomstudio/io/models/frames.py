@@ -15,10 +15,11 @@ from vomstudio.document.registration_frames import change_file_frame, change_wor
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.axes import assumed_frame, choose_axes
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.metric import check_metric, looks_like_degrees
 from vomstudio.io.gate.reprojection import Reprojection
-from vomstudio.io.gis.crs import metres_of, parse_crs, typed_crs
+from vomstudio.io.gis.crs import metres_of, typed_crs
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registration_file import (
     FoundRegistration,
@@ -248,12 +249,9 @@ def _frame(loaded: LoadedModel, options: FrameOptions) -> Frame:
         # The coordinates were converted when they were read.
         return Frame("crs", loaded.crs, 1.0, "z")
     up = _up_axis(loaded, options)
-    if options.crs is not None:
-        code, metres = typed_crs(options.crs)
-        _require_unit(code, metres, options.unit)
-        return Frame("crs", code, metres, up)
-    if loaded.crs is not None:
-        return Frame("crs", loaded.crs, _unit_of(loaded.crs, options.unit), up)
+    axes, _ = choose_axes(loaded.crs, options, file=loaded.path)
+    if axes.crs is not None:
+        return Frame("crs", axes.crs, axes.metres[0], up)
     if options.unit is None and scale_known(loaded.path) is False:
         return Frame(up_axis=up)
     unit_m = METRES[options.unit] if options.unit is not None else loaded.unit_m or 1.0
@@ -301,33 +299,12 @@ def _assumed(loaded: LoadedModel, options: FrameOptions, up: UpAxis) -> tuple[Fi
         return ()
     maybe = looks_like_degrees(np.asarray(loaded.data.bounds, np.float64))
     findings = () if maybe is None or options.unit is not None else (maybe,)
-    has_up = options.up is not None or loaded.turned_about is not None
-    has_unit = options.unit is not None or loaded.unit_m is not None
-    if has_up and has_unit:
-        return findings
-    unit = options.unit or (loaded.units[0] if loaded.unit_m is not None else "m")
-    assumed = Finding("frame.assumed", file=loaded.path.name, up=up, unit=unit, crs=None)
-    return (assumed, *findings)
-
-
-def _unit_of(crs: str, unit: str | None) -> float:
-    """Return the metres per unit of a CRS that a file names. Raises UsageError for another unit."""
-    try:
-        code, metres = parse_crs(crs)
-    except InputError:  # not a projected CRS: used as it was before
-        return 1.0 if unit is None else METRES[unit]
-    _require_unit(code, metres, unit)
-    return metres
-
-
-def _require_unit(code: str, metres: float, unit: str | None) -> None:
-    if unit is not None and METRES[unit] != metres:
-        raise UsageError(
-            tr(
-                "The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit.",
-                crs=code,
-                metres=metres,
-                unit=unit,
-            ),
-            field="--unit",
-        )
+    assumed = assumed_frame(
+        loaded.path,
+        options,
+        up=up,
+        unit=options.unit or (loaded.units[0] if loaded.unit_m is not None else "m"),
+        has_up=loaded.turned_about is not None,
+        has_unit=loaded.unit_m is not None,
+    )
+    return (*assumed, *findings)

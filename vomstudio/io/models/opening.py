@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
 from vomstudio.document.records import Frame
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
@@ -23,16 +23,16 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
 from vomstudio.geometry.resolution import FewPoints, effective_resolution
 from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
     UNKNOWN,
     StatedAxes,
     refusal,
-    stated_axes,
     unit_findings,
 )
-from vomstudio.io.gis.crs import crs_name, sidecar_crs, typed_crs
+from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.frames import frame_findings
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registry import choose_reader, read_head
@@ -306,7 +306,7 @@ def with_axes(
         Why the data cannot be used as a model.
     """
     messages: list[Message] = list(loaded.warnings)
-    axes = _stated(loaded, options, messages)
+    axes = _axes(loaded, options, messages)
     if axes.kind == "none" and loaded.units != UNKNOWN:
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
     if options.to_crs is not None and not axes.grows:
@@ -315,12 +315,7 @@ def with_axes(
     messages += unit_findings(axes) if refused is None else ()
     named = axes.kind != "none" and refused is None
     if axes.crs is None and named and not axes.grows:
-        messages.append(
-            tr(
-                "The coordinate reference system (CRS) is not a known projected one. Declare it "
-                "yourself."
-            )
-        )
+        messages.append(unreadable(loaded.path, loaded.crs or axes.kind))
     data = _scaled(loaded.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
     settled = replace(
@@ -329,38 +324,16 @@ def with_axes(
     return settled, refused
 
 
-def _stated(loaded: LoadedModel, options: FrameOptions, messages: list[Message]) -> StatedAxes:
+def _axes(loaded: LoadedModel, options: FrameOptions, messages: list[Message]) -> StatedAxes:
     """Return the axes by the options, else the file, else the file beside it."""
     text = loaded.crs
     if text is None:
         text, problem = sidecar_crs(loaded.path, np.asarray(loaded.data.bounds, np.float64))
         if problem is not None and options.crs is None:
             messages.append(problem)
-    try:
-        axes = stated_axes(text, loaded.height_unit)
-    except InputError:
-        if options.crs is None:
-            named = " ".join((text or "").split())[:80]
-            messages.append(Finding("frame.crs-unreadable", file=loaded.path.name, crs=named))
-        axes = stated_axes(None, loaded.height_unit)
-    if options.crs is None:
-        return axes
-    try:
-        given = stated_axes(options.crs, loaded.height_unit)
-    except InputError as error:
-        raise UsageError(error.message, field="--crs") from error
-    if options.to_crs is None:
-        typed_crs(options.crs)
-    if axes.crs is not None and axes.crs != given.crs:
-        messages.append(
-            Finding(
-                "frame.crs-replaced",
-                file=loaded.path.name,
-                file_crs=crs_name(axes.crs),
-                crs=crs_name(given.crs or options.crs),
-            )
-        )
-    return given
+    axes, findings = choose_axes(text, options, file=loaded.path, height_unit=loaded.height_unit)
+    messages += findings
+    return axes
 
 
 def _reprojected(
@@ -368,14 +341,9 @@ def _reprojected(
 ) -> LoadedModel:
     """Return the model with its coordinates converted to another CRS, in metres."""
     assert options.to_crs is not None
-    if axes.crs is None:
-        raise UsageError(
-            tr("The file states no coordinate reference system to convert from. Give --crs too."),
-            file=loaded.path,
-            field="--to-crs",
-        )
-    height_m = axes.height_m or axes.unit_m or 1.0
-    conversion = Reprojection.create(axes.crs, options.to_crs, height_factor=height_m)
+    conversion = Reprojection.create(
+        require_crs(axes, loaded.path), options.to_crs, height_factor=axes.metres[2]
+    )
     data, turned = loaded.data, loaded.turned_about
     if options.up == "y" and turned is None:
         data, turned = moved(data, Frame(up_axis="y").to_world()), (0.0, 0.0, 0.0)

@@ -1,0 +1,148 @@
+"""Which CRS and units coordinates have: by the options, else by what their file states."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from vomstudio.core.findings import Finding, Severity
+from vomstudio.errors import InputError, UsageError
+from vomstudio.geometry.units import METRES
+from vomstudio.io.gate.frame_options import FrameOptions
+from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
+from vomstudio.io.gis.crs import crs_name, typed_crs
+from vomstudio.words import tr
+
+MAX_SHOWN_CHARACTERS = 80
+_SAME_UNIT = 2e-7
+"""Relative; files write the US survey foot with seven digits."""
+
+
+def choose_axes(
+    text: str | None,
+    options: FrameOptions,
+    *,
+    file: Path,
+    height_unit: str | None = None,
+) -> tuple[StatedAxes, tuple[Finding, ...]]:
+    """Choose the CRS and units of coordinates.
+
+    Parameters
+    ----------
+    text : str or None
+        Code, name or WKT that the file states.
+    options : FrameOptions
+        What the caller knows; it replaces what the file states.
+    file : Path
+        For messages.
+    height_unit : str, optional
+        Unit of the heights that the file states beside the CRS, a name of `METRES`.
+
+    Returns
+    -------
+    StatedAxes
+    findings : tuple of Finding
+        ``frame.crs-unreadable`` for a stated CRS that is not known, ``frame.crs-replaced`` if the
+        options name another CRS than the file.
+
+    Raises
+    ------
+    UsageError
+        For an option that is not a usable CRS, and for a unit that is not the one of the CRS.
+    """
+    findings: list[Finding] = []
+    try:
+        stated = stated_axes(text, height_unit)
+    except InputError:
+        stated = stated_axes(None, height_unit)
+        if options.crs is None:
+            findings.append(unreadable(file, text or ""))
+    axes = stated
+    if options.crs is not None:
+        axes = _typed_axes(options, height_unit, file)
+        if stated.crs is not None and stated.crs != axes.crs:
+            findings.append(
+                Finding(
+                    "frame.crs-replaced",
+                    file=file.name,
+                    file_crs=crs_name(stated.crs),
+                    crs=crs_name(axes.crs or options.crs),
+                )
+            )
+    if options.unit is not None:
+        axes = _with_unit(axes, options.unit, file)
+    return axes, tuple(findings)
+
+
+def unreadable(file: Path, text: str) -> Finding:
+    """Return the finding about a CRS that is not known."""
+    shown = " ".join(text.split())[:MAX_SHOWN_CHARACTERS]
+    return Finding("frame.crs-unreadable", file=file.name, crs=shown)
+
+
+def require_crs(axes: StatedAxes, file: Path) -> str:
+    """Return the CRS to convert from. Raise UsageError if neither file nor options name one."""
+    if axes.crs is None:
+        raise UsageError(
+            tr("The file states no CRS to convert from. Give --crs too."),
+            file=file,
+            field="--to-crs",
+        )
+    return axes.crs
+
+
+def assumed_frame(
+    file: Path,
+    options: FrameOptions,
+    *,
+    up: str,
+    unit: str,
+    has_up: bool,
+    has_unit: bool,
+    severity: Severity | None = None,
+) -> tuple[Finding, ...]:
+    """Return ``frame.assumed`` if neither file nor options state up axis and unit.
+
+    Parameters
+    ----------
+    up, unit : str
+        What is in use.
+    has_up, has_unit : bool
+        Whether the file states them.
+    severity : optional
+        The catalogue's if omitted.
+    """
+    if (has_up or options.up is not None) and (has_unit or options.unit is not None):
+        return ()
+    return (Finding("frame.assumed", severity, file=file.name, up=up, unit=unit, crs=None),)
+
+
+def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> StatedAxes:
+    assert options.crs is not None
+    if options.to_crs is None:
+        typed_crs(options.crs)
+    try:
+        return stated_axes(options.crs, height_unit)
+    except InputError as error:
+        raise UsageError(error.message, file=file, field="--crs") from error
+
+
+def _with_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
+    """Return the axes with a unit that was given. Raise UsageError if their CRS has another one."""
+    if axes.kind == "local":
+        return StatedAxes()
+    if axes.kind != "projected" or axes.crs is None or axes.unit_m is None:
+        return axes
+    if np.isclose(METRES[unit], axes.unit_m, rtol=_SAME_UNIT, atol=0.0):
+        return axes
+    raise UsageError(
+        tr(
+            "The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit.",
+            crs=crs_name(axes.crs),
+            metres=axes.unit_m,
+            unit=unit,
+        ),
+        file=file,
+        field="--unit",
+    )
