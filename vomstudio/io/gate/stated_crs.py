@@ -17,7 +17,7 @@ WORLD_COMMENT = "# CRS: local; x East, y North, z Up, metres\n"
 _CODE = re.compile(r"\bEPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _CODE_IN_LIST = re.compile(r"(?:^|[,;:(])\s*EPSG:{1,2}\s*(\d{4,6})\b", re.IGNORECASE)
 _NAMED = re.compile(r"\s*(?:CRS|Coordinate\s*System|SRS|Projection)\s*[:=]\s*(\S.*)", re.IGNORECASE)
-_WKT = re.compile(r"\s*([A-Z]{3,}(?:CRS|CS)\[.*\])\s*$", re.IGNORECASE)
+_WKT = re.compile(r"\s*([A-Z]{3,}_?(?:CRS|CS)\[.*\])\s*$", re.IGNORECASE)
 _LOCAL = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
 
 
