@@ -30,8 +30,8 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "frame.not-metric": (
         "error",
         to_translate(
-            "Lengths in {crs} are {scale:.4g} times those on the ground there, and differ by"
-            " {anisotropy_percent:.1f} % with direction. Use {suggested_crs}."
+            "Lengths in {crs} are up to {scale:.4g} times those on the ground there. Use"
+            " {suggested_crs}."
         ),
     ),
     "frame.undefined-place": (

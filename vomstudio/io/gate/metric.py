@@ -153,9 +153,8 @@ def check_metric(
         "suggested_crs": found.suggested_crs,
     }
     if not found.is_metric:
-        percent = 100.0 * found.anisotropy
         raise InputError.of_finding(
-            Finding("frame.not-metric", **values, anisotropy_percent=percent),
+            Finding("frame.not-metric", **values),
             file=file,
             field=field,
         )
