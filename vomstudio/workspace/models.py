@@ -188,10 +188,14 @@ class Models:
             return
         (path, crs), project = self.convertible, self._projects.project
 
+        text = tr(
+            "{file} was converted to {crs}; the project uses the copy.", file=path.name, crs=crs
+        )
+
         def converted(copy: ConvertedModel) -> None:
             if self._projects.project is project:
                 self.convertible = None
-                self.open_model(copy.path, path.stem)
+                self.open_model(copy.path, path.stem, then=lambda _: self._notices.info(text))
 
         self._jobs.submit(
             CONVERT_MODEL,
