@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 SIZE_MM = (170.0, 128.0)
 BIN_DEG = 10.0
+MAX_SHORT_NAME = 12
+"""Characters of set names of which two columns fit under the map."""
 _LAWS = {
     "exponential": to_translate("exponential"),
     "lognormal": to_translate("lognormal"),
@@ -60,12 +62,17 @@ def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> l
     draw = (_draw_map, _draw_rose, _draw_triangle, _draw_lengths, _draw_sizes)
     for letter, ax, one in zip(places, axes, draw, strict=True):
         one(ax, mapped, style)
-        left, _, _, _ = places[letter]
+        left = places[letter][0]
+        is_lower_row = letter in "de"
         figure.text(
-            max(left - 0.07, 0.008) if letter in "de" else left, places[letter][1]
-            + places[letter][3] + 0.025, letter, fontsize=1.25 * style.font_pt, weight="bold",
-            color=style.ink, va="bottom",
-        )  # fmt: skip
+            max(left - 0.07, 0.008) if is_lower_row else left,
+            0.425 if is_lower_row else 0.96,
+            letter,
+            fontsize=1.25 * style.font_pt,
+            weight="bold",
+            color=style.ink,
+            va="bottom",
+        )
     return axes
 
 
@@ -110,17 +117,18 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
             linewidth=2 * style.line_pt, solid_capstyle="butt")  # fmt: skip
     ax.text(low_x + bar / 2, low_y - 0.07 * span, f"{bar:g} m", ha="center", va="top",
             fontsize=style.font_pt, color=style.ink)  # fmt: skip
+    is_short = max((len(name) for name in mapped.sets), default=0) <= MAX_SHORT_NAME
     if 1 < len(mapped.sets) <= 8:
         ax.legend(loc="lower right", fontsize=0.85 * style.font_pt, frameon=False,
                   handlelength=1.2, labelcolor=style.ink, borderaxespad=0.0,
-                  ncols=2 if len(mapped.sets) > 4 else 1)  # fmt: skip
-    found = mapped.found
-    ax.set_title(
-        tr("{count:,} traces", count=found.traces)
-        if found.P21_1_per_m is None
-        else tr("{count:,} traces, P21 = {p21:.3g} 1/m", count=found.traces, p21=found.P21_1_per_m),
-        fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
-    )  # fmt: skip
+                  ncols=2 if len(mapped.sets) > 4 and is_short else 1)  # fmt: skip
+    network = mapped.found
+    title = tr("{count:,} traces", count=network.traces)
+    if network.plane is not None and not network.plane.is_horizontal:
+        title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
+    if network.P21_1_per_m is not None:
+        title = tr("{traces}, P21 = {p21:.3g} 1/m", traces=title, p21=network.P21_1_per_m)
+    ax.set_title(title, fontsize=style.font_pt, weight="bold", color=style.ink, pad=4)
 
 
 def _round_length(length: float) -> float:
@@ -148,10 +156,7 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     if plane is None or on_map:
         words = tr("strike, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
     else:
-        words = tr(
-            "angle from up on {plane}, % of {length:,.0f} m in {step:g}°",
-            plane=plane.name, length=rose.total, step=BIN_DEG,
-        )  # fmt: skip
+        words = tr("from up, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
     ax.set_title(
         words,
         fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
