@@ -214,9 +214,8 @@ def test_positions_that_mean_something_else_are_named(
 def test_longitude_and_latitude_exchanged_are_refused(run, write: Write, model: Path) -> None:
     colmap(model.parent)
     table = write(table_of(degrees(THERE)[:, [1, 0, 2]], "photo,longitude,latitude,altitude", 9))
-    ran = run("register", model, "--cameras", table, "--crs", "EPSG:32633")
-    assert ran.code == 2
-    assert "exchanged" in ran.said
+    ran = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json")
+    assert (ran.code, ran.json["error"]["code"]) == (2, "control.swapped-degrees")
 
 
 @pytest.mark.parametrize(
