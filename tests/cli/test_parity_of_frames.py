@@ -15,16 +15,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyproj import CRS, Transformer
 
 import vomstudio as vs
+from tests.frames import bed_grid, convert, write_cloud, write_prj, write_table
 from tests.messages import codes
 from vomstudio.core.findings import as_finding
 from vomstudio.geometry.units import METRES
 
-pytestmark = [
-    pytest.mark.full,
-]
+pytestmark = pytest.mark.full
 
 ZONE, FEET_CRS = "EPSG:32618", "EPSG:2263"
 ORIGIN = np.array([600_000.0, 4_510_000.0, 0.0])  # Long Island, where both are at home
@@ -36,16 +34,13 @@ TABLE: dict[tuple[str, str], str] = {}
 # --- what is given ----------------------------------------------------------------------------
 def bed(step_m: float = 0.5) -> Array:
     """Points of a bed of 090/30 in the metric zone."""
-    steps = np.arange(0.0, 15.0, step_m)
-    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
-    rough = np.random.default_rng(1).normal(0.0, 0.002, len(x))
-    return ORIGIN + np.column_stack([x, y, 50.0 - np.tan(np.radians(30.0)) * x + rough])
+    points = bed_grid(30.0, 15.0, step_m, ORIGIN + [0.0, 0.0, 50.0])
+    points[:, 2] += np.random.default_rng(1).normal(0.0, 0.002, len(points))
+    return points
 
 
 def moved(points: Array, crs: str) -> Array:
-    transformer = Transformer.from_crs(ZONE, crs, always_xy=True)
-    x, y = transformer.transform(points[:, 0], points[:, 1])
-    return np.column_stack([x, y, points[:, 2]])
+    return convert(points, crs, ZONE)
 
 
 def in_feet(points: Array) -> Array:
@@ -82,58 +77,35 @@ FRAMES: dict[str, tuple[Callable[[Array], Array], str | None, set[str]]] = {
 }
 
 
-def write_prj(path: Path, crs: str | None) -> None:
-    if crs is not None:
-        path.with_suffix(".prj").write_text(CRS.from_user_input(crs).to_wkt())
-
-
 def write_model(path: Path, points: Array, crs: str | None) -> Path:
-    model = path.with_suffix(".xyz")
-    np.savetxt(model, points, fmt="%.9f")
-    write_prj(model, crs)
-    return model
+    return write_cloud(path.with_suffix(".xyz"), points, crs)
 
 
-def write_table(path: Path, points: Array, crs: str | None) -> Path:
-    table = path.with_suffix(".csv")
-    chosen = points[:: max(1, len(points) // 12)]
-    rows = [",".join(f"{value:.9f}" for value in row) for row in chosen]
-    table.write_text("\n".join(["x,y,z", *rows]) + "\n")
-    write_prj(table, crs)
-    return table
+def write_points(path: Path, points: Array, crs: str | None) -> Path:
+    selected = points[:: max(1, len(points) // 12)]
+    return write_table(path.with_suffix(".csv"), selected, crs)
 
 
 def write_pairs(path: Path, points: Array, crs: str | None) -> Path:
     """Pairs on both sides of a fault."""
-    table = path.with_suffix(".csv")
     header = "hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z"
     rows = np.column_stack([points[:5], points[40:45]])
-    lines = [",".join(f"{value:.9f}" for value in row) for row in rows]
-    table.write_text("\n".join([header, *lines]) + "\n")
-    write_prj(table, crs)
-    return table
+    return write_table(path.with_suffix(".csv"), rows, crs, header)
 
 
 def write_oriented(path: Path, points: Array, crs: str | None) -> Path:
     """Planes with a place, as a table of orientations."""
-    table = path.with_suffix(".csv")
     rng = np.random.default_rng(2)
-    dips = np.column_stack([rng.normal(90, 3, 12), rng.normal(30, 3, 12), points[:12]])
-    rows = [",".join(f"{value:.9f}" for value in row) for row in dips]
-    table.write_text("\n".join(["dip_direction_deg,dip_deg,x,y,z", *rows]) + "\n")
-    write_prj(table, crs)
-    return table
+    rows = np.column_stack([rng.normal(90, 3, 12), rng.normal(30, 3, 12), points[:12]])
+    return write_table(path.with_suffix(".csv"), rows, crs, "dip_direction_deg,dip_deg,x,y,z")
 
 
 def write_control(path: Path, points: Array, crs: str | None) -> Path:
     """Pairs of places on a model and in World."""
-    table = path.with_suffix(".csv")
-    model = bed()[::90] - ORIGIN
-    rows = np.column_stack([model, points[::90]])
-    lines = [f"P{i}," + ",".join(f"{v:.9f}" for v in row) for i, row in enumerate(rows)]
-    table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *lines]) + "\n")
-    write_prj(table, crs)
-    return table
+    pairs = np.column_stack([bed()[::90] - ORIGIN, points[::90]])
+    rows = [(f"P{number}", *pair) for number, pair in enumerate(pairs)]
+    header = "label,model_x,model_y,model_z,x,y,z"
+    return write_table(path.with_suffix(".csv"), rows, crs, header)
 
 
 def write_drawing(path: Path, points: Array, crs: str | None) -> Path:
@@ -153,7 +125,8 @@ def write_drawing(path: Path, points: Array, crs: str | None) -> Path:
         crs=ZONE,
     )
     drawing.with_suffix(".prj").unlink()
-    write_prj(drawing, crs)
+    if crs is not None:
+        write_prj(drawing, crs)
     return drawing
 
 
@@ -161,7 +134,7 @@ def write_drawing(path: Path, points: Array, crs: str | None) -> Path:
 Write = Callable[[Path, Array, str | None], Path]
 COMMANDS: dict[str, tuple[Write, str]] = {
     "info (model)": (write_model, "info {file}"),
-    "info (table)": (write_table, "info {file}"),
+    "info (table)": (write_points, "info {file}"),
     "convert": (write_model, "convert {file} {out}.ply"),
     "facets": (write_model, "facets {file} -o {out}.csv"),
     "compare": (write_model, "compare {file} {good}"),
@@ -175,12 +148,12 @@ COMMANDS: dict[str, tuple[Write, str]] = {
     "measurable": (write_model, "measurable {file} --plane 90/30"),
     "surface": (write_model, "surface {file} -o {out}.csv"),
     "trace --propose": (write_model, "trace {file} --propose --cost curvature -o {out}.csv"),
-    "fit": (write_table, "fit {file}"),
-    "threepoint": (write_table, "threepoint {file}"),
-    "log": (write_table, "log {file} --bed 90/30"),
+    "fit": (write_points, "fit {file}"),
+    "threepoint": (write_points, "threepoint {file}"),
+    "log": (write_points, "log {file} --bed 90/30"),
     "displacement": (write_pairs, "displacement {file} --fault 90/60"),
     "sets": (write_oriented, "sets {file} -o {out}.csv"),
-    "extend POINTS": (write_table, "extend {good} {file} -o {out}.csv"),
+    "extend POINTS": (write_points, "extend {good} {file} -o {out}.csv"),
     "section --features": (
         write_oriented,
         "section {good} --plane 0/90 --through {middle} --features {file} -o {out}.csv",
@@ -193,8 +166,8 @@ PYTHON: dict[str, tuple[Write, Callable[[Path], Any]]] = {
     "vs.facets": (write_model, vs.facets),
     "vs.dem": (write_model, vs.dem),
     "vs.measurable": (write_model, lambda path: vs.measurable(path, plane=(90, 30))),
-    "vs.threepoint": (write_table, vs.threepoint),
-    "vs.log": (write_table, lambda path: vs.log(path, bed=(90, 30))),
+    "vs.threepoint": (write_points, vs.threepoint),
+    "vs.log": (write_points, lambda path: vs.log(path, bed=(90, 30))),
     "vs.displacement": (write_pairs, lambda path: vs.displacement(path, fault=(90, 60))),
     "vs.sets": (write_oriented, vs.sets),
     "vs.fractures": (write_drawing, vs.fractures),
