@@ -67,16 +67,19 @@ def in_california(tmp_path: Path) -> Path:
 
 
 def test_feet_of_a_crs_become_metres(in_california: Path) -> None:
-    with pytest.warns(vs.errors.VomWarning, match="US survey feet"):
+    with pytest.warns(vs.errors.VomWarning) as warned:
         feet = vs.read(in_california, crs="EPSG:2225")
+    (finding,) = (each.message for each in warned)
+    assert (finding.code, finding.values["unit"]) == ("frame.unit-converted", "US survey feet")
     assert feet.points[1] == pytest.approx(np.array([6561674, 1968502, 3]) * 1200 / 3937)
 
 
 def test_a_model_in_feet_is_saved_in_feet(in_california: Path, tmp_path: Path) -> None:
-    with pytest.warns(vs.errors.VomWarning, match="US survey feet"):
+    with pytest.warns(vs.errors.VomWarning):
         made = vs.read(in_california, crs="EPSG:2225").save(tmp_path / "feet.ply")
-    with pytest.warns(vs.errors.VomWarning, match="US survey feet"):
+    with pytest.warns(vs.errors.VomWarning) as warned:
         again = vs.read(made)
+    assert [each.message.code for each in warned] == ["frame.unit-converted"]
     assert again.crs == "EPSG:2225"
     expected = [[6561671, 1968502, 3], [6561674, 1968502, 3], [6561671, 1968506, 5]]
     assert again.points == pytest.approx(np.array(expected) * 1200 / 3937)

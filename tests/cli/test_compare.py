@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.messages import messages
+from tests.messages import codes, messages
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
@@ -51,7 +51,8 @@ def test_tables_are_clouds(run, write: Write) -> None:
     assert told["lod95_m"] is None
     assert told["significant_share"] is None
     assert told["positive_toward"]["plunge_deg"] == pytest.approx(-90.0)
-    assert any("unit" in said for said in messages(told))
+    assert codes(told) == ["frame.assumed", "frame.assumed", "uncoded"]
+    assert "Neither file states its unit" in messages(told)[-1]
 
 
 def test_accuracy_and_precision_stand_apart_in_words(run, write: Write) -> None:

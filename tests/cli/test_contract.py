@@ -64,9 +64,6 @@ def test_a_format_that_cannot_be_written_is_refused_with_those_that_can(run) -> 
 HOSTILE = [
     (b"", "empty"),
     (b"\n\n", "empty"),
-    (b"\x89PNG\r\n\x1a\n\x00\x00", "PNG"),
-    (b"\x00" * 100, "text"),
-    (b"LASF" + b"\x00" * 300, "LAS"),
     (b"x,y,z\n", "nothing"),
     (b"strike,dip\n", ""),
     (b"# nothing\n", "comments"),
@@ -78,26 +75,53 @@ HOSTILE = [
     (b"x,y,z,strike,dip\nnan,nan,nan,nan,nan\n", "rows"),
     (b'x,y,z,strike,dip\n1,2,3,"4,5\n', "quotation"),
 ]
+OTHER_KINDS = [
+    (b"\x89PNG\r\n\x1a\n\x00\x00", "png"),
+    (b"\x00" * 100, "binary"),
+    (b"LASF" + b"\x00" * 300, "las"),
+]
+TABLE_COMMANDS = ["fit", "stats", "fold", "stereonet", "rose", "slope"]
 
 
-@pytest.mark.parametrize("command", ["fit", "stats", "fold", "stereonet", "rose", "slope"])
-@pytest.mark.parametrize(("content", "words"), HOSTILE)
-def test_hostile_tables_are_refused_by_every_command(
-    run, write, tmp_path: Path, command: str, content: bytes, words: str
-) -> None:
-    path = write(content, "Ümläut 層.csv")
-    target = tmp_path / "out.svg"
+def table_words(command: str, path: Path, target: Path) -> list[object]:
+    """Return the arguments with which a command reads a table."""
     output = ["-o", target] if command in ("stereonet", "rose") else []
     output += ["--face", "90/70", "--friction", "30"] if command == "slope" else []
-    ran = run(command, path, *output)
+    return [command, path, *output]
+
+
+@pytest.mark.parametrize("command", TABLE_COMMANDS)
+@pytest.mark.parametrize(("content", "text"), HOSTILE)
+def test_hostile_tables_are_refused_by_every_command(
+    run, write, tmp_path: Path, command: str, content: bytes, text: str
+) -> None:
+    path = write(content, "Ümläut 層.csv")
+    words = table_words(command, path, tmp_path / "out.svg")
+    ran = run(*words)
     assert ran.code == 2
     assert str(path) in ran.said
-    assert words in ran.said
+    assert text in ran.said
     assert ran.out == ""
-    failed = run(command, path, *output, "--json")
+    failed = run(*words, "--json")
     assert failed.code == 2
     assert failed.json["error"]["file"] == str(path)
     assert failed.json["error"]["message"]
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("command", TABLE_COMMANDS)
+@pytest.mark.parametrize(("content", "kind"), OTHER_KINDS)
+def test_files_of_other_kinds_are_refused_by_every_command(
+    run, write, tmp_path: Path, command: str, content: bytes, kind: str
+) -> None:
+    path = write(content, "Ümläut 層.csv")
+    words = table_words(command, path, tmp_path / "out.svg")
+    failed = run(*words, "--json")
+    error = failed.json["error"]
+    assert failed.code == 2
+    assert (error["code"], error["kind"]) == ("file.other-kind", kind)
+    assert error["file"] == str(path)
+    assert str(path) in run(*words).said
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 

@@ -7,26 +7,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from pyproj import CRS, Transformer
 
 import vomstudio as vs
+from tests.frames import ORIGIN, ZONE, bed_grid, convert, write_cloud, write_prj
 from tests.messages import codes
-
-ZONE = "EPSG:32633"
-EAST_M, NORTH_M = 500_000.0, 5_094_000.0  # 46 degrees north
 
 
 @pytest.fixture
 def bed(tmp_path: Path) -> Path:
     """A bed of 090/30 in Web Mercator, with its .prj beside it."""
-    steps = np.arange(0.0, 20.0, 0.5)
-    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
-    z = 300.0 - np.tan(np.radians(30.0)) * x
-    to_mercator = Transformer.from_crs(ZONE, "EPSG:3857", always_xy=True)
-    east, north = to_mercator.transform(EAST_M + x, NORTH_M + y)
-    path = tmp_path / "bed.xyz"
-    np.savetxt(path, np.column_stack([east, north, z]), fmt="%.6f")
-    path.with_suffix(".prj").write_text(CRS.from_epsg(3857).to_wkt("WKT1_ESRI"))
+    path = write_cloud(tmp_path / "bed.xyz", convert(bed_grid(), "EPSG:3857"), None)
+    write_prj(path, "EPSG:3857", "WKT1_ESRI")
     return path
 
 
@@ -51,7 +42,7 @@ def test_web_mercator_is_refused_and_converted(run, bed: Path, tmp_path: Path, w
     error = refused.json["error"]
     assert error["code"] == "frame.not-metric"
     assert error["scale"] == pytest.approx(1.0 / np.cos(np.radians(46.0)), rel=3e-3)
-    assert error["suggested_crs"] in ("EPSG:32633", "EPSG:32632")
+    assert error["suggested_crs"] == ZONE
     converted = run(*command, "--to-crs", ZONE, "--json")
     assert converted.code == 0, converted.err
     assert "frame.reprojected" in codes(converted.json)
@@ -76,7 +67,7 @@ def test_a_project_takes_a_converted_copy(run, bed: Path, tmp_path: Path) -> Non
     assert "frame.reprojected" in codes(added.json)
     with vs.Project.open(folder) as project:
         (model,) = project.models
-        assert model.read().bounds[0, :2] == pytest.approx([EAST_M, NORTH_M], abs=0.1)
+        assert model.read().bounds[0, :2] == pytest.approx(ORIGIN[:2], abs=0.01)
 
 
 def test_python_converts_too(bed: Path) -> None:
@@ -87,7 +78,7 @@ def test_python_converts_too(bed: Path) -> None:
         cloud = vs.read(bed, to_crs=ZONE)
     assert [each.message.code for each in warned] == ["frame.reprojected"]
     assert [each.code for each in cloud.warnings] == ["frame.reprojected"]
-    assert cloud.bounds[0, :2] == pytest.approx([EAST_M, NORTH_M], abs=0.01)
+    assert cloud.bounds[0, :2] == pytest.approx(ORIGIN[:2], abs=0.01)
     assert cloud.crs == ZONE
 
 
@@ -97,27 +88,23 @@ def test_info_describes_what_others_refuse(run, bed: Path) -> None:
 
 
 def test_degrees_are_converted(run, tmp_path: Path) -> None:
-    path = tmp_path / "degrees.xyz"
-    steps = np.arange(0.0, 20.0, 0.5)
-    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
-    to_degrees = Transformer.from_crs(ZONE, "EPSG:4326", always_xy=True)
-    longitude, latitude = to_degrees.transform(EAST_M + x, NORTH_M + y)
-    z = 300.0 - np.tan(np.radians(30.0)) * x
-    np.savetxt(path, np.column_stack([longitude, latitude, z]), fmt="%.10f")
+    path = write_cloud(tmp_path / "degrees.xyz", convert(bed_grid(), "EPSG:4326"), None)
     assert "frame.maybe-degrees" in codes(run("info", path, "--json").json["files"][0])
     words = ("--crs", "EPSG:4326", "--to-crs", ZONE, "--json")
     answer = run("dem", path, "-o", tmp_path / "d.tif", *words)
     assert answer.code == 0, answer.err
     assert answer.json["crs"] == ZONE
+    (described,) = run("info", tmp_path / "d.tif", "--json").json["files"]
+    low, high = np.array(described["bounds"])
+    bed = bed_grid()
+    assert low == pytest.approx(bed.min(axis=0), abs=1.0)
+    assert high == pytest.approx(bed.max(axis=0), abs=1.0)
 
 
 def test_a_model_with_y_up_is_placed_by_its_option(run, tmp_path: Path) -> None:
     """A bed of 090/20, written with y up as phone scanners do."""
-    steps = np.arange(0.0, 6.0, 0.25)
-    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
-    z = 10.0 - np.tan(np.radians(20.0)) * x
-    path = tmp_path / "floor.xyz"
-    np.savetxt(path, np.column_stack([x, z, -y]), fmt="%.6f")
+    bed = bed_grid(20.0, side_m=6.0, step_m=0.25, origin=np.array([0.0, 0.0, 10.0]))
+    path = write_cloud(tmp_path / "floor.xyz", bed[:, [0, 2, 1]] * [1.0, 1.0, -1.0], None)
     assumed = run("facets", path, "-o", tmp_path / "a.csv", "--json")
     assert "frame.assumed" in codes(assumed.json)
     run("facets", path, "-o", tmp_path / "b.csv", "--up", "y")

@@ -7,40 +7,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from pyproj import CRS, Transformer
 
 import vomstudio as vs
+from tests import frames
+from tests.frames import ZONE, bed_grid, convert, write_cloud, write_table
 from tests.messages import codes
 from vomstudio.geometry.units import METRES
 
-ZONE = "EPSG:32633"
-EAST_M, NORTH_M = 500_000.0, 5_094_000.0  # 46 degrees north
 HEADER = "x,y,z"
 PAIRS = "hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z"
 
 
 def bed_points() -> np.ndarray:
-    """Points on a bed of 060/30, in metres."""
-    rng = np.random.default_rng(3)
-    x, y = rng.uniform(0.0, 40.0, (2, 12))
-    azimuth, dip = np.radians([60.0, 30.0])
-    z = 300.0 - np.tan(dip) * (x * np.sin(azimuth) + y * np.cos(azimuth))
-    return np.column_stack([EAST_M + x, NORTH_M + y, z])
-
-
-def write(path: Path, points: np.ndarray, crs: str | None, header: str = HEADER) -> Path:
-    rows = [header, *(",".join(f"{value:.9f}" for value in row) for row in points)]
-    path.write_text("\n".join(rows) + "\n")
-    if crs is not None:
-        path.with_suffix(".prj").write_text(CRS.from_user_input(crs).to_wkt())
-    return path
-
-
-def in_crs(points: np.ndarray, crs: str) -> np.ndarray:
-    transformer = Transformer.from_crs(ZONE, crs, always_xy=True)
-    flat = points.reshape(-1, 3)
-    x, y = transformer.transform(flat[:, 0], flat[:, 1])
-    return np.column_stack([x, y, flat[:, 2]]).reshape(points.shape)
+    return frames.bed_points(12, seed=3)
 
 
 def displaced_pairs() -> np.ndarray:
@@ -72,15 +51,15 @@ def figures(name: str, answer: dict) -> list[float]:
 class TestFramesOfTables:
     def test_figures_do_not_depend_on_the_frame(self, run, tmp_path: Path, name: str) -> None:
         header, points, words = COMMANDS[name]
-        metric = write(tmp_path / "metric.csv", points(), ZONE, header)
+        metric = write_table(tmp_path / "metric.csv", points(), ZONE, header)
         expected = figures(name, run(*words.format(table=metric).split(), "--json").json)
         feet = METRES["us-ft"]
         heights = points() / np.tile([1.0, 1.0, feet], len(header.split(",")) // 3)
-        mixed = write(tmp_path / "mixed.csv", heights, f"{ZONE}+6360", header)
+        mixed = write_table(tmp_path / "mixed.csv", heights, f"{ZONE}+6360", header)
         answer = run(*words.format(table=mixed).split(), "--json").json
         assert figures(name, answer) == pytest.approx(expected, rel=1e-6)
         assert "frame.unit-converted" in codes(answer)
-        all_feet = write(tmp_path / "feet.csv", points() / METRES["ft"], None, header)
+        all_feet = write_table(tmp_path / "feet.csv", points() / METRES["ft"], None, header)
         answer = run(*words.format(table=all_feet).split(), "--unit", "ft", "--json").json
         assert figures(name, answer) == pytest.approx(expected, rel=1e-6)
 
@@ -91,9 +70,9 @@ class TestFramesOfTables:
         self, run, tmp_path: Path, name: str, crs: str, code: str
     ) -> None:
         header, points, words = COMMANDS[name]
-        metric = write(tmp_path / "metric.csv", points(), ZONE, header)
+        metric = write_table(tmp_path / "metric.csv", points(), ZONE, header)
         expected = figures(name, run(*words.format(table=metric).split(), "--json").json)
-        table = write(tmp_path / "picks.csv", in_crs(points(), crs), crs, header)
+        table = write_table(tmp_path / "picks.csv", convert(points(), crs), crs, header)
         command = words.format(table=table).split()
         refused = run(*command, "--json")
         assert (refused.code, refused.json["error"]["code"]) == (2, code)
@@ -104,7 +83,7 @@ class TestFramesOfTables:
 
     def test_an_assumed_frame_is_reported(self, run, tmp_path: Path, name: str) -> None:
         header, points, words = COMMANDS[name]
-        table = write(tmp_path / "picks.csv", points(), None, header)
+        table = write_table(tmp_path / "picks.csv", points(), None, header)
         answer = run(*words.format(table=table).split(), "--json").json
         assert "frame.assumed" in codes(answer)
 
@@ -112,11 +91,11 @@ class TestFramesOfTables:
 @pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
 @pytest.mark.parametrize("call", [vs.threepoint, lambda t, **k: vs.log(t, bed=(60, 60), **k)])
 def test_python_functions_honour_the_prj(tmp_path: Path, call) -> None:
-    mercator = write(tmp_path / "picks.csv", in_crs(bed_points(), "EPSG:3857"), "EPSG:3857")
+    mercator = write_table(tmp_path / "picks.csv", convert(bed_points(), "EPSG:3857"), "EPSG:3857")
     with pytest.raises(vs.errors.InputError) as error:
         call(mercator)
     assert error.value.code == "frame.not-metric"
-    metric = write(tmp_path / "metric.csv", bed_points(), ZONE)
+    metric = write_table(tmp_path / "metric.csv", bed_points(), ZONE)
     converted = call(mercator, to_crs=ZONE)
     assert "frame.reprojected" in codes({"warnings": converted.warnings})
     expected = call(metric)
@@ -128,7 +107,7 @@ def test_python_functions_honour_the_prj(tmp_path: Path, call) -> None:
 
 def test_a_geodataframe_in_degrees_is_refused() -> None:
     geopandas = pytest.importorskip("geopandas")
-    points = in_crs(bed_points(), "EPSG:4326")
+    points = convert(bed_points(), "EPSG:4326")
     frame = pd.DataFrame(points, columns=["x", "y", "z"]).assign(bed="A")
     places = geopandas.points_from_xy(frame.x, frame.y)
     table = geopandas.GeoDataFrame(frame, geometry=places, crs="EPSG:4326")
@@ -139,19 +118,14 @@ def test_a_geodataframe_in_degrees_is_refused() -> None:
 
 
 def test_points_of_a_model_are_converted_to_its_crs(run, tmp_path: Path) -> None:
-    steps = np.arange(0.0, 20.0, 0.5)
-    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
-    z = 300.0 - np.tan(np.radians(30.0)) * x
-    cloud = np.column_stack([EAST_M + x, NORTH_M + y, z])
-    model = tmp_path / "model.xyz"
-    np.savetxt(model, cloud, fmt="%.4f")
-    model.with_suffix(".prj").write_text(CRS.from_user_input(ZONE).to_wkt())
+    cloud = bed_grid()
+    model = write_cloud(tmp_path / "model.xyz", cloud, ZONE)
     rng = np.random.default_rng(5)
     picks = cloud[rng.choice(len(cloud), 12, replace=False)]
     answers = []
     for crs in (None, ZONE, "EPSG:4326"):
-        points = picks if crs in (None, ZONE) else in_crs(picks, crs)
-        table = write(tmp_path / f"picks_{len(answers)}.csv", points, crs)
+        points = picks if crs in (None, ZONE) else convert(picks, crs)
+        table = write_table(tmp_path / f"picks_{len(answers)}.csv", points, crs)
         out = tmp_path / f"extended_{len(answers)}.csv"
         answers.append(run("extend", model, table, "-o", out, "--json").json)
     assert all(

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.messages import messages
+from tests.messages import codes, messages
 
 PROMISED = {
     "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "units",
@@ -239,7 +239,7 @@ def test_an_orthophoto_is_a_picture_with_a_place(
     assert (found["kind"], found["width"], found["height"]) == ("raster", 5, 4)
     if not known:
         assert (found["crs"], found["bounds"], found["units"]) == (None, None, None)
-        assert messages(found)
+        assert codes(found) == ["uncoded"]
         return
     assert found["crs"] == crs
     assert found["bounds"] == [[576_000, 5_187_998, None], [576_002.5, 5_188_000, None]]
@@ -280,8 +280,28 @@ def test_a_table_of_points_is_where_the_file_beside_it_says(run, write, tmp_path
         assert feet["resolution_m"] == pytest.approx(2**0.25 * 1200 / 3937, rel=0.1)
     (tmp_path / "a.prj").write_text("EPSG:4326")
     (degrees,) = run("info", write(rows, "a.csv"), "--json").json["files"]
-    assert degrees["points"] == 81
-    assert messages(degrees)
+    assert (degrees["points"], degrees["crs"]) == (81, None)
+    assert codes(degrees) == ["frame.not-degrees"]
+
+
+@pytest.mark.parametrize(
+    ("crs", "north", "code"),
+    [
+        ("EPSG:4326", 200_000, "frame.not-degrees"),
+        ("EPSG:4978", 200_000, "frame.geocentric"),
+        ("EPSG:3857", 5_000_000, "frame.not-metric"),
+        ("EPSG:2263", 200_000, "frame.unit-converted"),
+    ],
+)
+def test_a_table_of_points_has_the_findings_of_commands_that_measure(
+    run, write, tmp_path: Path, crs: str, north: int, code: str
+) -> None:
+    path = write("x,y,z\n" + "".join(f"{980_000 + i},{north + i * i},{i}\n" for i in range(9)))
+    (tmp_path / "in.prj").write_text(crs)
+    (described,) = run("info", path, "--json").json["files"]
+    measured = run("threepoint", path, "--json").json
+    expected = [measured["error"]["code"]] if "error" in measured else codes(measured)
+    assert codes(described) == expected == [code]
 
 
 def test_a_table_that_was_converted_keeps_its_crs(run, write, tmp_path: Path) -> None:

@@ -105,8 +105,9 @@ def test_python_has_the_same_figures(run, corner: Path) -> None:
     ran = run(
         "measurable", corner, "--plane", "0/0", "--length", "1", "--resolution", "0.01", "--json"
     )
-    with pytest.warns(vs.errors.VomWarning, match="frame"):
+    with pytest.warns(vs.errors.VomWarning) as warned:
         model = vs.read(corner)
+    assert [each.message.code for each in warned] == ["frame.assumed"]
     found = vs.measurable(model, "0/0", length_m=1.0, resolution_m=0.01)
     assert found.shares == pytest.approx(ran.json["shares"])
     values = found.as_fields()["expected_error95_deg"]

@@ -12,6 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.messages import codes, messages
+from tests.registrations import TURN
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.models.opening import read_model
@@ -20,7 +21,6 @@ from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 Array = npt.NDArray[np.float64]
 Write = Callable[..., Path]
 
-TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 SCALE, SHIFT = 2.5, np.array([398_000.0, 4_980_000.0, 320.0])
 CORNERS = np.array(
     [[0, 0, 0], [9, 0, 0], [0, 4, 1], [3, 2, 5], [5, 1, 0.5], [7, 3, 4], [1, 3, 3], [8, 2, 1]],

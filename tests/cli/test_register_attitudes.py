@@ -10,10 +10,11 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.cli.test_register_cameras import TURN, VIEWS, degrees, off_deg, world
+from tests.cli.test_register_cameras import VIEWS, degrees, off_deg, world
 from tests.io.photos import camera_files as files
 from tests.io.photos import photo_maker as maker
 from tests.messages import codes, messages
+from tests.registrations import TURN
 from vomstudio.geometry.cameras import View
 
 Array = npt.NDArray[np.float64]

@@ -13,12 +13,12 @@ from scipy.spatial.transform import Rotation
 from tests.io.photos import camera_files as files
 from tests.io.photos.photo_maker import at, text, write_photo
 from tests.messages import codes, messages
+from tests.registrations import TURN
 
 Array = npt.NDArray[np.float64]
 Write = Callable[..., Path]
 
 VIEWS = files.ring()
-TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 SCALE, SHIFT = 2.5, np.array([398_000.0, 4_980_000.0, 320.0])
 CORNERS = np.array([[x, y, z] for x in (-5, 5) for y in (-4, 4) for z in (-3, 3)], float)
 
@@ -214,9 +214,8 @@ def test_positions_that_mean_something_else_are_named(
 def test_longitude_and_latitude_exchanged_are_refused(run, write: Write, model: Path) -> None:
     colmap(model.parent)
     table = write(table_of(degrees(THERE)[:, [1, 0, 2]], "photo,longitude,latitude,altitude", 9))
-    ran = run("register", model, "--cameras", table, "--crs", "EPSG:32633")
-    assert ran.code == 2
-    assert "exchanged" in ran.said
+    ran = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json")
+    assert (ran.code, ran.json["error"]["code"]) == (2, "control.swapped-degrees")
 
 
 @pytest.mark.parametrize(

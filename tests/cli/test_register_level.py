@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
-from tests.cli.test_register import CORNERS, SCALE, TURN, turn_of, world
+from tests.cli.test_register import CORNERS, SCALE, turn_of, world
+from tests.registrations import TURN
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writing import write_model
 

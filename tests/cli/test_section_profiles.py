@@ -72,9 +72,8 @@ def test_a_profile_in_its_own_system(run, slope, tmp_path, name, xy, crs, code) 
 
 def test_degrees_over_a_model_that_is_on_no_map_are_refused(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = layer(tmp_path / "d.gpkg", moved(4326), "EPSG:4326")
-    ran = run("section", slope, "--profile", path, "-o", tmp_path / "s.csv")
-    assert ran.code == 2
-    assert "in degrees" in ran.err
+    ran = run("section", slope, "--profile", path, "-o", tmp_path / "s.csv", "--json")
+    assert (ran.code, ran.json["error"]["code"]) == (2, "frame.degrees")
 
 
 def test_two_lines_of_a_table_are_no_profile(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]

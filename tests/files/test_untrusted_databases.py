@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fuzz import bent_schemas
+from tests.fuzz import bent_schemas, campaigns
 from tests.tiers import first_in_default_tier
 from vomstudio.cli import main
 from vomstudio.errors import InputError
@@ -152,11 +152,11 @@ def test_a_signal_ends_a_reading_and_its_process(
     (tmp_path / "sitecustomize.py").write_text(BUSY_READER)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     path = bent(tmp_path, "_nothing")
-    code, ended_s, left = bent_schemas.end_by_signal(
+    code, ended_s, left = campaigns.end_by_signal(
         ["fractures", str(path)], getattr(signal, name), 3.0
     )
     assert (code, left) == (-signal.SIGKILL if name == "SIGKILL" else 130, 0)
-    assert 0.0 < ended_s < bent_schemas.MAX_END_S
+    assert 0.0 < ended_s < campaigns.MAX_END_S
 
 
 NATIVE = """
@@ -182,7 +182,7 @@ def busy(native: str) -> subprocess.Popen[str]:
     process = subprocess.Popen(
         [sys.executable, "-c", NATIVE.format(native=native)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=bent_schemas._heard,
+        preexec_fn=campaigns.default_signals,
     )  # fmt: skip
     assert process.stdout is not None
     assert process.stdout.readline() == "busy\n"
@@ -212,7 +212,7 @@ def test_one_signal_ends_native_code_that_lets_others_run(name: str) -> None:
         begun = time.monotonic()
         process.send_signal(getattr(signal, name))
         out, err = process.communicate(timeout=5.0)
-        assert time.monotonic() - begun < bent_schemas.MAX_END_S
+        assert time.monotonic() - begun < campaigns.MAX_END_S
     finally:
         process.kill()
     assert (process.returncode, out, err) == (130, "", "vomstudio: Cancelled.\n")

@@ -18,7 +18,6 @@ import io
 import json
 import random
 import select
-import signal
 import struct
 import subprocess
 import sys
@@ -34,7 +33,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.fuzz.bent_schemas import MAX_END_S, end_by_signal
+from tests.fuzz import campaigns
+from tests.fuzz.campaigns import Outcome, Report
 from tests.fuzz.stopping import until_stopped
 
 ALLOWED, FREE_BYTES = 2.0, 100_000_000
@@ -441,10 +441,14 @@ def _write_small(folder: Path) -> None:
         Image.new("RGB", (40, 40)).save(folder / name)
 
 
-def campaign(
-    count: int, seed: int, tell: Callable[[str], object] = str
-) -> tuple[Counter[str], list[str]]:
-    """Read so many files by all their readers: what became of them, and the broken promises."""
+def campaign(count: int, seed: int, report: Report = str) -> Outcome:
+    """Read so many files by all their readers.
+
+    Returns
+    -------
+    Outcome
+        Codes of the answers, and the broken promises.
+    """
     from vomstudio.files.untrusted.budgets import decoded_limit
 
     counts: Counter[str] = Counter()
@@ -481,54 +485,38 @@ def campaign(
                     said = f"not read: {message}"
                 if said:
                     wrong.append(f"{number} ({bent.how}), {name}: {said}")
-                    tell(wrong[-1])
+                    report(wrong[-1])
             path.unlink()
-    tell(
+    report(
         f"slowest {slowest:.1f} s, most memory {largest / 1e6:.0f} MB,"
         f" largest share of a budget {share:.2f}"
     )
     return counts, wrong
 
 
-def signals(count: int, seed: int, tell: Callable[[str], object] = str) -> list[str]:
-    """End the command while it reads pictures: the broken promises."""
-    wrong: list[str] = []
-    slowest, reading = 0.0, 0
-    chance = random.Random(seed)
+def signals(count: int, seed: int, report: Report = str) -> list[str]:
+    """End the command while it reads pictures, and return the broken promises."""
     with tempfile.TemporaryDirectory() as made:
-        for number in range(count):
+
+        def prepare(number: int) -> tuple[list[str], str]:
             bent = make(number, seed) if number % 2 else large()
             folder = Path(made, str(number))
             folder.mkdir()
             for copy in range(3):
                 (folder / f"{copy}{bent.name}").write_bytes(bent.content)
-            name = ("SIGINT", "SIGTERM", "SIGHUP")[number % 3]
-            code, ended_s, left = end_by_signal(
-                ["check", str(folder)], getattr(signal, name), chance.uniform(0.3, 3.0)
-            )
-            slowest, reading = max(slowest, ended_s), reading + (ended_s > 0)
-            if ended_s > MAX_END_S or left or (ended_s and code not in (0, 2, 130)):
-                wrong.append(f"{number} ({bent.how}, {name}): exit {code} after {ended_s:.1f} s")
-                tell(wrong[-1])
-    tell(f"{count} signals, {reading} before the end, the slowest {slowest:.1f} s after it")
-    return wrong
+            return ["check", str(folder)], bent.how
+
+        return campaigns.end_by_signals(count, seed, 3.0, prepare, report)
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--files", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--signals", type=int, default=0)
+    parser = campaigns.parser(__doc__)
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
-    asked = parser.parse_args()
-    if asked.child:
+    options = parser.parse_args()
+    if options.child:
         serve()
         return 0
-    counts, wrong = campaign(asked.files, asked.seed, print)
-    print(f"{asked.files} files, {sum(counts.values())} readings: {dict(counts)}")
-    wrong += signals(asked.signals, asked.seed, print) if asked.signals else []
-    print(f"{len(wrong)} broken promises")
-    return int(bool(wrong))
+    return campaigns.run(options, campaign, signals)
 
 
 if __name__ == "__main__":

@@ -6,20 +6,16 @@ Each file is read as the commands read drawings. Printed is what breaks a promis
 schema that is not refused with ``file.unsafe-schema``, a valid file that is not read, a refusal
 that does not name the file, more than `MAX_S` seconds, more than `MAX_BYTES` of memory in the
 process that reads. With `--signals` so many more files are given to the command, which is ended by
-SIGINT, SIGTERM or SIGHUP in turn and must end within `MAX_END_S`. The exit code is 1 if any promise
-is broken.
+SIGINT, SIGTERM or SIGHUP in turn and must end within `campaigns.MAX_END_S`. The exit code is 1 if
+any promise is broken.
 """
 
 from __future__ import annotations
 
-import argparse
-import os
 import random
 import resource
-import signal
 import sqlite3
 import struct
-import subprocess
 import sys
 import tempfile
 import time
@@ -32,14 +28,14 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import psutil
 
+from tests.fuzz import campaigns
+from tests.fuzz.campaigns import Outcome, Report
 from tests.fuzz.stopping import until_stopped
 
 MAX_S = 20.0
 MAX_BYTES = 1_500_000_000
 """1 GB and 128 times the file (`vomstudio.files.memory_limit`), and the libraries."""
-MAX_END_S = 3.0
 UNSAFE, TOO_MUCH = "file.unsafe-schema", "file.memory-exceeded"
 
 Expected = Literal["refused", "closed", "read", "any"]
@@ -278,7 +274,7 @@ def make(folder: Path, number: int, seed: int) -> tuple[Path, str, Expected]:
 
 # --- reading --------------------------------------------------------------------------------------
 @dataclass(frozen=True)
-class Outcome:
+class Reading:
     """code : of the refusal, "read" if there was none"""
 
     code: str
@@ -286,7 +282,7 @@ class Outcome:
     seconds: float
 
 
-def read(path: Path) -> Outcome:
+def read(path: Path) -> Reading:
     """Read a file as the commands read drawings."""
     from vomstudio.errors import VomError
     from vomstudio.io.gis.line_reading import read_gis_lines
@@ -296,10 +292,10 @@ def read(path: Path) -> Outcome:
         read_gis_lines(path)
     except VomError as error:
         code, message = error.code, str(error)
-    return Outcome(code, message, time.monotonic() - begun)
+    return Reading(code, message, time.monotonic() - begun)
 
 
-def broken_promise(path: Path, expected: Expected, outcome: Outcome) -> str:
+def broken_promise(path: Path, expected: Expected, outcome: Reading) -> str:
     """What is wrong with an outcome; "" if nothing."""
     if outcome.seconds > MAX_S:
         return f"took {outcome.seconds:.0f} s"
@@ -314,10 +310,8 @@ def broken_promise(path: Path, expected: Expected, outcome: Outcome) -> str:
     return ""
 
 
-def campaign(
-    count: int, seed: int, tell: Callable[[str], object] = str
-) -> tuple[Counter[str], list[str]]:
-    """Read so many files: what became of them, and the broken promises."""
+def campaign(count: int, seed: int, report: Report = str) -> Outcome:
+    """Read so many files, and return the codes of the answers and the broken promises."""
     counts: Counter[str] = Counter()
     wrong: list[str] = []
     slowest = 0.0
@@ -329,91 +323,26 @@ def campaign(
             counts[outcome.code] += 1
             if said := broken_promise(path, expected, outcome):
                 wrong.append(f"{number} ({how}): {said}")
-                tell(wrong[-1])
+                report(wrong[-1])
             path.unlink()
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024
     if peak > MAX_BYTES:
         wrong.append(f"a process that reads took {peak / 1e6:.0f} MB")
-    tell(f"slowest {slowest:.1f} s, most memory of a process that reads {peak / 1e6:.0f} MB")
+    report(f"slowest {slowest:.1f} s, most memory of a process that reads {peak / 1e6:.0f} MB")
     return counts, wrong
 
 
 # --- signals --------------------------------------------------------------------------------------
-def _heard() -> None:
-    """Whoever runs this in the background may have all of them ignored."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    for each in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(each, signal.SIG_DFL)
-
-
-def end_by_signal(words: list[str], number: int, after_s: float) -> tuple[int, float, int]:
-    """Run the command and end it by a signal.
-
-    Returns
-    -------
-    int
-        The exit code.
-    float
-        Seconds from the signal to the end; 0 if it had ended before.
-    int
-        How many processes that it had started are left two seconds later.
-    """
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "vomstudio", *words],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=_heard,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-    )  # fmt: skip
-    try:
-        code = process.wait(after_s)
-    except subprocess.TimeoutExpired:
-        children = psutil.Process(process.pid).children(recursive=True)
-        begun = time.monotonic()
-        process.send_signal(number)
-        try:
-            code = process.wait(30.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            code = process.wait()
-        ended_s = time.monotonic() - begun
-        _, alive = psutil.wait_procs(children, 2.0)
-        # Whoever inherits one that has ended need not look at it.
-        return code, ended_s, sum(each.status() != psutil.STATUS_ZOMBIE for each in alive)
-    return code, 0.0, 0
-
-
-def signals(count: int, seed: int, tell: Callable[[str], object] = str) -> list[str]:
-    """End the command while it reads: the broken promises."""
-    wrong: list[str] = []
-    slowest, reading = 0.0, 0
-    chance = random.Random(seed)
+def signals(count: int, seed: int, report: Report = str) -> list[str]:
+    """End the command while it reads, and return the broken promises."""
     with tempfile.TemporaryDirectory() as made:
-        for number in range(count):
+
+        def prepare(number: int) -> tuple[list[str], str]:
             path, how, _ = make(Path(made), number, seed)
-            name = ("SIGINT", "SIGTERM", "SIGHUP")[number % 3]
-            words = ["fractures", str(path), "--json"]
-            code, ended_s, left = end_by_signal(
-                words, getattr(signal, name), chance.uniform(0.3, 1.5)
-            )
-            slowest, reading = max(slowest, ended_s), reading + (ended_s > 0)
-            if ended_s > MAX_END_S or left or (ended_s and code not in (0, 2, 130)):
-                wrong.append(f"{number} ({how}, {name}): exit {code} after {ended_s:.1f} s, {left}")
-                tell(wrong[-1])
-    tell(f"{count} signals, {reading} before the end, the slowest {slowest:.1f} s after it")
-    return wrong
+            return ["fractures", str(path), "--json"], how
 
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--files", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--signals", type=int, default=0)
-    asked = parser.parse_args()
-    counts, wrong = campaign(asked.files, asked.seed, print)
-    print(f"{sum(counts.values())} files: {dict(counts)}")
-    wrong += signals(asked.signals, asked.seed, print) if asked.signals else []
-    print(f"{len(wrong)} broken promises")
-    return int(bool(wrong))
+        return campaigns.end_by_signals(count, seed, 1.5, prepare, report)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(campaigns.run(campaigns.parser(__doc__).parse_args(), campaign, signals))

@@ -530,7 +530,7 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
 
 
 def _registration(folder: Path) -> Files:
-    from tests.io.models.test_registration_file import registration
+    from tests.registrations import registration
     from vomstudio.io.models.registration_file import write_registration
 
     model = folder / "r.ply"

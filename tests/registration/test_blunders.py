@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vomstudio.core.findings import as_finding
 from vomstudio.registration.placing import register_points
 
 
@@ -67,7 +68,9 @@ def test_what_is_wrong_is_said_before_its_consequences(mirrored: bool) -> None:
         model = model * [1.0, 1.0, -1.0]
     else:
         world[2, 0] += 4.0
-    said = [str(each) for each in register_points(model, world).warnings]
-    assert ("look exchanged" if mirrored else "3 (") in said[0]
-    assert any("can be turned" in words for words in said[1:])
-    assert not any("Spread the points" in words or "farther apart" in words for words in said)
+    first, *others = map(as_finding, register_points(model, world).warnings)
+    assert first.code == ("control.swapped-columns" if mirrored else "uncoded")
+    assert mirrored or "3 (" in first.message
+    assert any("can be turned" in each.message for each in others)
+    for text in ("Spread the points", "farther apart"):
+        assert not any(text in each.message for each in others)

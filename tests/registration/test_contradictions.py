@@ -7,6 +7,7 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.registrations import TURN
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.registration.observations import (
     Attitudes,
@@ -20,7 +21,6 @@ from vomstudio.registration.observations import (
 from vomstudio.registration.placing import Placed, place
 
 Array = npt.NDArray[np.float64]
-TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 ORIGIN = np.array([576_700.0, 5_188_160.0, 160.0])
 SIGNS = {"turned": "against what else", "yaws": "The yaws are off", "fit": "residuals are"}
 

@@ -6,15 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
+from tests.registrations import TURN
 from vomstudio.errors import UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar, read_scale_bars
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.length_evidence import lengths_of, said_of_lengths
-
-TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 
 
 def survey(n: int, seed: int, noise: float, stated: bool = False) -> Pairs:

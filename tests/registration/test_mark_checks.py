@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.spatial.transform import Rotation
 
+from tests.registrations import TURN
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
@@ -19,7 +19,6 @@ from vomstudio.registration.marks.mark_checks import (
 )
 
 Array = npt.NDArray[np.float64]
-TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 WIDTH, HEIGHT = 4000, 3000
 LENS = Intrinsics.pinhole(WIDTH, HEIGHT, 3200.0, 2000.0, 1500.0)
 

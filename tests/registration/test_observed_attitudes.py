@@ -9,13 +9,13 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.registrations import TURN
 from vomstudio.geology.view_attitudes import camera_rotations, error_axes
 from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
 from vomstudio.registration.similarity import Similarity
 
 Array = npt.NDArray[np.float64]
 
-TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 FIT = Similarity(2.0, TURN, np.zeros(3))
 ANGLES = np.array([[10, 0, 5], [100, -40, -3], [250, -90, 0], [300, 20, 90]], float)
 CAMERAS = camera_rotations(ANGLES)

@@ -12,7 +12,9 @@ from tests.ui.conftest import add_bed, add_cliff
 from tests.ui.test_panels import column
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import FeatureType, Frame
+from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Plane, angle_between_planes
+from vomstudio.io.text.tables import read_table
 from vomstudio.tables.project_table import project_table
 from vomstudio.ui.analyse.net.commands import import_readings
 from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
@@ -177,7 +179,10 @@ def test_a_file_that_is_no_table_is_said(window, studio, tmp_path):
     path = tmp_path / "sheet.csv"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
     import_readings(window, window.studio, path)
-    assert "ZIP" in studio.notices[-1].text
+    with pytest.raises(InputError) as refused:
+        read_table(path)
+    assert (refused.value.code, refused.value.values["kind"]) == ("file.other-kind", "zip")
+    assert studio.notices[-1].text == str(refused.value)
     assert not window.findChildren(ReadingsDialog)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vomstudio.core.findings import as_finding
 from vomstudio.document.records import Frame
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.io.control.observation_tables import Pairs
@@ -25,8 +26,9 @@ def given() -> Pairs:
 
 
 def test_right_points_are_not_doubted() -> None:
-    said = placed_by_points(given(), BOUNDS, MODEL, CRS).warnings
-    assert not any("exchanged" in str(one) or "moves the model" in str(one) for one in said)
+    findings = [as_finding(each) for each in placed_by_points(given(), BOUNDS, MODEL, CRS).warnings]
+    assert "control.swapped-columns" not in [each.code for each in findings]
+    assert not any("moves the model" in each.message for each in findings)
 
 
 def test_exchanged_columns_are_refused() -> None:

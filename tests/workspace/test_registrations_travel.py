@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.spatial.transform import Rotation
 
 import vomstudio as vs
 from tests.messages import codes
+from tests.registrations import TURN
 from vomstudio.cli import main
 from vomstudio.document import catalogue
 from vomstudio.document.figures import Subject
@@ -40,7 +40,6 @@ pytestmark = pytest.mark.usefixtures("own_folders")
 Array = npt.NDArray[np.float64]
 CRS = "EPSG:32633"
 SCALE, SHIFT = 2.5, np.array([500_000.0, 4_980_000.0, 320.0])
-TURN = Rotation.from_euler("zyx", [130.0, 12.0, -7.0], degrees=True).as_matrix()
 CORNERS = np.array([[0, 0, 0], [9, 0, 0], [0, 4, 1], [3, 2, 5], [5, 1, 0.5], [7, 3, 4]], float)
 BED = np.array([[1, 1, 0.5], [3, 2, 1.1], [6, 1, 0.4], [7, 3, 1.4], [2, 3, 1.6], [5, 2.5, 1.2]])
 

@@ -14,6 +14,7 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
+from vomstudio.core.finding_texts import TEXTS
 from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
@@ -178,25 +179,25 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     if bounds is None:
         return found
     stated, findings = crs_of_table(path, table.comments)
-    if stated.text is None:
+    try:
         warnings += points_to_world(points, file=path, comments=table.comments).findings
-        return found
-    warnings += findings
-    return found | _place(path, warnings, progress)
+    except InputError as error:
+        if error.code not in TEXTS:
+            raise
+        warnings += [*findings, Finding(error.code, **error.values)]
+    return found if stated.text is None else found | _place(path, progress)
 
 
-def _place(path: Path, warnings: list[Message], progress: Progress) -> dict[str, Any]:
+def _place(path: Path, progress: Progress) -> dict[str, Any]:
     """Describe points whose CRS is stated, as a cloud."""
     from vomstudio.io.models.opening import describe
 
     try:
-        cloud: dict[str, Any] = dict(describe(path, progress))
-    except InputError as error:
-        return {"warnings": [*warnings, error.message]}
+        cloud = describe(path, progress)
+    except InputError:
+        return {}
     keys = ("crs", "units", "bounds", "resolution_m", "resolution")
-    findings = [each for each in cloud["warnings"] if isinstance(each, Finding)]
-    added = [each for each in findings if each not in warnings]
-    return {key: cloud[key] for key in keys if key in cloud} | {"warnings": [*warnings, *added]}
+    return {key: cloud[key] for key in keys if key in cloud}
 
 
 _GREY = ("1", "L", "P")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.bowing import Bowing
 from vomstudio.geometry import transform
@@ -186,7 +186,12 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         )
     except GeometryError as error:
         # What looks wrong with the values is the cause: where points lie follows from it.
-        raise GeometryError(" ".join(map(str, said if doubts else [*said, error]))) from error
+        causes = [each for each in doubts if isinstance(each, Finding)]
+        if causes:
+            raise GeometryError.of_finding(causes[0]) from error
+        texts = [each for each in said if not isinstance(each, Finding)]
+        texts += [] if doubts else [str(error)]
+        raise GeometryError(" ".join(texts)) from error
     if evidence.compass is not None and len(kinds) == len(read) and not doubt:
         said += said_of_lone_compass()
     said += said_of_feet(placed.scale, placed.scale_error_95)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 from pyproj import CRS, Transformer
 
+from tests.frames import DIP_DEG, DIP_DIRECTION_DEG, ORIGIN, ZONE, bed_points, convert, write_prj
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.units import METRES
@@ -19,17 +20,11 @@ from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.opening import read_model
 
 Array = npt.NDArray[np.float64]
-ZONE = "EPSG:32633"
-ATTITUDE = (60.0, 30.0)
+ATTITUDE = (DIP_DIRECTION_DEG, DIP_DEG)
 
 
-def bed(east: float = 500_000.0, north: float = 5_094_000.0) -> Array:
-    """Points on a bed of 060/30, in metres."""
-    rng = np.random.default_rng(38)
-    x, y = rng.uniform(0.0, 40.0, (2, 60))
-    azimuth, dip = np.radians(ATTITUDE)
-    z = 300.0 - np.tan(dip) * (x * np.sin(azimuth) + y * np.cos(azimuth))
-    return np.column_stack([east + x, north + y, z])
+def bed(east: float = ORIGIN[0], north: float = ORIGIN[1]) -> Array:
+    return bed_points(60, seed=38, origin=np.array([east, north, ORIGIN[2]]))
 
 
 def placed(points: Array, path: Path, options: FrameOptions = AS_STATED, **more) -> WorldPoints:
@@ -48,10 +43,6 @@ def codes(found: WorldPoints) -> list[str]:
 @pytest.fixture
 def table(tmp_path: Path) -> Path:
     return tmp_path / "picks.csv"
-
-
-def write_prj(table: Path, crs: str, version: str = "WKT2_2019") -> None:
-    table.with_suffix(".prj").write_text(CRS.from_user_input(crs).to_wkt(version))
 
 
 FEET = METRES["us-ft"]
@@ -89,27 +80,22 @@ def test_a_state_plane_in_feet_is_brought_to_metres(table: Path, heights: str) -
 
 @pytest.mark.parametrize("statement", ["CRS: {}; x East, y North, metres", "{}", "picks, {}; seed"])
 def test_a_comment_states_the_crs(table: Path, statement: str) -> None:
-    mercator = Transformer.from_crs(ZONE, "EPSG:3857", always_xy=True)
-    points = bed()
-    points[:, 0], points[:, 1] = mercator.transform(points[:, 0], points[:, 1])
+    points = convert(bed(), "EPSG:3857")
     with pytest.raises(InputError) as error:
         placed(points, table, comments=(statement.format("EPSG:3857"),))
     assert error.value.code == "frame.not-metric"
-    assert error.value.values["suggested_crs"] in ("EPSG:32632", "EPSG:32633")
+    assert error.value.values["suggested_crs"] == ZONE
 
 
 @pytest.mark.parametrize(
     "source", ["EPSG:3857", "EPSG:4326", "EPSG:32632", "EPSG:3035", "EPSG:4978"]
 )
 def test_conversion_restores_the_attitude(table: Path, source: str) -> None:
-    three_dimensional = source == "EPSG:4978"
-    origin = CRS.from_user_input(ZONE).to_3d() if three_dimensional else ZONE
-    transformer = Transformer.from_crs(origin, source, always_xy=True)
-    points = bed()
-    if three_dimensional:
-        points = np.column_stack(transformer.transform(*points.T))
+    if source == "EPSG:4978":
+        to_geocentric = Transformer.from_crs(CRS.from_user_input(ZONE).to_3d(), source)
+        points = np.column_stack(to_geocentric.transform(*bed().T))
     else:
-        points[:, 0], points[:, 1] = transformer.transform(points[:, 0], points[:, 1])
+        points = convert(bed(), source)
     write_prj(table, source)
     found = placed(points, table, FrameOptions(to_crs=ZONE))
     assert found.points == pytest.approx(bed(), abs=1e-3)
@@ -118,9 +104,7 @@ def test_conversion_restores_the_attitude(table: Path, source: str) -> None:
 
 
 def test_points_of_a_model_are_converted_to_its_crs(table: Path) -> None:
-    points = bed()
-    transformer = Transformer.from_crs(ZONE, "EPSG:4326", always_xy=True)
-    points[:, 0], points[:, 1] = transformer.transform(points[:, 0], points[:, 1])
+    points = convert(bed(), "EPSG:4326")
     write_prj(table, "EPSG:4326")
     found = placed(points, table, model=ModelFrame(ZONE))
     assert found.points == pytest.approx(bed(), abs=1e-3)
@@ -162,10 +146,7 @@ def test_exchanged_columns_are_recognised(table: Path) -> None:
 
 
 def test_exchanged_degrees_are_recognised(table: Path) -> None:
-    points = bed()
-    transformer = Transformer.from_crs(ZONE, "EPSG:4326", always_xy=True)
-    longitude, latitude = transformer.transform(points[:, 0], points[:, 1])
-    exchanged = np.column_stack([latitude, longitude, points[:, 2]])
+    exchanged = convert(bed(), "EPSG:4326")[:, [1, 0, 2]]
     write_prj(table, "EPSG:4326")
     with pytest.raises(InputError) as error:
         placed(exchanged, table, FrameOptions(to_crs=ZONE))
