@@ -27,8 +27,8 @@ from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.io.gate.drawn_layers import (
     DrawnLayer,
     RawLayer,
-    area_of,
-    lines_of,
+    extract_area,
+    extract_lines,
     raw_shapes,
     read_raw_areas,
     read_raw_lines,
@@ -129,7 +129,7 @@ def map_fractures(
         counted = Counted(circle_area(*circle), circle=circle)
     elif order.area is not None:
         raw = read_raw_areas(order.area, progress=progress, model=ModelFrame(drawn.crs))
-        polygon, read = area_of(placed.window(raw, "area"))
+        polygon, read = extract_area(placed.window(raw, "area"))
         warnings += _new_findings(read.warnings, warnings)
         counted = Counted(polygon)
     elif area is not None:
@@ -137,7 +137,7 @@ def map_fractures(
         counted = Counted(polygon, warnings=tuple(crossings))
     elif order.scanline is not None:
         raw = read_raw_lines(order.scanline, progress=progress, model=ModelFrame(drawn.crs))
-        read = lines_of(placed.window(raw, "scanline"))
+        read = extract_lines(placed.window(raw, "scanline"))
         warnings += _new_findings(read.warnings, warnings)
         counted = Counted(scanlines=read.shapes)
     elif scanlines is not None:
@@ -210,11 +210,11 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
         plane = _given_plane(attitude, in_space, int(lacks_heights.sum()))
     if plane is None:
         findings: list[Message] = []
-        is_outline = raw.are_outlines()
+        is_outline = raw.outline_mask()
         if is_outline.any():
             findings = [Finding("lines.closed", lines=int(is_outline.sum()))]
             raw = raw.only(~is_outline)
-        drawn = _first_picks(lines_of(raw))
+        drawn = _first_picks(extract_lines(raw))
         return _Placed(_with(drawn, findings), None, (math.nan, math.nan))
     findings = []
     if lacks_heights.any() and not plane.is_horizontal:
@@ -222,7 +222,7 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
         raw = raw.only(~lacks_heights)
     projected = replace(raw, shapes=plane.project(raw.shapes))
-    drawn = _first_picks(lines_of(projected, with_rings=False))
+    drawn = _first_picks(extract_lines(projected, with_rings=False))
     findings = [plane.finding(len(drawn.shapes)), *findings]
     z = np.concatenate([line[:, 2] for line in in_space]) if in_space else np.array([math.nan])
     return _Placed(_with(drawn, findings), plane, (float(z.min()), float(z.max())))
