@@ -527,10 +527,10 @@ def _parts(
     if extra_parts and "Polygon" not in kinds:
         messages.append(
             tr_n(
-                "Parts of a feature that do not join are counted as separate traces: {count} more than "
-                "features.",
-                "Parts of features that do not join are counted as separate traces: {count} more than "
-                "features.",
+                "Parts of a feature that do not join are counted as separate traces: {count} "
+                "more than features.",
+                "Parts of features that do not join are counted as separate traces: {count} "
+                "more than features.",
                 extra_parts,
             )
         )
