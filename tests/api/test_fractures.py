@@ -44,7 +44,7 @@ def test_what_is_no_map_is_refused() -> None:
         vs.fractures([[(0, 0, 0, 0), (1, 1, 1, 1)]])
     with pytest.raises(vs.errors.GeometryError, match="straight line"):
         vs.fractures([[(0, 0, 0), (1, 1, 1)]])
-    with pytest.raises(vs.errors.InputError, match="no lines"):
+    with pytest.raises(vs.errors.InputError, match="traces:"):
         vs.fractures([])
     for scanline in ([(3, 0), (3, 0)], [(3, 0, 0), (3, 0, 4)]):
         with pytest.raises(vs.errors.GeometryError, match="no length"):

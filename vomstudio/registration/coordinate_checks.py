@@ -403,8 +403,8 @@ def require_on_model(model: Array, extent: Array | None) -> None:
         here, there = np.median(model, axis=0), (low + high) / 2
         raise GeometryError(
             tr(
-                "The points ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far off the model, whose centre is "
-                "({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Give them in the coordinates of the model's "
+                "The points ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far off the model, whose centre "
+                "is ({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Give them in the coordinates of the model's "
                 "file: an offset may be missing.",
                 x=float(here[0]),
                 y=float(here[1]),

@@ -23,7 +23,7 @@ from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
-from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
+from vomstudio.io.gis.dxf_facts import ENTITY_COLUMNS, dxf_facts, select_lines, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
@@ -285,7 +285,7 @@ def _read(
     if not is_there(path) or is_folder(path):
         raise InputError(tr("There is no such file. Check its name."), file=path)
     layer = layer or _find_layer(path, kinds, progress)
-    names = {name.casefold() for name in (*attributes, *OF_ENTITIES, "layer")}
+    names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
     read = next(
         iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress, flat=False)),
         VectorLayer("", None),
@@ -296,7 +296,7 @@ def _read(
     left_out: list[Message] = []
     keep = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
-        keep, left_out = features_of(path, columns, surfaces)
+        keep, left_out = select_lines(path, columns, surfaces)
     elif surfaces.any():
         left_out.append(surfaces_left_out(int(surfaces.sum())))
     # Report a surface once, not again as a shape without coordinates.
