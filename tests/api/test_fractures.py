@@ -45,7 +45,7 @@ def test_what_is_no_map_is_refused() -> None:
     with pytest.raises(vs.errors.GeometryError) as refused:
         vs.fractures([[(0, 0, 0), (1, 1, 1)]])
     assert refused.value.code == "lines.no-plane"
-    with pytest.raises(vs.errors.InputError, match="no lines"):
+    with pytest.raises(vs.errors.InputError, match="traces:"):
         vs.fractures([])
     for scanline in ([(3, 0), (3, 0)], [(3, 0, 0), (3, 0, 4)]):
         with pytest.raises(vs.errors.GeometryError, match="no length"):

@@ -80,14 +80,14 @@ def test_every_geopackage_is_read_in_a_process_of_its_own(
     def read_here(*_: object) -> None:
         raise AssertionError("read in this process")
 
-    monkeypatch.setattr(vector_layers, "layers_read", read_here)
+    monkeypatch.setattr(vector_layers, "read_named_layers", read_here)
     assert len(read_gis_lines(path).lines) == 40
 
 
 def test_a_statement_without_end_is_ended_by_a_request_to_stop(tmp_path: Path) -> None:
     path = tmp_path / "a.sqlite"
     sqlite3.connect(path).close()
-    timer = threading.Timer(0.3, asked_to_stop._asked.append, args=(signal.SIGTERM,))
+    timer = threading.Timer(0.3, asked_to_stop._signals.append, args=(signal.SIGTERM,))
     try:
         with closing(open_to_read(path)) as db:
             timer.start()

@@ -33,13 +33,13 @@ def test_right_coordinates_are_not_doubted() -> None:
     for seed in range(20):
         model, world = site(seed)
         assert not checks.far_from_others(world).any()
-        assert checks.said_of_degrees(world) == []
-        assert checks.said_of_readings(model, world) == []
-        assert checks.said_of_exchanged_labels(LABELS, model, world) == []
+        assert checks.degree_findings(world) == []
+        assert checks.misreading_findings(model, world) == []
+        assert checks.swapped_label_findings(LABELS, model, world) == []
         assert checks.check_area(world, "EPSG:32615") == []
-        assert checks.said_of_feet(1.0, 0.001) == []
-        assert checks.said_of_move(world, world + 100.0, "EPSG:32615") == []
-        assert checks.said_of_noise(world, world + 5.0) == []
+        assert checks.scale_unit_findings(1.0, 0.001) == []
+        assert checks.relocation_findings(world, world + 100.0, "EPSG:32615") == []
+        assert checks.position_noise_findings(world, world + 5.0) == []
         checks.require_on_model(model, model * 1.5)
 
 
@@ -48,7 +48,7 @@ def test_one_point_with_easting_and_northing_exchanged() -> None:
     world[2] = world[2, [1, 0, 2]]
     far = checks.far_from_others(world)
     assert np.flatnonzero(far).tolist() == [2]
-    (said,) = checks.said_of_far(LABELS, world, far)
+    (said,) = checks.far_point_findings(LABELS, world, far)
     assert (said.code, said.values["labels"]) == ("control.swapped-columns", ("P2",))
 
 
@@ -56,7 +56,7 @@ def test_one_point_of_another_zone() -> None:
     _, world = site()
     to = Transformer.from_crs("EPSG:32615", "EPSG:32616", always_xy=True)
     world[5, :2] = to.transform(*world[5, :2])
-    (said,) = checks.said_of_far(LABELS, world, checks.far_from_others(world))
+    (said,) = checks.far_point_findings(LABELS, world, checks.far_from_others(world))
     assert (said.code, said.values["labels"]) == ("control.far-away", ("P5",))
 
 
@@ -64,16 +64,16 @@ def test_two_labels_exchanged_are_told_from_one_wrong_point() -> None:
     model, world = site()
     wrong = world.copy()
     wrong[[1, 4]] = world[[4, 1]]
-    (said,) = checks.said_of_exchanged_labels(LABELS, model, wrong)
+    (said,) = checks.swapped_label_findings(LABELS, model, wrong)
     assert said.startswith("P1 and P4 look exchanged")
     world[3, 0] += 5.0
-    assert checks.said_of_exchanged_labels(LABELS, model, world) == []
+    assert checks.swapped_label_findings(LABELS, model, world) == []
 
 
 @pytest.mark.parametrize("latitude_first", [False, True])
 def test_degrees_beside_heights_in_metres(latitude_first: bool) -> None:
     table = degrees(site()[1])
-    (said,) = checks.said_of_degrees(table[:, [1, 0, 2]] if latitude_first else table)
+    (said,) = checks.degree_findings(table[:, [1, 0, 2]] if latitude_first else table)
     assert said.code == "frame.maybe-degrees"
     assert said.values["latitude_first"] == latitude_first
 
@@ -89,15 +89,15 @@ def test_degrees_beside_heights_in_metres(latitude_first: bool) -> None:
 )
 def test_columns_that_mean_something_else(changed, code: str, axes: str | None) -> None:
     model, world = site()
-    (found,) = checks.said_of_readings(model, changed(world))
+    (found,) = checks.misreading_findings(model, changed(world))
     assert (found.code, found.values.get("axes")) == (code, axes)
 
 
 def test_feet_all_over_show_in_the_scale() -> None:
-    (said,) = checks.said_of_feet(1 / 0.3048, 0.001)
+    (said,) = checks.scale_unit_findings(1 / 0.3048, 0.001)
     assert (said.code, said.values["unit"]) == ("control.scale-of-unit", "feet")
-    assert checks.said_of_feet(1 / 0.3048, 0.2) == []
-    assert checks.said_of_feet(3.2, 0.001) == []
+    assert checks.scale_unit_findings(1 / 0.3048, 0.2) == []
+    assert checks.scale_unit_findings(3.2, 0.001) == []
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_a_table_of_another_frame_than_the_model_is_refused() -> None:
 
 def test_a_model_that_knows_its_place_is_not_moved_far_in_silence() -> None:
     _, world = site()
-    (said,) = checks.said_of_move(world, world + [457_000.0, 0.0, 0.0], "EPSG:32615")
+    (said,) = checks.relocation_findings(world, world + [457_000.0, 0.0, 0.0], "EPSG:32615")
     assert "457" in said
 
 
@@ -151,17 +151,17 @@ def test_a_model_that_knows_its_place_is_not_turned_in_silence() -> None:
     _, world = site()
     middle = world.mean(axis=0)
     turned = (world - middle) @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    (said,) = checks.said_of_move(world, middle + turned, "EPSG:32615")
+    (said,) = checks.relocation_findings(world, middle + turned, "EPSG:32615")
     assert "turns the model by 90°" in said
 
 
 def test_cameras_that_look_up_and_positions_that_are_noise_are_told() -> None:
     down = np.tile([0.0, 0.0, -1.0], (5, 1))
-    assert checks.said_of_views(down) == []
-    assert checks.said_of_views(np.tile([0.0, 1.0, 0.0], (5, 1))) == []
-    assert "upside down" in checks.said_of_views(-down)[0]
+    assert checks.view_direction_findings(down) == []
+    assert checks.view_direction_findings(np.tile([0.0, 1.0, 0.0], (5, 1))) == []
+    assert "upside down" in checks.view_direction_findings(-down)[0]
     _, world = site()
-    (said,) = checks.said_of_noise(world, world + [60.0, 0.0, 0.0])
+    (said,) = checks.position_noise_findings(world, world + [60.0, 0.0, 0.0])
     assert "60 m" in said
 
 
@@ -169,10 +169,10 @@ def test_heights_that_were_not_measured_are_named() -> None:
     rng = np.random.default_rng(4)
     model = rng.uniform(-20, 20, (6, 3))
     level = np.column_stack([model[:, :2], np.full(6, 320.0)])
-    assert "All heights are 320" in checks.said_of_one_height(model, level)[0]
+    assert "All heights are 320" in checks.constant_height_findings(model, level)[0]
     # Points on flat ground are at one height.
     flat = model * [1.0, 1.0, 0.0]
-    assert checks.said_of_one_height(flat, flat + [0.0, 0.0, 320.0]) == []
+    assert checks.constant_height_findings(flat, flat + [0.0, 0.0, 320.0]) == []
 
 
 @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ def test_heights_that_were_not_measured_are_named() -> None:
     ],
 )
 def test_labels_that_look_like_those_of_one_point(labels: list[str], alike: bool) -> None:
-    assert bool(checks.said_of_like_labels(labels)) is alike
+    assert bool(checks.similar_label_findings(labels)) is alike
 
 
 def test_accuracies_in_another_unit_are_doubted() -> None:
@@ -213,7 +213,7 @@ def test_two_mistakes_that_hide_each_other_are_both_named() -> None:
     ("scale", "unit"), [(1000.0, "millimetres"), (100.2, "centimetres"), (0.001, "kilometres")]
 )
 def test_units_show_in_the_scale(scale: float, unit: str) -> None:
-    (said,) = checks.said_of_feet(scale, 0.001)
+    (said,) = checks.scale_unit_findings(scale, 0.001)
     assert (said.code, said.values["unit"]) == ("control.scale-of-unit", unit)
 
 
@@ -225,18 +225,18 @@ def test_points_numbered_in_another_order_are_named(order: list[int]) -> None:
     world = model + [398_000.0, 4_980_000.0, 330.0] + chance.normal(size=model.shape) * 0.01
     labels = [f"P{i}" for i in range(1, 9)]
     control = Points(labels, model, world[order], np.full(model.shape, np.nan))
-    (said,) = checks.doubts_about_points(control, labels, control.world)
+    (said,) = checks.point_findings(control, labels, control.world)
     assert "another order" in said
     assert f"P1 had the coordinates of P{order.index(0) + 1}" in said
     right = Points(labels, model, world, np.full(model.shape, np.nan))
-    assert checks.doubts_about_points(right, labels, world) == []
+    assert checks.point_findings(right, labels, world) == []
 
 
 def test_two_points_at_one_place_are_named() -> None:
     world = site()[1].copy()
     world[3] = world[1]
     labels = [f"P{i}" for i in range(len(world))]
-    (said,) = checks.said_of_one_place(labels, world)
+    (said,) = checks.coincident_point_findings(labels, world)
     assert said.startswith("P1, P3")
 
 

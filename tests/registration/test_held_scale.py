@@ -16,9 +16,9 @@ from vomstudio.registration.placing import place
 from vomstudio.registration.results import Placed
 from vomstudio.registration.similarity import Similarity, jacobian
 from vomstudio.workspace.placing.registering import (
+    add_reference_error,
     placed_by_points,
     registration_of,
-    with_error_of,
 )
 
 Array = npt.NDArray[np.float64]
@@ -124,7 +124,7 @@ def test_a_scale_that_was_not_fitted_does_not_take_over_that_of_the_reference() 
 
     total = {
         scale: np.array(
-            with_error_of(
+            add_reference_error(
                 record(own, centre + away), record(theirs, centre), scale_fitted=scale
             ).covariance
         )

@@ -9,7 +9,7 @@ import pytest
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.doubts.comparing import left_over
-from vomstudio.registration.doubts.mirrors import fits_as_mirror, said_of_tipping
+from vomstudio.registration.doubts.mirrors import fits_as_mirror, tipping_findings
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import register_points
@@ -80,7 +80,7 @@ def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> 
     def said(pair: tuple[Array, Array], rotation: Array) -> list[str]:
         model, world = pair
         points = Points(labels, model, world @ rotation.T, nothing)
-        return said_of_tipping(rotation, None, points)
+        return tipping_findings(rotation, None, points)
 
     assert "upside down" in said(flat, over)[0]
     assert said(deep, over) == []
@@ -89,8 +89,8 @@ def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> 
 
 def test_the_upward_direction_may_be_any_in_the_model() -> None:
     turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-    assert said_of_tipping(turn, turn.T @ UP, None) == []
-    assert said_of_tipping(turn, -turn.T @ UP, None)
+    assert tipping_findings(turn, turn.T @ UP, None) == []
+    assert tipping_findings(turn, -turn.T @ UP, None)
 
 
 def test_what_is_left_over_is_that_of_least_squares() -> None:

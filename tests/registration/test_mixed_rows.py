@@ -10,9 +10,9 @@ import pytest
 from pyproj import Transformer
 
 from vomstudio.errors import GeometryError
-from vomstudio.registration.coordinate_checks import said_of_apart, said_of_readings
-from vomstudio.registration.doubts.heights import said_of_no_heights
-from vomstudio.registration.doubts.mixed import mixed_values, said_of_mixed
+from vomstudio.registration.coordinate_checks import find_misplaced_points, misreading_findings
+from vomstudio.registration.doubts.heights import missing_height_findings
+from vomstudio.registration.doubts.mixed import mixed_row_findings, mixed_values
 from vomstudio.registration.placing import register_points
 
 Array = npt.NDArray[np.float64]
@@ -62,7 +62,7 @@ def test_the_area_of_the_system_tells_which_rows_are_right(
 ) -> None:
     model, world = site(0)
     wrong = changed(world + ORIGIN, rows, by)
-    (found,), which = said_of_apart(LABELS, model, wrong, "EPSG:32615")
+    (found,), which = find_misplaced_points(LABELS, model, wrong, "EPSG:32615")
     assert found.code == code
     names = tuple(LABELS[row] for row in rows)
     assert found.values.get("labels", names) == names
@@ -72,11 +72,11 @@ def test_the_area_of_the_system_tells_which_rows_are_right(
 def test_half_of_the_rows_exchanged_without_a_system() -> None:
     model, world = site(0)
     wrong = changed(world + ORIGIN, [1, 3, 5, 6], exchanged)
-    (found,), which = said_of_apart(LABELS, model, wrong, None)
+    (found,), which = find_misplaced_points(LABELS, model, wrong, None)
     assert "either of" in found
     assert not which.any()
     # A model in map coordinates tells it by itself.
-    (found,), which = said_of_apart(LABELS, model + ORIGIN, wrong, None)
+    (found,), which = find_misplaced_points(LABELS, model + ORIGIN, wrong, None)
     assert np.flatnonzero(which).tolist() == [1, 3, 5, 6]
 
 
@@ -85,13 +85,13 @@ def test_places_that_are_far_apart_on_the_model_too_are_right() -> None:
     far = np.arange(8) > 3
     for away in ([5000.0, 0.0, 0.0], [0.0, 90_000.0, 0.0]):
         shift = np.outer(far, away)
-        assert said_of_apart(LABELS, near + shift, world + shift, None)[0] == []
+        assert find_misplaced_points(LABELS, near + shift, world + shift, None)[0] == []
 
 
 def test_a_wrong_digit_makes_no_degrees_of_the_others() -> None:
     model, world = site(6)
     world[3, 0] += 5000.0
-    (found,), which = said_of_apart(LABELS, model, world, None)
+    (found,), which = find_misplaced_points(LABELS, model, world, None)
     assert (found.code, found.values["labels"]) == ("control.far-away", ("P4",))
     assert found.values["distance_m"] == pytest.approx(4975.0, abs=1.0)
     assert np.flatnonzero(which).tolist() == [3]
@@ -104,16 +104,16 @@ def test_values_of_another_system_in_some_rows(rows: list[int]) -> None:
         model, world = site(seed)
         world += [0.0, 0.0, 160.0]
         lower = changed(world, rows, lambda w: w - [0.0, 0.0, 27.3])
-        (found,) = said_of_mixed(LABELS, model, lower)
+        (found,) = mixed_row_findings(LABELS, model, lower)
         assert found.code == "control.height-offset"
         assert abs(found.values["offset_m"]) == pytest.approx(27.3, abs=0.2)
         if len(rows) < 4:
             assert found.values["labels"] == names
         feet = changed(world, rows, lambda w: w / [1.0, 1.0, 0.3048])
-        (found,) = said_of_mixed(LABELS, model, feet)
+        (found,) = mixed_row_findings(LABELS, model, feet)
         assert (found.code, found.values["unit"]) == ("control.other-unit", "feet")
         turned = changed(world, rows, exchanged)
-        (found,) = said_of_mixed(LABELS, model, turned)
+        (found,) = mixed_row_findings(LABELS, model, turned)
         assert (found.code, found.values["labels"]) == ("control.swapped-columns", names)
 
 
@@ -129,14 +129,14 @@ def test_three_of_six_heights_of_another_system_are_not_feet() -> None:
 def test_heights_that_stand_for_none(none: float) -> None:
     model, world = site(4)
     world += [0.0, 0.0, 160.0]
-    assert said_of_no_heights(LABELS, model, world) == []
+    assert missing_height_findings(LABELS, model, world) == []
     world[[1, 4, 6], 2] = none
-    (found,) = said_of_no_heights(LABELS, model, world)
+    (found,) = missing_height_findings(LABELS, model, world)
     assert found.startswith("The heights of P2, P5, P7 stand for none")
     # A local zero is a height like any other.
     model, world = site(5, noise=0.0)
     world[:, 2] -= world[3, 2]
-    assert said_of_no_heights(LABELS, model, world) == []
+    assert missing_height_findings(LABELS, model, world) == []
 
 
 def test_sound_points_and_single_blunders_are_not_mixed() -> None:
@@ -152,10 +152,10 @@ def test_sound_points_and_single_blunders_are_not_mixed() -> None:
 @pytest.mark.parametrize(("times", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres")])
 def test_heights_in_another_unit(times: float, unit: str) -> None:
     model, world = site(2)
-    (found,) = said_of_readings(model, world * [1.0, 1.0, times], mirrors=False)
+    (found,) = misreading_findings(model, world * [1.0, 1.0, times], mirrors=False)
     assert (found.code, found.values["unit"]) == ("control.other-unit", unit)
     cliff, there = model * [0.1, 0.1, 10.0], world * [0.1, 0.1, 10.0]
-    assert said_of_readings(cliff, there, mirrors=False) == []
+    assert misreading_findings(cliff, there, mirrors=False) == []
 
 
 def test_more_spread_is_no_help_where_nothing_fits() -> None:

@@ -9,7 +9,7 @@ from pyproj import Transformer
 
 from vomstudio.errors import GeometryError
 from vomstudio.registration.camera_positions import cameras_that_fit
-from vomstudio.registration.doubts.heights import said_of_one_height
+from vomstudio.registration.doubts.heights import constant_height_findings
 from vomstudio.registration.doubts.orders import other_order
 
 Array = npt.NDArray[np.float64]
@@ -56,9 +56,9 @@ def test_heights_that_are_all_alike_are_named(height: float) -> None:
 
 def test_three_points_of_one_height_that_do_not_fit_it() -> None:
     model = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 18.0], [10.0, 25.0, 4.0]])
-    assert said_of_one_height(model, model * [1.0, 1.0, 0.0])
+    assert constant_height_findings(model, model * [1.0, 1.0, 0.0])
     flat = model * [1.0, 1.0, 0.0]
-    assert said_of_one_height(flat, flat + ORIGIN) == []
+    assert constant_height_findings(flat, flat + ORIGIN) == []
 
 
 def test_photos_named_in_another_order_are_named() -> None:

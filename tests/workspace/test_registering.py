@@ -15,11 +15,11 @@ from vomstudio.document.records import DEFAULT_TYPES, Frame, Model, Registration
 from vomstudio.geometry import transform
 from vomstudio.registration.similarity import jacobian
 from vomstudio.workspace.placing.registering import (
+    add_reference_error,
     expected,
     set_words,
     sets_turned_deg,
     turned_deg,
-    with_error_of,
     worst_turn_deg,
 )
 
@@ -115,7 +115,7 @@ def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None
         )
         for name, s, c in zip(("fit", "other"), scatter, centres, strict=True)
     ]  # fmt: skip
-    both = with_error_of(known[0], known[1], scale_fitted=True)
+    both = add_reference_error(known[0], known[1], scale_fitted=True)
     points = np.array([[120.0, 40.0, 0.0], [60.0, 90.0, 25.0]])
     drawn = []
     for _ in range(10_000):
@@ -134,5 +134,5 @@ def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None
     assert worst_turn_deg(both) > max(worst_turn_deg(one) for one in known)
     # Nothing is made up where the error of the other one is not known.
     unknown = replace(known[1], covariance=None)
-    assert with_error_of(known[0], unknown, scale_fitted=True) == known[0]
-    assert with_error_of(known[0], None, scale_fitted=True) == known[0]
+    assert add_reference_error(known[0], unknown, scale_fitted=True) == known[0]
+    assert add_reference_error(known[0], None, scale_fitted=True) == known[0]

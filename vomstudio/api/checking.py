@@ -34,9 +34,8 @@ _MOST_COUNT = 2**53
 def warn(messages: Iterable[Message], depth: int = 3, *, notes: bool = False) -> None:
     """Issue each message as a Python warning at the user's line.
 
-    notes : also those of severity "info", for callers whose result has no ``.warnings``
-
-    depth : of the call from there
+    notes : whether those of severity "info" are issued, for results without ``.warnings``
+    depth : stack depth of the caller below the user's line
     """
     for finding in map(as_finding, messages):
         if finding.severity == "info" and not notes:

@@ -48,5 +48,5 @@ def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
     """
     given = groups_of(groups, by)
     found = curved_bed([str(name) for name in given.ids], given.points, given.offsets)
-    warn(given.said)
+    warn(given.messages)
     return found

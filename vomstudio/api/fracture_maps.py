@@ -25,7 +25,7 @@ from vomstudio.api.checking import (
     words_of,
 )
 from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
-from vomstudio.api.tables import crs_of
+from vomstudio.api.tables import dataframe_crs
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.fractures.network import FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
@@ -118,7 +118,7 @@ def fractures(
         mapped = map_fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),
-            crs=crs_of(traces),
+            crs=dataframe_crs(traces),
             area=None if area is None or order.area is not None else _areas(area),
             scanlines=(
                 None
@@ -149,7 +149,7 @@ def _range(given: Any) -> tuple[float, float]:
 
 
 def _sets_of(by: Any) -> list[str] | None:
-    """Of each trace; None where `by` is the name of an attribute."""
+    """Return the set of each trace, None if `by` is an attribute name."""
     if by is None or isinstance(by, str):
         return None
     return [str(name) for name in items_of(by, "by")]
@@ -165,8 +165,8 @@ def _path(given: Any, name: str) -> Path | None:
     return path_of(given, name) if is_path(given) else None
 
 
-def _circle(given: Any) -> tuple[float, ...]:
-    values = numbers(given, "circle").ravel()
+def _circle(circle: Any) -> tuple[float, ...]:
+    values = numbers(circle, "circle").ravel()
     if values.shape not in ((3,), (4,)):
         raise InputError(
             tr("A circle is given as (x, y, radius) or (x, y, z, radius), in metres."),
@@ -175,26 +175,26 @@ def _circle(given: Any) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-def _areas(given: Any) -> npt.NDArray[np.object_]:
-    """A polygon of the interface, or of its corners. Raises InputError."""
+def _areas(area: Any) -> npt.NDArray[np.object_]:
+    """Return an area as a polygon, from a geometry or its corners. Raises InputError."""
     import shapely
 
-    area = given if hasattr(given, "geom_type") else shapely.Polygon(_corners(given, "area", 3))
-    return np.array([area], object)
+    polygon = area if hasattr(area, "geom_type") else shapely.Polygon(_corners(area, "area", 3))
+    return np.array([polygon], object)
 
 
-def _shapes(given: Any, name: str) -> npt.NDArray[np.object_]:
-    """Lines as shapely objects. Raises InputError."""
+def _shapes(shapes: Any, name: str) -> npt.NDArray[np.object_]:
+    """Return lines as shapely geometries. Raises InputError."""
     import shapely
 
-    lines = items_of(getattr(given, "geometry", given), name)
-    found = [
+    lines = items_of(getattr(shapes, "geometry", shapes), name)
+    geometries = [
         line if hasattr(line, "geom_type") else shapely.LineString(_corners(line, name, 2))
         for line in lines
     ]
-    shapes = np.empty(len(found), object)
-    shapes[:] = found
-    return shapes
+    array = np.empty(len(geometries), object)
+    array[:] = geometries
+    return array
 
 
 def _corners(given: Any, name: str, least: int) -> npt.NDArray[np.float64]:

@@ -223,7 +223,7 @@ def log(
 
 
 def _table(given: Any, width: int, name: str) -> Any:
-    """A DataFrame, a file, or an array (n, width) as a table of texts. Raises InputError."""
+    """Return a DataFrame, a file or an array (n, width) as a table of texts. Raises InputError."""
     if hasattr(given, "columns") or is_path(given):
         return text_of(given, name)
     from pandas import DataFrame

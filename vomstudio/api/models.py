@@ -41,14 +41,14 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Where a model comes from.
+    """Source of a model.
 
-    path : its file; crs : "EPSG:n" or WKT, None for a local frame; unit_m : of the CRS, in metres
-    placed, metric : its north and its unit are known, or were declared
-    placing_error_m : how far it may be off as a whole, one sigma along any direction; None where
-        nothing says so
+    path : its file; crs : "EPSG:n" or WKT, None for a local frame; unit_m : unit of the CRS, metres
+    placed, metric : whether its north and its unit are known or declared
+    placing_error_m : position error of the whole model, one sigma along any direction; None if not
+        known
     to_world : (4, 4) from the frame of the file
-    registration : by which it stands there, None for a stated frame
+    registration : registration of the model, None for a stated frame
     """
 
     path: Path
@@ -64,7 +64,7 @@ class Source:
 
     @property
     def world_crs(self) -> str | None:
-        """Of World, which is in metres where that of the file is not."""
+        """CRS of World, always in metres."""
         from vomstudio.io.gis.crs import world_crs
 
         return world_crs(self.crs, self.unit_m)
@@ -72,7 +72,7 @@ class Source:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Model:
-    """What meshes and clouds have in common."""
+    """Common base of meshes and clouds."""
 
     _data: Any
     _source: Source = field(repr=False)
@@ -89,7 +89,7 @@ class _Model:
 
     @property
     def warnings(self) -> tuple[Message, ...]:
-        """What was noticed in reading, a sentence each."""
+        """Messages about reading the model."""
         return self._source.warnings
 
     @property
@@ -138,19 +138,33 @@ class _Model:
         return found if np.isfinite(found) else None
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
-        """Write it in the format that the ending of `path` says, in its CRS, textures and fields
-        with it; what the format cannot hold is a Python warning. Its registration is written
-        beside it as ``NAME.registration.json``.
+        """Write the model with textures, fields and CRS in the format of the suffix of `path`.
 
-        force : replace a file that is there. Raises vs.errors.UsageError for an ending that is not
-        known, vs.errors.GeometryError for coordinates that are not finite, vs.errors.TargetError
-        where the file cannot be written or is there already.
+        Content that the format cannot store is reported as a Python warning. The registration is
+        written beside the file as ``NAME.registration.json``.
 
+        Parameters
+        ----------
+        path : str or Path
+        force : bool
+            Replace an existing file.
+
+        Raises
+        ------
+        vs.errors.UsageError
+            For an unknown suffix.
+        vs.errors.GeometryError
+            If coordinates are not finite.
+        vs.errors.TargetError
+            If the file exists or cannot be written.
+
+        Examples
+        --------
         >>> import tempfile, pathlib
         >>> import vomstudio as vs
         >>> cliff = vs.read(vs.sample("sample.obj"))
-        >>> made = cliff.save(pathlib.Path(tempfile.mkdtemp()) / "cliff.glb")
-        >>> vs.read(made).faces.shape == cliff.faces.shape
+        >>> copy = cliff.save(pathlib.Path(tempfile.mkdtemp()) / "cliff.glb")
+        >>> vs.read(copy).faces.shape == cliff.faces.shape
         True
         """
         from vomstudio.document.registration_frames import change_file_frame
@@ -334,19 +348,19 @@ def read(
     Parameters
     ----------
     path : the file
-    crs : the projected CRS that its x and y are in, such as "EPSG:32633"; None for what it says
-    up : the axis of the file that points up; None for what is usual in its format
-    unit : of its coordinates: m, cm, mm, km, ft or us-ft
+    crs : projected CRS of x and y, such as "EPSG:32633"; None for that stated by the file
+    up : axis of the file that points up; None for the default of its format
+    unit : unit of its coordinates: m, cm, mm, km, ft or us-ft
     to_crs : convert the coordinates to this projected CRS in metres
-    project : folder of a project that has this file; it then stands as it does there, registered
-        or declared, also while a window has the project open. In place of crs, up and unit
+    project : folder of a project that contains this file, whose registration or declared frame is
+        used instead of crs, up and unit; a window may have the project open
     progress : called with (stage, steps done, all steps or None), or a Progress
 
     Returns
     -------
-    Mesh or PointCloud in World. A file that does not say how it stands is taken as local, in
-    metres, z up and y to the north, which is said as a Python warning and in ``.warnings``. A
-    registration beside the file (``NAME.registration.json``, or ``reconstruction.json`` of a
+    Mesh or PointCloud in World. If the file does not state its frame, local metres with z up and y
+    to the north are assumed, with a Python warning and in ``.warnings``. A registration beside the
+    file (``NAME.registration.json``, or ``reconstruction.json`` of a
     reconstruction) places it and gives ``rotation_error_deg`` and ``scale_error_95``.
 
     Raises
@@ -369,30 +383,30 @@ def read(
     report = told(progress)
     if folder is None:
         with frame_arguments_named():
-            made = _read(file, options, report)
+            model = _read(file, options, report)
     else:
         check_place(options, folder)
-        made = _read_of_project(file, folder, report)
-    warn(made.warnings, notes=True)
-    return made
+        model = _read_of_project(file, folder, report)
+    warn(model.warnings, notes=True)
+    return model
 
 
 def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
-    """A model that was read, of a project, or the path of a file. name : of the argument"""
+    """Return a model, read from a project model or a path if necessary. name : argument name"""
     if isinstance(given, Mesh | PointCloud):
         return given
     if hasattr(given, "read") and hasattr(given, "id"):
-        found: Mesh | PointCloud = given.read()
-        return found
+        model: Mesh | PointCloud = given.read()
+        return model
     if not is_path(given):
         kind = type(given).__name__
         raise InputError(
             tr("A model or the path of its file is needed, not a {kind}.", kind=kind), field=name
         )
 
-    made = _read(path_of(given, name), AS_STATED, None)
-    warn(made.warnings, 4, notes=True)
-    return made
+    model = _read(path_of(given, name), AS_STATED, None)
+    warn(model.warnings, 4, notes=True)
+    return model
 
 
 def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh | PointCloud:
@@ -416,15 +430,15 @@ def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh 
         loaded.content_hash,
         placing_error_m(loaded.path),
     )
-    made = in_world(loaded.data, established.to_world(), source)
-    return made if registration is None else registered(made, registration)
+    model = in_world(loaded.data, established.to_world(), source)
+    return model if registration is None else registered(model, registration)
 
 
-def registered(made: Mesh | PointCloud, registration: Registration) -> Mesh | PointCloud:
-    """Return a model with the registration by which it stands in World."""
-    error = registration.placing_error_m(made.bounds)
-    source = replace(made._source, placing_error_m=error, registration=registration)
-    return replace(made, _source=source)
+def registered(model: Mesh | PointCloud, registration: Registration) -> Mesh | PointCloud:
+    """Return a model with its registration."""
+    error = registration.placing_error_m(model.bounds)
+    source = replace(model._source, placing_error_m=error, registration=registration)
+    return replace(model, _source=source)
 
 
 def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
@@ -436,7 +450,7 @@ def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Me
 
 
 def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
-    """A model that was read, as the record of a project has it stand."""
+    """Place a model as its record in a project states."""
     frame = record.frame
     scale = frame.unit_m if frame.crs is not None and record.registration is None else 1.0
     source = Source(
@@ -448,21 +462,21 @@ def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
         frame.has_metres,
         loaded.content_hash,
     )
-    made = in_world(loaded.data, np.array(record.to_world), source)
-    return made if record.registration is None else registered(made, record.registration)
+    model = in_world(loaded.data, np.array(record.to_world), source)
+    return model if record.registration is None else registered(model, record.registration)
 
 
 def in_world(
     data: meshes.Mesh | clouds.PointCloud, to_world: Any, source: Source
 ) -> Mesh | PointCloud:
-    """Data of a file as what users have of it. to_world : (4, 4)"""
+    """Return the data of a file as a public model in World. to_world : (4, 4)"""
     kind = Mesh if isinstance(data, meshes.Mesh) else PointCloud
     matrix = np.asarray(to_world, np.float64)
     return kind(moved(data, matrix), replace(source, to_world=matrix))
 
 
 def moved(data: meshes.Mesh | clouds.PointCloud, matrix: Floats) -> meshes.Mesh | clouds.PointCloud:
-    """The same through a similarity (4, 4)."""
+    """Transform data by a similarity (4, 4)."""
     if np.array_equal(matrix, np.eye(4)):
         return data
     if isinstance(data, meshes.Mesh):

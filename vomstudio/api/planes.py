@@ -20,7 +20,7 @@ from vomstudio.api.checking import (
     positive,
     warn,
 )
-from vomstudio.api.tables import crs_of, frame
+from vomstudio.api.tables import dataframe_crs, frame
 from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
@@ -319,7 +319,7 @@ def fit_planes(
             ),
             field=str(first["id"]),
         )
-    said = [*given.said]
+    said = [*given.messages]
     said += [
         tr("Plane {plane} was skipped: {reason}.", plane=item["id"], reason=item["reason"])
         for item in done.skipped
@@ -381,7 +381,7 @@ def fit_parallel(
         if name not in names:
             raise UsageError(tr("There is no group “{name}”.", name=name), field="same")
     found = parallel_beds(names, given.points, given.offsets, pairs=pairs)
-    warn([*given.said, *found.warnings])
+    warn([*given.messages, *found.warnings])
     return found
 
 
@@ -400,15 +400,18 @@ def _points(given: Any) -> npt.NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class _Groups:
-    """offsets : where in `points` each group begins, and the end; dropped : number of rows without
-    a place; words : what else is known of the groups; said : sentences on that"""
+    """Groups of points.
+
+    offsets : first row of each group in `points`, and the end; dropped : number of rows without
+    coordinates or group; words : attributes of the groups; messages : messages about the points
+    """
 
     ids: list[Any]
     points: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.int64]
     dropped: int = 0
     words: Words[Any] = field(default_factory=dict)
-    said: Sequence[Message] = ()
+    messages: Sequence[Message] = ()
 
 
 def _fitted(
@@ -465,7 +468,7 @@ def groups_of(given: Any, by: Any) -> _Groups:
     placed = points_to_world(
         numbers(given[coordinate_names(columns, "groups")], "groups"),
         file=Path("groups"),
-        comments=(f"CRS: {crs_of(given) or 'local'}",),
+        comments=(f"CRS: {dataframe_crs(given) or 'local'}",),
     )
     array = placed.points
     names = given[by]
@@ -476,16 +479,16 @@ def groups_of(given: Any, by: Any) -> _Groups:
     counts = np.bincount(codes, minlength=len(ids))
     order = np.argsort(codes, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    beside = {
+    attributes = {
         c: given[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
-    words, said = words_of_groups(beside, names.tolist(), keep.tolist())
-    findings: list[Message] = [*placed.findings, *said]
+    words, word_messages = words_of_groups(attributes, names.tolist(), keep.tolist())
+    findings: list[Message] = [*placed.findings, *word_messages]
     return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, findings)
 
 
 def plane_text(given: Any) -> str | None:
-    """A plane as "DD/D", of that, of (dip direction, dip) or of a PlaneFit. Raises InputError."""
+    """Return a plane as "DD/D", given so, as two angles or as a PlaneFit. Raises InputError."""
     if given is None or isinstance(given, str):
         return given
     plane = attitude_of(given, "plane")

@@ -73,13 +73,13 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     table = orientation_reading.read_orientations(
         path_of(path, "path"), meaning_of(azimuth), repeats=True
     )
-    said = _noticed(table)
-    warn(said)
-    return frame_of_table(table, said)
+    messages = _noticed(table)
+    warn(messages)
+    return frame_of_table(table, messages)
 
 
 def meaning_of(azimuth: Any) -> Azimuth | None:
-    """Raises InputError for what no azimuth means."""
+    """Check the meaning of an azimuth. Raises InputError."""
     if azimuth is None:
         return None
     one_of(azimuth, ("strike", "dipdir"), "azimuth")
@@ -94,31 +94,30 @@ def rows_of(
     *,
     repeats: bool = False,
 ) -> OrientationTable:
-    """Planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
+    """Return planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
 
-    Warnings of the table are Python warnings, too; depth : of this call from the user's line.
-    name : of the argument; repeats : also rows that repeat the pick of another. Raises InputError,
-    UsageError.
+    Issues the warnings of the table as Python warnings. depth : stack depth of this call below the
+    user's line; name : argument name; repeats : whether rows that repeat a pick are included
+    Raises InputError and UsageError.
     """
     azimuth = meaning_of(azimuth)
     if is_path(table):
         path = path_of(table, name)
-        found = orientation_reading.read_orientations(path, azimuth, repeats=repeats)
+        rows = orientation_reading.read_orientations(path, azimuth, repeats=repeats)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
         names, cells = _cells_of(_without_claims(table), name)
-        told = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
-        comments = (*told, f"CRS: {crs_of(table) or 'local'}")
-        made = table_of_cells(names, cells, _IN_MEMORY, comments)
-        found = orientations_of(made, azimuth, repeats=repeats)
+        registrations = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
+        comments = (*registrations, f"CRS: {dataframe_crs(table) or 'local'}")
+        text_table = table_of_cells(names, cells, _IN_MEMORY, comments)
+        rows = orientations_of(text_table, azimuth, repeats=repeats)
     else:
-        found = orientations_of(_arrays(table, name), None)
-    warn(_noticed(found), depth)
-    return found
+        rows = orientations_of(_arrays(table, name), None)
+    warn(_noticed(rows), depth)
+    return rows
 
 
 def _without_claims(frame: Any) -> Any:
-    """A DataFrame of ours, such as `read_orientations` gives it, without those of the file's own
-    columns whose angles stand in ours already."""
+    """Drop the original angle columns of a DataFrame made by `read_orientations`."""
     if not set(COLUMNS) <= set(frame.columns):
         return frame
     angles = {word for meaning in _ANGLES for word in ALIASES[meaning]}
@@ -127,16 +126,18 @@ def _without_claims(frame: Any) -> Any:
 
 
 def text_of(table: Any, name: str = "table") -> TextTable:
-    """A DataFrame or a file as a table of texts. name : of the argument. Raises InputError."""
+    """Return a DataFrame or a file as a table of texts. name : argument name. Raises InputError."""
     if is_path(table):
         return read_table(path_of(table, name))
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
         raise InputError(tr("Give a DataFrame or the path of a file."), field=name)
     names, cells = _cells_of(table, name)
-    return table_of_cells(names, cells, _IN_MEMORY, comments=(f"CRS: {crs_of(table) or 'local'}",))
+    return table_of_cells(
+        names, cells, _IN_MEMORY, comments=(f"CRS: {dataframe_crs(table) or 'local'}",)
+    )
 
 
-def crs_of(table: Any) -> str | None:
+def dataframe_crs(table: Any) -> str | None:
     """Return the CRS of a GeoDataFrame as WKT in one line; None for any other table."""
     crs = getattr(table, "crs", None)
     return str(crs.to_wkt()) if crs is not None and hasattr(crs, "to_wkt") else None

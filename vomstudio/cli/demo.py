@@ -127,7 +127,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     import numpy as np
 
     from vomstudio.io.models.opening import read_model
-    from vomstudio.io.models.reconstruction_file import registration_of
+    from vomstudio.io.models.reconstruction_file import result_registration
     from vomstudio.io.photos.cameras_file import read_cameras
     from vomstudio.io.project.sample import (
         read_true_cameras,
@@ -163,7 +163,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         picks,
         read_truth(),
         made.dense_gsd_m,
-        registration_of(result, "").rotation_covariance(),
+        result_registration(result, "").rotation_covariance(),
     )
     keys = ("registered", "reprojection_error_px", "dense_points", "faces", "frame", "seconds")
     return {

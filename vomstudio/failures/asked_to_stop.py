@@ -1,12 +1,12 @@
-"""Requests to end the process: handled, remembered, and obeyed while native code runs.
+"""Requests to end the process: handled, recorded, and effective while native code runs.
 
-A signal raises KeyboardInterrupt wherever the program is. In a callback, or where a library that is
-being read catches everything, it is lost, and the work would go on to its end. So it is remembered,
-and asked for again before results take their place.
+A signal raises KeyboardInterrupt at any place. The exception is lost in callbacks, and in libraries
+that catch everything while they are imported. So the signal is recorded, and checked again before
+results are saved.
 
-Python handles signals between two of its own instructions, which native code can hold up for as
-long as it likes. So a second signal of the same kind is left to the system, which ends the process
-at once (`listen`), and a thread ends a command that does not handle the first one (`watch`).
+Python handles signals between its own instructions, so native code can delay them. A second signal
+of the same kind is therefore left to the system, which ends the process at once (`listen`), and a
+thread ends a command that does not handle the first one (`watch`).
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ _EXIT_CODE = 130
 _PATIENCE_S = 2.0
 _LOOK_S = 0.05
 _RESET_FLAGS = {"linux": (136, 0x80000000), "darwin": (12, 0x4)}
-"""By platform: where `sa_flags` is in a `struct sigaction` of 64 bits, and SA_RESETHAND."""
+"""Offset of `sa_flags` in a 64-bit `struct sigaction`, and SA_RESETHAND, by platform."""
 
-_asked: list[int] = []
+_signals: list[int] = []
 
 
 def listen(number: int) -> None:
@@ -36,9 +36,9 @@ def listen(number: int) -> None:
 
 
 def end_on_second(number: int) -> None:
-    """Have the system forget the handler of a signal once it was called.
+    """Make the system reset the handler of a signal after its first call.
 
-    Has no effect on Windows, where `stop` does it once Python runs.
+    Has no effect on Windows, where `stop` resets it once Python runs.
     """
     if sys.platform not in _RESET_FLAGS or struct.calcsize("P") != 8:
         return
@@ -57,10 +57,10 @@ def end_on_second(number: int) -> None:
 
 
 def stop(number: int, frame: FrameType | None) -> None:
-    """Handle a signal: as Ctrl+C does without a handler, but remembered."""
-    _asked.append(number)
+    """Record a signal and raise KeyboardInterrupt, as the default handler of Ctrl+C does."""
+    _signals.append(number)
     sys.unraisablehook = _unraisable
-    # The system has forgotten this handler (`listen`), except on Windows.
+    # The system has reset the handler already (`listen`), except on Windows.
     signal.signal(number, signal.SIG_DFL)
     raise KeyboardInterrupt
 
@@ -68,15 +68,15 @@ def stop(number: int, frame: FrameType | None) -> None:
 def watch() -> None:
     """End the process soon after a signal that its main thread does not handle.
 
-    For the process of a command, called in its main thread. Nothing is cleaned up then: what is
-    written takes its place only when it is complete. Has no effect on Windows.
+    Call it in the main thread of a command. No cleanup is needed: outputs are replaced only by
+    complete files. Has no effect on Windows.
     """
     if os.name != "posix":
         return
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    # What a forked child receives is no request to this process.
+    # A signal to a forked child must not reach this process through the shared pipe.
     os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
     threading.Thread(target=_watch, args=(reading,), name="stop signals", daemon=True).start()
 
@@ -84,9 +84,9 @@ def watch() -> None:
 def _watch(reading: int) -> None:
     while os.read(reading, 64):
         end = time.monotonic() + _PATIENCE_S
-        while not _asked and time.monotonic() < end:
+        while not _signals and time.monotonic() < end:
             time.sleep(_LOOK_S)
-        if not _asked:
+        if not _signals:
             try:
                 os.write(2, _SENTENCE)
             finally:
@@ -94,25 +94,24 @@ def _watch(reading: int) -> None:
 
 
 def was_asked() -> bool:
-    """Whether the process was asked to end since `forget`."""
-    return bool(_asked)
+    """Return whether a signal was received since `forget`."""
+    return bool(_signals)
 
 
 def check() -> None:
-    """Raise KeyboardInterrupt if the process was asked to end since `forget`."""
-    if _asked:
+    """Raise KeyboardInterrupt if a signal was received since `forget`."""
+    if _signals:
         raise KeyboardInterrupt
 
 
 def forget() -> None:
-    """What was asked is done, or of no concern to what begins."""
-    _asked.clear()
+    """Clear received signals, before other work begins."""
+    _signals.clear()
     if sys.unraisablehook is _unraisable:
         sys.unraisablehook = sys.__unraisablehook__
 
 
 def _unraisable(unraisable: sys.UnraisableHookArgs, /) -> None:
-    """Where an interruption is lost, in a callback of Python's own, nothing is wrong: it is
-    remembered, and nobody is shown a stack."""
+    """Suppress the traceback of an interrupt that is lost in a callback: the signal is recorded."""
     if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(unraisable)

@@ -146,9 +146,11 @@ PREVIEW_MODEL = Job(
 
 @dataclass(frozen=True)
 class ModelCopy:
-    """folder : below which the model goes with all that belongs to it; cameras : the file of its
-    photos' cameras, None for the one beside it; photos : whether they are copied too;
-    registration : by which the model stands in its project"""
+    """Request to copy a model with its companion files.
+
+    folder : parent folder of the copy; cameras : file of its cameras, None for the one beside it
+    photos : whether photos are copied too; registration : registration in its project
+    """
 
     path: Path
     folder: Path
@@ -159,21 +161,21 @@ class ModelCopy:
 
 @dataclass(frozen=True)
 class CopiedModel:
-    """path : of the copy"""
+    """path : path of the copy"""
 
     path: Path
 
 
-def _copy_model(asked: ModelCopy, progress: Progress) -> CopiedModel:
+def _copy_model(request: ModelCopy, progress: Progress) -> CopiedModel:
     from vomstudio.io.models.model_copy import copy_model
 
     copy = copy_model(
-        asked.path,
-        asked.folder,
+        request.path,
+        request.folder,
         progress,
-        cameras=asked.cameras,
-        photos=asked.photos,
-        registration=asked.registration,
+        cameras=request.cameras,
+        photos=request.photos,
+        registration=request.registration,
     )
     return CopiedModel(copy)
 
@@ -192,7 +194,7 @@ class ModelConversion:
 
 @dataclass(frozen=True)
 class ConvertedModel:
-    """path : of the copy"""
+    """path : path of the copy"""
 
     path: Path
     warnings: tuple[Message, ...]
@@ -214,8 +216,11 @@ CONVERT_MODEL = Job(
 
 @dataclass(frozen=True)
 class ModelExport:
-    """The model `path`, kept at hand under `cache`, is written to `out` in World: turned and scaled
-    by to_world, in `crs`, None where there is none. registration : by which it stands there."""
+    """Request to write the model `path`, cached under `cache`, to `out` in World.
+
+    to_world : matrix from the file; crs : CRS of World, None for a local frame; registration :
+    registration in its project
+    """
 
     path: Path
     cache: Path
@@ -228,32 +233,32 @@ class ModelExport:
 
 @dataclass(frozen=True)
 class ExportedModel:
-    """warnings : sentences on what the format cannot hold"""
+    """warnings : messages about content that the format cannot store"""
 
     warnings: tuple[Message, ...]
 
 
-def _export_model(asked: ModelExport, progress: Progress) -> ExportedModel:
+def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
     from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.geometry.moving import moved
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import choose_writer, write_model
 
-    choose_writer(asked.out)
-    folder = model_cache.folder_of(asked.path, asked.cache)
-    data = moved(model_cache.load(asked.path, folder, progress).data, asked.to_world)
-    registration = asked.registration
+    choose_writer(request.out)
+    folder = model_cache.folder_of(request.path, request.cache)
+    data = moved(model_cache.load(request.path, folder, progress).data, request.to_world)
+    registration = request.registration
     if registration is not None:
-        registration = change_file_frame(registration, asked.to_world)
+        registration = change_file_frame(registration, request.to_world)
     warnings = write_model(
         data,
-        asked.crs,
-        asked.out,
+        request.crs,
+        request.out,
         force=True,
-        inputs=[asked.path, *companions(asked.path)],
+        inputs=[request.path, *companions(request.path)],
         progress=progress,
-        axes=asked.axes,
+        axes=request.axes,
         registration=registration,
     )
     return ExportedModel(tuple(warnings))
@@ -264,10 +269,12 @@ EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _e
 
 @dataclass(frozen=True)
 class ModelCut:
-    """Of the model `path`, kept at hand under `cache`, the faces or points whose bits stand packed
-    in the .npy file `bits` become a model of this name in a folder of its own below `folder`.
-    content_hash : of the file they were chosen on; crs : the file's own, None where it has none;
-    registration : of the model in its project"""
+    """Request to write selected faces or points of a model as a new model.
+
+    path, cache : model file and cache folder; content_hash : hash of the file of the selection
+    bits : .npy file with the packed selection mask; folder, name : of the new model
+    crs : CRS of the file, None if it states none; registration : registration in its project
+    """
 
     path: Path
     cache: Path
@@ -281,32 +288,34 @@ class ModelCut:
 
 @dataclass(frozen=True)
 class CutModel:
-    """path : of the piece; warnings : sentences on what the format cannot hold"""
+    """path : path of the piece; warnings : messages about content that the format cannot store"""
 
     path: Path
     warnings: tuple[Message, ...]
 
 
-def _cut_model(asked: ModelCut, progress: Progress) -> CutModel:
+def _cut_model(request: ModelCut, progress: Progress) -> CutModel:
     import numpy as np
 
     from vomstudio.files.regular import open_regular
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.piece_writing import write_piece
 
-    loaded = model_cache.load(asked.path, model_cache.folder_of(asked.path, asked.cache), progress)
-    with open_regular(asked.bits) as file:
+    loaded = model_cache.load(
+        request.path, model_cache.folder_of(request.path, request.cache), progress
+    )
+    with open_regular(request.bits) as file:
         bits = np.load(file, allow_pickle=False)
     path, warnings = write_piece(
         loaded,
         bits,
-        asked.path,
-        asked.content_hash,
-        asked.crs,
-        asked.folder,
-        asked.name,
+        request.path,
+        request.content_hash,
+        request.crs,
+        request.folder,
+        request.name,
         progress,
-        asked.registration,
+        request.registration,
     )
     return CutModel(path, tuple(warnings))
 

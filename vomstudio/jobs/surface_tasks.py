@@ -91,9 +91,12 @@ COMPUTE_FIELDS = Job("compute_fields", Lane.PRODUCTS, FieldsOrder, ComputedField
 
 @dataclass(frozen=True)
 class MeasurableOrder:
-    """normal : of the plane, World; length_m : of a trace, m; registration_deg : 95 %; out : the
-    file for the fields, float32 of all points, by the names of
-    `products.surface.measurable_map.FIELDS`"""
+    """Request for a map of where a plane can be measured.
+
+    normal : normal of the plane, World; length_m : trace length; registration_deg : error of the
+    registration, 95 %; out : file of the fields, float32 for all points, with the names of
+    `products.surface.measurable_map.FIELDS`
+    """
 
     model: StandingModel
     normal: tuple[float, float, float]
@@ -104,35 +107,35 @@ class MeasurableOrder:
 
 @dataclass(frozen=True)
 class MappedMeasurable:
-    """said : how much of the surface would tell the plane, and what else is to be known"""
+    """said : messages about the measurable shares of the surface"""
 
     out: Path
     said: tuple[Message, ...]
 
 
-def _map_measurable(asked: MeasurableOrder, progress: Progress) -> MappedMeasurable:
+def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasurable:
     import numpy as np
 
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.surface.measurable_map import measurable_map, shares_in_words
 
-    found = measurable_map(
-        in_world(asked.model, progress),
-        Plane.from_normal(np.array(asked.normal)),
-        length_m=asked.length_m,
-        registration_deg=asked.registration_deg,
+    fields = measurable_map(
+        in_world(request.model, progress),
+        Plane.from_normal(np.array(request.normal)),
+        length_m=request.length_m,
+        registration_deg=request.registration_deg,
         progress=progress,
     )
-    said = (*shares_in_words(found), *found.warnings)
+    messages = (*shares_in_words(fields), *fields.warnings)
     arrays: dict[str, Any] = {
-        **found.as_fields(),
-        "said": np.array([str(each) for each in said], np.str_),
+        **fields.as_fields(),
+        "said": np.array([str(each) for each in messages], np.str_),
     }
-    asked.out.parent.mkdir(parents=True, exist_ok=True)
-    part = asked.out.with_name(f"{asked.out.stem}.part.npz")
+    request.out.parent.mkdir(parents=True, exist_ok=True)
+    part = request.out.with_name(f"{request.out.stem}.part.npz")
     np.savez(part, **arrays)
-    os.replace(part, asked.out)
-    return MappedMeasurable(asked.out, said)
+    os.replace(part, request.out)
+    return MappedMeasurable(request.out, messages)
 
 
 MAP_MEASURABLE = Job(

@@ -154,32 +154,32 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
     # Where turns are free, others fit as well by themselves.
     held = not found.free.shape[1] or np.abs(found.free[:3]).max() < 1e-6
     apart = any(_angle_of(good[0].rotation.T @ fit.rotation) > _APART for fit in good)
-    found = replace(_with_held_scale(kinds, found), ambiguous=bool(held and apart))
+    found = replace(_add_scale_error(kinds, found), ambiguous=bool(held and apart))
     fit = replace(found.fit, translation=found.fit.translation + offset)
     return replace(found, fit=fit, centre=found.centre + offset)
 
 
-def _with_held_scale(kinds: Sequence[Observed], found: Adjusted) -> Adjusted:
-    """Add the error of a scale that was held, which no observation here has determined.
+def _add_scale_error(kinds: Sequence[Observed], result: Adjusted) -> Adjusted:
+    """Add the error of a fixed scale to the covariance of a fit.
 
-    The fit is as it was; its covariance grows by what the fit would change by if the held scale
-    were off by its error, in all seven numbers.
+    The fit is unchanged. The covariance of its seven parameters grows by their response to the
+    error of the scale, which no observation determines.
     """
-    change, error = np.zeros(len(found.rows.misses)), 0.0
+    change, error = np.zeros(len(result.rows.misses)), 0.0
     kinds = [kind for kind in kinds if len(kind.labels)]
-    for kind, first, end in zip(kinds, found.begins, found.begins[1:], strict=False):
+    for kind, first, end in zip(kinds, result.begins, result.begins[1:], strict=False):
         if isinstance(kind, Combined | KeptScale) and kind.scale_error > 0:
-            # It is one scale, whatever holds it.
+            # All these observations share one scale error.
             change[first:end] = kind.scale_change
             error = max(error, kind.scale_error)
     if not error > 0:
-        return found
-    moves, _, units = system_of(found.rows, found.sigma, found.size)
+        return result
+    moves, _, units = system_of(result.rows, result.sigma, result.size)
     inverse, _ = inverse_of(moves.T @ moves)
-    step = -inverse @ (moves[: len(change)].T @ (change / found.sigma))
+    step = -inverse @ (moves[: len(change)].T @ (change / result.sigma))
     response = error * (step * units)[:7]
     added = np.outer(response, response)
-    return replace(found, covariance=found.covariance + added, plain=found.plain + added)
+    return replace(result, covariance=result.covariance + added, plain=result.plain + added)
 
 
 def _alone(kinds: Sequence[Observed], centre: Array, size: float) -> dict[str, tuple[float, float]]:

@@ -36,12 +36,12 @@ _LEVEL = 0.95
 
 
 def left_out(
-    labels: Sequence[str], angles: Array, model: Array, said: list[Message]
+    labels: Sequence[str], angles: Array, model: Array, messages: list[Message]
 ) -> tuple[Flags, Flags]:
     """(n,) which photos do not agree with most others, and of which not even the vertical does.
 
     angles : (n, 3) yaw, pitch, roll in World; model : (n, 3, 3) from the cameras to the model
-    said : gets what the angles look like
+    messages : messages about suspicious angles are appended
     """
     none = np.zeros(len(labels), bool)
     if len(labels) < _FEWEST:
@@ -55,7 +55,7 @@ def left_out(
         ]
         least, sentence = min(better)
         if least < min(_BETTER * scatter, _CLOSE_DEG):
-            said.append(
+            messages.append(
                 tr(
                     "The attitudes of the photos disagree by {scatter:.0f}° and would agree within "
                     "{least:.1f}° if {what}. Check the convention of the table.",
@@ -70,19 +70,19 @@ def left_out(
     out = np.asarray(off > limit)
     tilted = none.copy()
     if out.any():
-        tilted[out] = _described(labels, angles, model, usual, out, limit, said)
+        tilted[out] = _described(labels, angles, model, usual, out, limit, messages)
     return out, tilted
 
 
 def verticals_left_out(
-    labels: Sequence[str], down: Array, model: Array, told: Flags, said: list[Message]
+    labels: Sequence[str], down: Array, model: Array, selected: Flags, messages: list[Message]
 ) -> Flags:
     """(n,) which photos' verticals do not agree with most others.
 
     down : (n, 3) the direction in which things fall, in the frame of each camera; model : as above
-    told : (n,) of which it is asked
+    selected : (n,) which photos to check
     """
-    if len(labels) < _FEWEST or not told.any():
+    if len(labels) < _FEWEST or not selected.any():
         return np.zeros(len(labels), bool)
     turned = [down]
     for _ in range(3):
@@ -94,7 +94,7 @@ def verticals_left_out(
     if scatter > _AGREE_DEG:
         least, quarter = min((_agreed_down(one)[1], k) for k, one in enumerate(each))
         if quarter and least < min(_BETTER * scatter, _CLOSE_DEG):
-            said.append(
+            messages.append(
                 tr(
                     "The verticals of the photos disagree by {scatter:.0f}° and would agree within "
                     "{least:.1f}° if the photos were turned by {turn}°. Check whether a program "
@@ -106,12 +106,12 @@ def verticals_left_out(
             )
             return np.zeros(len(labels), bool)
     off = _from(each[0], usual)
-    out = np.asarray(told & (off > _limit(off)))
+    out = np.asarray(selected & (off > _limit(off)))
     if out.any():
         away = np.array([_from(one, usual) for one in each])[:, out]
         close = away.min(axis=0) < _CLOSE_DEG
         quarters = np.unique(90 * away.argmin(axis=0)[close]).tolist()
-        said.append(
+        messages.append(
             tr(
                 "The verticals of {count} photos do not agree with the others and were left out: "
                 "{names}.",
@@ -120,7 +120,7 @@ def verticals_left_out(
             )
         )
         if quarters:
-            said.append(
+            messages.append(
                 tr(
                     "These verticals would agree if the photos were turned by {turns}°.",
                     turns=", ".join(map(str, quarters)),
@@ -171,10 +171,12 @@ def _described(
     usual: Array,
     out: Flags,
     limit: float,
-    said: list[Message],
+    messages: list[Message],
 ) -> list[bool]:
-    """Of each photo that is left out, whether its vertical is too; said gets sentences on those
-    alike together."""
+    """Return whether the vertical of each excluded photo is excluded too.
+
+    Appends one message for photos with the same error.
+    """
     from scipy.spatial.transform import Rotation
 
     back = np.swapaxes(model, 1, 2)
@@ -199,7 +201,7 @@ def _described(
             named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
         else:
             named.setdefault(("far", limit), []).append(labels[row])
-    said += [_said_of(why, what, listed(names)) for (why, what), names in named.items()]
+    messages += [_said_of(why, what, listed(names)) for (why, what), names in named.items()]
     return tilted
 
 

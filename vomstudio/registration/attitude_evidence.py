@@ -52,11 +52,11 @@ def held(
     rows: Sequence[int],
     views: Sequence[View],
     north_doubt_deg: float,
-    said: list[Message],
+    messages: list[Message],
 ) -> Held:
-    """The rows of a table, whose yaws are from the north of the map, with the cameras they are of.
+    """Match the attitudes of a table, with yaws from grid north, to the cameras of the model.
 
-    said : gets what was left out, and why
+    messages : messages about excluded attitudes are appended
     """
     which = np.asarray(rows, int)
     labels = [table.photos[row] for row in rows]
@@ -66,16 +66,16 @@ def held(
     whole = np.isfinite(angles).all(axis=1)
     yaw, tilt = np.isfinite(angles[:, 0]), np.isfinite(down[:, 0])
     phone = yaw & tilt & ~whole
-    phone &= _not_steep(labels, phone, down, said)
+    phone &= _not_steep(labels, phone, down, messages)
     both = whole | phone
     known = np.full_like(angles, np.nan)
     known[whole] = angles[whole]
     if phone.any():
         known[phone] = view_angles(from_down_and_azimuth(down[phone], angles[phone, 0]))
     bad, tilted = np.zeros((2, len(labels)), bool)
-    bad[both], tilted[both] = left_out(_chosen(labels, both), known[both], model[both], said)
+    bad[both], tilted[both] = left_out(_chosen(labels, both), known[both], model[both], messages)
     tilted[tilt] |= verticals_left_out(
-        _chosen(labels, tilt), down[tilt], model[tilt], ~both[tilt], said
+        _chosen(labels, tilt), down[tilt], model[tilt], ~both[tilt], messages
     )
     shared = float(np.radians(north_doubt_deg)) if table.doubted else 0.0
     unstated = np.isnan(sigma[:, 1:]).any()
@@ -203,11 +203,11 @@ def _norths(
 
 
 def _not_steep(
-    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, said: list[Message]
+    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, messages: list[Message]
 ) -> npt.NDArray[np.bool_]:
     steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_STEEPEST_DEG)))
     if steep.any():
-        said.append(
+        messages.append(
             tr(
                 "{count} photos look up or down too steeply for their compass to say where, and "
                 "tell the vertical alone: {names}.",

@@ -1,5 +1,4 @@
-"""Given positions of cameras in the coordinate reference system of a model, what they are mistaken
-for, and which take part."""
+"""Camera positions in the CRS of a model: conversion, checks and outliers."""
 
 from __future__ import annotations
 
@@ -16,14 +15,14 @@ from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geometry.places import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.coordinate_checks import (
-    said_of_apart,
-    said_of_degrees,
-    said_of_readings,
+    degree_findings,
+    find_misplaced_points,
+    misreading_findings,
 )
-from vomstudio.registration.doubts.heights import said_of_no_heights, said_of_one_height
+from vomstudio.registration.doubts.heights import constant_height_findings, missing_height_findings
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
-from vomstudio.registration.doubts.mixed import said_of_mixed
-from vomstudio.registration.doubts.orders import said_of_order
+from vomstudio.registration.doubts.mixed import mixed_row_findings
+from vomstudio.registration.doubts.orders import row_order_findings
 from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
@@ -36,18 +35,19 @@ ToGrid = Callable[[float, float], tuple[float, float] | None]
 
 
 def in_metres(
-    positions: Positions, crs: str | None, said: list[Message]
+    positions: Positions, crs: str | None, messages: list[Message]
 ) -> tuple[Positions, str | None, tuple[float, float] | None]:
-    """The positions in metres, the CRS of the model, and a longitude and latitude among them where
-    they are known. Those without a height are left out, and those whose height is above something
-    else than that of most.
+    """Convert camera positions to metres in the CRS of the model.
+
+    Returns the positions, the CRS of the model, and a longitude and latitude among them if known.
+    Positions without a height, or with another height reference than most, are excluded.
 
     crs : "EPSG:n" or WKT of the model, None to take that of the file
-    said : gets what was assumed of them
+    messages : messages about assumptions and excluded positions are appended
     Raises InputError or UsageError.
     """
     positions, crs, to_grid = _source(positions, crs)
-    positions = _with_heights(positions, said)
+    positions = _with_heights(positions, messages)
     if to_grid is None:
         return positions, crs, None
     places = positions.places.copy()
@@ -65,7 +65,7 @@ def in_metres(
             )
         places[row, :2] = there
     middle = np.median(degrees, axis=0)
-    said.append(_said_of_heights(positions, float(middle[0]), float(middle[1])))
+    messages.append(_said_of_heights(positions, float(middle[0]), float(middle[1])))
     moved = replace(positions, places=places, degrees=False, crs=crs)
     return moved, crs, (float(middle[0]), float(middle[1]))
 
@@ -182,7 +182,7 @@ def _exchanged(positions: Positions, photo: str, longitude: float, latitude: flo
 
 
 # --- heights ----------------------------------------------------------------------------------
-def _with_heights(positions: Positions, said: list[Message]) -> Positions:
+def _with_heights(positions: Positions, messages: list[Message]) -> Positions:
     keep = np.isfinite(positions.places[:, 2])
     if not keep.any():
         raise InputError(
@@ -190,7 +190,7 @@ def _with_heights(positions: Positions, said: list[Message]) -> Positions:
             file=positions.file,
         )
     if not keep.all():
-        said.append(
+        messages.append(
             tr_n(
                 "{count} camera position without a height was left out: {names}.",
                 "{count} camera positions without a height were left out: {names}.",
@@ -203,7 +203,7 @@ def _with_heights(positions: Positions, said: list[Message]) -> Positions:
         usual = Counter(above[keep].tolist()).most_common(1)[0][0]
         other = keep & (above != usual)
         if other.any():
-            said.append(
+            messages.append(
                 tr_n(
                     "{count} photo gives its height above something else than the others "
                     "({usual}) and was left out, since the two differ by up to 100 m: {names}.",
@@ -273,7 +273,7 @@ def _said_of_heights(positions: Positions, longitude: float, latitude: float) ->
 # --- what they are mistaken for ----------------------------------------------------------------
 def require_apart(world: Array) -> None:
     """Raises GeometryError for positions (n, 3) in degrees, and for those that are all one."""
-    if degrees := said_of_degrees(world, apart_m=_SAME_PLACE_M):
+    if degrees := degree_findings(world, apart_m=_SAME_PLACE_M):
         longitudes = tr(
             "Or name these columns longitude and latitude, and say with --crs into which system "
             "the model is placed."
@@ -298,15 +298,17 @@ def cameras_that_fit(
     alone: bool,
     crs: str | None = None,
 ) -> tuple[Points, list[Message], list[Message]]:
-    """Those that can be right beside the others; what they look like that is wrong; and which were
-    left out.
+    """Select the camera positions that are consistent with most others.
+
+    Returns the selected positions, findings about suspicious ones and messages about excluded
+    ones.
 
     model, world, sigma : (n, 3); alone : nothing else places the model; crs : of World
     Raises GeometryError for positions that place nothing.
     """
     require_apart(world)
-    wrong, far = said_of_apart(labels, model, world, crs)
-    wrong = [*(said_of_no_heights(labels, model, world) or wrong)]
+    wrong, far = find_misplaced_points(labels, model, world, crs)
+    wrong = [*(missing_height_findings(labels, model, world) or wrong)]
     used = ~far
     near = np.flatnonzero(used)
     one_line = nearly_on_a_line(model[near]) or nearly_on_a_line(world[near])
@@ -317,13 +319,13 @@ def cameras_that_fit(
         )
         raise GeometryError(" ".join(map(str, [*wrong, line])))
     if len(near) >= 3:
-        doubts, whole = _doubts([labels[int(i)] for i in near], model[near], world[near])
-        wrong += doubts
+        findings, whole = _doubts([labels[int(i)] for i in near], model[near], world[near])
+        wrong += findings
         if not whole:
             used[near] = _agreeing(model[near], world[near], sigma[near])
-    gone: list[Message] = []
+    exclusions: list[Message] = []
     if not used.all():
-        gone.append(
+        exclusions.append(
             tr_n(
                 "The position of {count} photo misses by too much to be chance and was left out: "
                 "{names}.",
@@ -334,20 +336,24 @@ def cameras_that_fit(
             )
         )
     rows = np.flatnonzero(used)
-    kept = Points([labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], "cameras")
-    return kept, wrong, gone
+    cameras = Points(
+        [labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], "cameras"
+    )
+    return cameras, wrong, exclusions
 
 
 def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[Message], bool]:
-    """What is said of all of them, and whether all are read wrongly, so that none of them is worse
-    than the others."""
-    said: list[Message] = [
-        *(said_of_one_height(model, world) or said_of_order(labels, model, world, photos=True))
+    """Return findings about all positions, and whether they affect all of them."""
+    messages: list[Message] = [
+        *(
+            constant_height_findings(model, world)
+            or row_order_findings(labels, model, world, photos=True)
+        )
     ]
-    if said or fits_as_mirror(model, world):
-        return said, True
-    mixed = said_of_mixed(labels, model, world)
-    return mixed or said_of_readings(model, world, mirrors=False), False
+    if messages or fits_as_mirror(model, world):
+        return messages, True
+    mixed = mixed_row_findings(labels, model, world)
+    return mixed or misreading_findings(model, world, mirrors=False), False
 
 
 def _agreeing(model: Array, world: Array, sigma: Array) -> npt.NDArray[np.bool_]:

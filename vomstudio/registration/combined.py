@@ -24,8 +24,8 @@ class Combined:
         of scale and a shift (m), all about there, are independent with the variance 1; m is under
         7 where it leaves something free
     size : m, how far what was fitted typically reaches from there
-    scale_error : of a scale that was held during the fit, one sigma, as a share of it; 0 for none
-    scale_response : (7,) change of the fit per relative error of the held scale; its fourth
+    scale_error : relative error of a scale that was fixed in the fit, one sigma; 0 if fitted
+    scale_response : (7,) change of the fit per relative error of the fixed scale; its fourth
         component is 1. None if the scale was fitted
     """
 
@@ -39,7 +39,7 @@ class Combined:
 
     @property
     def scale_change(self) -> Array:
-        """(m,) change of the rows' misses per relative error of the held scale."""
+        """Return the change (m,) of the residuals per relative error of the fixed scale."""
         if self.scale_response is None:
             return np.zeros(len(self.whitening))
         return np.asarray(-self.whitening @ self.scale_response)

@@ -1,6 +1,8 @@
-"""What coordinates look like that cannot be what they are said to be: exchanged columns or labels,
-degrees, feet, another zone, a model in another frame. Each finding is a sentence with a proposal;
-nothing is changed."""
+"""Checks of control points for typical mistakes: swapped columns or labels, degrees, feet, another
+zone, a model in another frame.
+
+Each check reports a finding with a proposal; no coordinates are changed.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +18,17 @@ from vomstudio.io.gate.metric import check_metric
 from vomstudio.registration.doubts.apart import (
     degrees_among_metres,
     fit_as_they_are,
-    said_of_degrees_among,
-    said_of_two_places,
+    mixed_degree_findings,
+    separate_group_findings,
     two_places,
     where_the_model_is,
 )
 from vomstudio.registration.doubts.area import BEYOND_DEG, degrees_beyond, inside_area
-from vomstudio.registration.doubts.heights import said_of_no_heights, said_of_one_height
-from vomstudio.registration.doubts.labels import said_of_like_labels, said_of_one_place
+from vomstudio.registration.doubts.heights import constant_height_findings, missing_height_findings
+from vomstudio.registration.doubts.labels import coincident_point_findings, similar_label_findings
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
-from vomstudio.registration.doubts.mixed import said_of_mixed
-from vomstudio.registration.doubts.orders import said_of_order
+from vomstudio.registration.doubts.mixed import mixed_row_findings
+from vomstudio.registration.doubts.orders import row_order_findings
 from vomstudio.registration.listed_names import listed
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
@@ -41,62 +43,72 @@ _UNITS = (
     (1.0 / _FOOT_M, to_translate("feet")),
     (0.001, to_translate("kilometres")),
 )
-# Another reading of the numbers is proposed where it fits so much better, and these do not fit.
+# Another reading of the numbers is proposed if it fits better by this factor.
 _BETTER = 0.3
 _STEEP = 5.0
 _FITS = 0.01
 _FEWEST = 5
-# A point so many times as far from the middle as is usual is in another place altogether.
+# Multiple of the median distance from the centre beyond which a point is misplaced.
 _FAR = 30.0
-# Labels of more points are not exchanged in trial.
+# With more points, swapped labels are not searched.
 _MOST = 60
 _MUCH_BETTER = 0.1
-# A scale this near to that between feet and metres, where it is known as well as that.
+# Relative difference between a scale and a unit factor, if the scale is known as well as that.
 _SAME_SCALE = 0.005
-# Numbers of a neighbouring zone are wrong by less, degrees.
+# Coordinates of a neighbouring zone are off by less.
 _NEXT_ZONES_DEG = 15.0
 _MAX_KM = 20_000.0
-# A registration only refines how a file has a model in its own system.
+# A registration rotates a model that is already in its CRS by less.
 _TURNED_DEG = 20.0
-# Times the model's reach: further off nobody puts control points of it.
+# Multiple of the extent of the model beyond which control points do not belong to it.
 _OFF = 10.0
 
 
-def doubts_about_points(
+def point_findings(
     control: Points,
     labels: Sequence[str],
     world: Array,
     model: Array | None = None,
     crs: str | None = None,
 ) -> list[Message]:
-    """What the coordinates of points look like that are something else than they are taken for.
+    """Check whether the coordinates of control points are something else than they are taken for.
 
-    labels, world, model : of all of them (n, 3), those that only judge among them; crs : of World
+    Parameters
+    ----------
+    control : Points
+        Points that take part in the fit.
+    labels, world, model : sequence of str, (n, 3) array
+        All points, check points included; `model` is that of `control` by default.
+    crs : str, optional
+        CRS of World.
     """
-    alike: list[Message] = [*said_of_like_labels(labels), *said_of_one_place(labels, world)]
-    if degrees := said_of_degrees(world):
+    alike: list[Message] = [
+        *similar_label_findings(labels),
+        *coincident_point_findings(labels, world),
+    ]
+    if degrees := degree_findings(world):
         return [*alike, *degrees]
     every = control.model if model is None else model
-    if missing := said_of_no_heights(labels, every, world):
+    if missing := missing_height_findings(labels, every, world):
         return [*alike, *missing]
-    if apart := said_of_apart(labels, every, world, crs)[0]:
+    if apart := find_misplaced_points(labels, every, world, crs)[0]:
         return [*alike, *apart]
-    if level := said_of_one_height(control.model, control.world):
+    if level := constant_height_findings(control.model, control.world):
         return [*alike, *level]
     if fits_as_mirror(control.model, control.world):
-        # It is said of where they are placed; of columns of a mirror image any reading may fit.
+        # Reported after the fit; other readings of a mirror image may fit by chance.
         return alike
     those = (control.labels, control.model, control.world)
-    readings: Sequence[Message] = said_of_mixed(*those) or said_of_readings(
+    readings: Sequence[Message] = mixed_row_findings(*those) or misreading_findings(
         *those[1:], mirrors=False
     )
-    readings = readings or said_of_exchanged_labels(*those) or said_of_order(*those)
+    readings = readings or swapped_label_findings(*those) or row_order_findings(*those)
     return [*alike, *readings]
 
 
 # --- single ones ------------------------------------------------------------------------------
 def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
-    """(n,) which of the points (n, 3) are in another place than most are, by far."""
+    """Return a mask (n,) of the points (n, 3) that are far from most others."""
     if len(world) < 4:
         return np.zeros(len(world), bool)
     away = np.linalg.norm(world - np.median(world, axis=0), axis=1)
@@ -104,17 +116,26 @@ def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
     return np.asarray(away > _FAR * usual) if usual > 0 else np.zeros(len(world), bool)
 
 
-def said_of_apart(
+def find_misplaced_points(
     labels: Sequence[str], model: Array, world: Array, crs: str | None
 ) -> tuple[list[Message], npt.NDArray[np.bool_]]:
-    """Of points that are in another place than those that are right, and which these are (n,), as
-    far as that can be told.
+    """Find points that are in another place than the correct ones.
 
-    model, world : (n, 3); crs : of World, whose area tells which are right
+    Parameters
+    ----------
+    model, world : (n, 3) float
+    crs : str or None
+        CRS of World, whose area of use decides which points are correct.
+
+    Returns
+    -------
+    findings : list of Message
+    misplaced : (n,) array of bool
+        None are marked if it is not clear which are correct.
     """
     degrees = degrees_among_metres(model, world)
     if degrees.any():
-        return said_of_degrees_among(labels, degrees), degrees
+        return mixed_degree_findings(labels, degrees), degrees
     far = far_from_others(world)
     if far.any() and fit_as_they_are(model, world):
         return [], far & False
@@ -123,12 +144,14 @@ def said_of_apart(
         return [], far
     right = where_the_model_is(model, world, here, inside_area(world, crs))
     if right is None:
-        return [*said_of_two_places(labels, world, here)], np.zeros(len(world), bool)
-    return said_of_far(labels, world, ~right), ~right
+        return [*separate_group_findings(labels, world, here)], np.zeros(len(world), bool)
+    return far_point_findings(labels, world, ~right), ~right
 
 
-def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]) -> list[Message]:
-    """Of points that are in another place than the others, with what may have been meant."""
+def far_point_findings(
+    labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]
+) -> list[Message]:
+    """Return findings about points far from the others, with the probable cause."""
     if not far.any():
         return []
     middle = np.median(world[~far], axis=0)
@@ -138,7 +161,7 @@ def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_])
     lost: list[int] = []
     scaled: dict[str, list[int]] = {}
     for row in np.flatnonzero(far):
-        # About the origin of a local table whatever is divided comes near.
+        # Near the origin of local coordinates, divided values always come close.
         mapped = np.linalg.norm(middle) > near
         units = [
             unit
@@ -172,12 +195,12 @@ def said_of_far(labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_])
     return findings
 
 
-def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
-    """Of two points that fit the others if their labels are exchanged."""
+def swapped_label_findings(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
+    """Return a finding about two points that fit the others if their labels are swapped."""
     if not _FEWEST <= len(labels) <= _MOST:
         return []
-    given = _rms(model, world)
-    if given is None or given < _FITS * _reach(world):
+    rms = _rms(model, world)
+    if rms is None or rms < _FITS * _reach(world):
         return []
     best: tuple[float, int, int] | None = None
     for i, k in combinations(range(len(labels)), 2):
@@ -186,9 +209,9 @@ def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) 
         miss = _rms(model, world[order])
         if miss is not None and (best is None or miss < best[0]):
             best = miss, i, k
-    if best is None or best[0] > _MUCH_BETTER * given:
+    if best is None or best[0] > _MUCH_BETTER * rms:
         return []
-    # Leaving one out explains it as well where one alone is wrong.
+    # If only one point is wrong, excluding it explains the misfit as well.
     for alone in best[1:]:
         rest = np.arange(len(labels)) != alone
         miss = _rms(model[rest], world[rest])
@@ -201,14 +224,17 @@ def said_of_exchanged_labels(labels: Sequence[str], model: Array, world: Array) 
             first=labels[best[1]],
             second=labels[best[2]],
             after=best[0],
-            before=given,
+            before=rms,
         )
     ]
 
 
 # --- all of them ------------------------------------------------------------------------------
-def said_of_degrees(world: Array, *, apart_m: float = 0.0) -> list[Message]:
-    """Of x and y that are degrees. apart_m : as metres they are not nearer to each other"""
+def degree_findings(world: Array, *, apart_m: float = 0.0) -> list[Message]:
+    """Return a finding if x and y look like degrees.
+
+    apart_m : minimum extent of the points in metres
+    """
     if len(world) < 3:
         return []
     reach = np.ptp(world, axis=0)
@@ -227,13 +253,15 @@ def said_of_degrees(world: Array, *, apart_m: float = 0.0) -> list[Message]:
     return []
 
 
-def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> list[Message]:
-    """What given coordinates (n, 3) look like that do not fit places of the model (n, 3), where
-    they fit if they are read in another way. mirrors : whether exchanged axes are among these"""
+def misreading_findings(model: Array, world: Array, *, mirrors: bool = True) -> list[Message]:
+    """Return a finding if coordinates fit the model better in another unit or column order.
+
+    model, world : (n, 3); mirrors : whether swapped x and y are tried
+    """
     if len(model) < _FEWEST:
         return []
-    given = _miss(model, world)
-    if given is None or given < (_FITS if not _is_steep(world) else 0.1 * _FITS):
+    rms = _miss(model, world)
+    if rms is None or rms < (_FITS if not _is_steep(world) else 0.1 * _FITS):
         return []
     heights, feet = tr("heights"), tr("feet")
     readings = [
@@ -246,14 +274,14 @@ def said_of_readings(model: Array, world: Array, *, mirrors: bool = True) -> lis
         if _is_steep(world)
     ]
     if mirrors:
-        # One mirror image fits as another does, so that the residuals cannot tell which it is.
+        # All mirror images fit equally well: residuals do not show which one it is.
         readings.append((world[:, [1, 0, 2]], Finding("control.swapped-columns", labels=())))
-    found = [
-        (miss, said)
-        for changed, said in readings
-        if (miss := _miss(model, changed)) is not None and miss < _BETTER * given
+    better = [
+        (miss, finding)
+        for changed, finding in readings
+        if (miss := _miss(model, changed)) is not None and miss < _BETTER * rms
     ]
-    return [min(found, key=lambda each: each[0])[1]] if found else []
+    return [min(better, key=lambda each: each[0])[1]] if better else []
 
 
 def other_unit(axes: str, unit: str, factor: float) -> Finding:
@@ -272,15 +300,17 @@ def other_unit(axes: str, unit: str, factor: float) -> Finding:
 
 
 def _is_steep(world: Array) -> bool:
-    """Whether points (n, 3) reach up by much more than to the side. Smaller heights fit flat ground
-    better anyhow, so that other units are looked for among such points alone."""
+    """Return whether the vertical extent of points (n, 3) is much larger than the horizontal one.
+
+    Only such heights are tried in other units: smaller ones always fit flat ground better.
+    """
     return float(np.ptp(world[:, 2])) > _STEEP * float(np.linalg.norm(np.ptp(world[:, :2], axis=0)))
 
 
-def said_of_feet(scale: float, scale_error_95: float | None) -> list[Message]:
-    """Of a model that grows or shrinks as from metres to feet.
+def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Message]:
+    """Return a finding if the scale of a registration is the factor of a unit, such as feet.
 
-    scale : metres per unit of the model; scale_error_95 : a share of it
+    scale : metres per unit of the model; scale_error_95 : relative
     """
     if scale_error_95 is None or scale_error_95 > 4 * _SAME_SCALE:
         return []
@@ -349,10 +379,20 @@ def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
 
 # --- the model --------------------------------------------------------------------------------
 def require_on_model(model: Array, extent: Array | None) -> None:
-    """Raises GeometryError where places on the model (n, 3) are none, since the table is in another
-    frame than the model: with an offset taken off, or from another file.
+    """Check that points on the model (n, 3) are near it.
 
-    extent : (m, 3) points all over the model
+    Otherwise their table is in another frame, such as with an offset subtracted.
+
+    Parameters
+    ----------
+    model : (n, 3) float
+    extent : (m, 3) float or None
+        Points all over the model.
+
+    Raises
+    ------
+    GeometryError
+        If most points are far from the model.
     """
     if extent is None or not len(extent) or not len(model):
         return
@@ -363,9 +403,9 @@ def require_on_model(model: Array, extent: Array | None) -> None:
         here, there = np.median(model, axis=0), (low + high) / 2
         raise GeometryError(
             tr(
-                "The places on the model ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far off the model, "
-                "whose middle is at {mx:,.2f}, {my:,.2f}, {mz:,.2f}. They are of another frame: "
-                "an offset may have been taken off. Give them as the model's file has them.",
+                "The points ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far off the model, whose centre "
+                "is ({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Give them in the coordinates of the model's "
+                "file: an offset may be missing.",
                 x=float(here[0]),
                 y=float(here[1]),
                 z=float(here[2]),
@@ -376,10 +416,10 @@ def require_on_model(model: Array, extent: Array | None) -> None:
         )
 
 
-def said_of_move(extent: Array, placed: Array, crs: str) -> list[Message]:
-    """Of a model whose file says where it is, and that is put in quite another place, or turned.
+def relocation_findings(extent: Array, placed: Array, crs: str) -> list[Message]:
+    """Return a finding if a registration moves or rotates a georeferenced model by a lot.
 
-    extent, placed : (n, 3) points of it before and after; crs : of both
+    extent, placed : (n, 3) points of the model before and after; crs : of both
     """
     from vomstudio.io.gis.crs import crs_name
 
@@ -391,17 +431,17 @@ def said_of_move(extent: Array, placed: Array, crs: str) -> list[Message]:
         turn = _turn_deg(extent, placed)
         return [] if turn <= _TURNED_DEG else [
             tr(
-                "The registration turns the model by {turn:.0f}° from how its file has it in "
-                "{crs}. If the file is right, columns or labels of what was given are exchanged.",
+                "The registration turns the model by {turn:.0f}° from its orientation in "
+                "{crs}. Check for swapped columns or labels, unless the file is wrong.",
                 turn=turn,
                 crs=crs_name(crs),
             )
         ]  # fmt: skip
     return [
         tr(
-            "The registration moves the model {km:,.1f} km away from where its file says that it "
-            "is in {crs}. If the file is right, the coordinates given are of another zone or "
-            "system, in another unit, or exchanged.",
+            "The registration moves the model by {km:,.1f} km from its coordinates in {crs}. "
+            "Check the zone, CRS, unit and column order of the control data, unless the file is "
+            "wrong.",
             km=moved / 1000.0,
             crs=crs_name(crs),
         )
@@ -409,7 +449,7 @@ def said_of_move(extent: Array, placed: Array, crs: str) -> list[Message]:
 
 
 def _turn_deg(before: Array, after: Array) -> float:
-    """By how much points (n, 3) are turned; 0 where they do not tell."""
+    """Return the rotation between two sets of points (n, 3), 0 if it is undetermined."""
     try:
         fit = fit_similarity(before - before.mean(axis=0), after - after.mean(axis=0))
     except GeometryError:
@@ -417,12 +457,12 @@ def _turn_deg(before: Array, after: Array) -> float:
     return float(np.degrees(np.arccos(np.clip((np.trace(fit.rotation) - 1.0) / 2.0, -1.0, 1.0))))
 
 
-def said_of_views(forward: Array) -> list[Message]:
-    """Of cameras that look up to the sky after the registration.
+def view_direction_findings(forward: Array) -> list[Message]:
+    """Return a finding if most cameras look up at the sky after the registration.
 
-    forward : (n, 3) unit vectors in World, where they look
+    forward : (n, 3) view directions, unit vectors in World
     """
-    # Roofs of caves and overhangs are looked up at by some photos, seldom by nearly all.
+    # Photos of cave roofs and overhangs look up too, but rarely nearly all of them.
     if len(forward) < 3 or float(np.median(forward[:, 2])) < 0.7:
         return []
     return [
@@ -438,10 +478,10 @@ def said_of_views(forward: Array) -> list[Message]:
     ]
 
 
-def said_of_noise(world: Array, placed: Array) -> list[Message]:
-    """Of positions that are as wrong as they are far apart.
+def position_noise_findings(world: Array, placed: Array) -> list[Message]:
+    """Return a finding if the errors of camera positions are as large as their spacing.
 
-    world, placed : (n, 3) where they are said to be, and where the registration puts them
+    world, placed : (n, 3) stated positions, and positions after the registration
     """
     miss = float(np.sqrt(((placed - world) ** 2).sum(axis=1).mean())) if len(world) else 0.0
     apart = _reach(placed) if len(world) else 0.0
@@ -449,9 +489,9 @@ def said_of_noise(world: Array, placed: Array) -> list[Message]:
         return []
     return [
         tr(
-            "The positions of the cameras miss by {miss:.3g} m (RMS), where the cameras stand "
-            "{apart:.3g} m (RMS) from their middle: they hardly tell how the model is turned. Add "
-            "control points, or a compass reading and a length.",
+            "The camera positions have errors of {miss:.3g} m (RMS) within an area of only "
+            "{apart:.3g} m (RMS): the rotation of the model is uncertain. Add control points, or a "
+            "compass reading and a length.",
             miss=miss,
             apart=apart,
         )

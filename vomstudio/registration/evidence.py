@@ -1,4 +1,4 @@
-"""From tables and photos to observations of a model's place."""
+"""Observations for the registration of a model, from tables and photos."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ from vomstudio.registration.compass_evidence import (
     said_of_compass,
 )
 from vomstudio.registration.coordinate_checks import (
-    doubts_about_points,
+    point_findings,
+    position_noise_findings,
     require_on_model,
-    said_of_feet,
-    said_of_noise,
-    said_of_views,
+    scale_unit_findings,
+    view_direction_findings,
 )
 from vomstudio.registration.length_evidence import kept_scale, lengths_of, said_of_lengths
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
@@ -106,9 +106,9 @@ class Evidence:
     without: Sequence[str] = ()
     """Labels of what is left out."""
     scale: float | None = None
-    """Metres per unit of the model, where that is known beforehand and kept."""
+    """Metres per unit of the model, if the scale is fixed."""
     scale_error: float | None = None
-    """Of the kept scale, one sigma, as a share of it; None if it is not known."""
+    """Relative error of the fixed scale, one sigma; None if not known."""
     robust: bool = False
     """Whether what cannot be right beside the others is left out."""
     crs: str | None = None
@@ -136,77 +136,88 @@ class Evidence:
 
 
 def register(evidence: Evidence, extent: Array | None = None) -> Placed:
-    """The registration by all that is given.
+    """Register a model by all observations.
 
-    extent : (n, 3) points of the model that show how far it reaches
-    Raises UsageError where something refers to what is not there, GeometryError where the model
-    cannot be placed by it.
+    Parameters
+    ----------
+    evidence : Evidence
+    extent : (n, 3) array, optional
+        Points all over the model.
+
+    Raises
+    ------
+    UsageError
+        If an observation refers to a missing point or camera.
+    GeometryError
+        If the observations do not determine the position of the model.
     """
-    said: list[Message] = []
-    doubts: list[Message] = []
+    messages: list[Message] = []
+    suspicions: list[Message] = []
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
         control, check = _pairs(evidence.pairs)
-        said += evidence.pairs.notes
+        messages += evidence.pairs.notes
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
         every = evidence.pairs
-        doubts += doubts_about_points(control, every.labels, every.world, every.model, evidence.crs)
-        said += doubts
+        suspicions += point_findings(control, every.labels, every.world, every.model, evidence.crs)
+        messages += suspicions
     kinds += lengths_of(evidence.bars, evidence.lengths, evidence.pairs)
     if evidence.positions is not None:
-        kinds.append(_cameras(evidence, said, doubts))
+        kinds.append(_cameras(evidence, messages, suspicions))
     attitudes = None
     if evidence.attitudes is not None:
-        attitudes = _attitudes(evidence, evidence.attitudes, said)
+        attitudes = _attitudes(evidence, evidence.attitudes, messages)
         kinds += attitudes.kinds
     if evidence.level is not None:
-        kinds.append(_level(evidence, evidence.level, extent, said))
+        kinds.append(_level(evidence, evidence.level, extent, messages))
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
-    doubt = evidence.compass_doubt_deg
+    compass_sigma_deg = evidence.compass_doubt_deg
     if evidence.compass is not None:
-        read = compass_directions(evidence.compass, evidence.compass_turn_deg, doubt)
-        kinds += read
+        directions = compass_directions(
+            evidence.compass, evidence.compass_turn_deg, compass_sigma_deg
+        )
+        kinds += directions
     if evidence.azimuths:
-        kinds.append(azimuth_lines(evidence.azimuths, doubt))
+        kinds.append(azimuth_lines(evidence.azimuths, compass_sigma_deg))
     if evidence.reference is not None:
         kinds.append(evidence.reference)
     if evidence.without:
         kinds, check = left_out(kinds, check, evidence.without)
-        said.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
+        messages.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
     if evidence.compass is not None:
-        said += said_of_compass(evidence.compass, kinds)
+        messages += said_of_compass(evidence.compass, kinds)
     if evidence.scale is not None:
         kinds += kept_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
         placed = (place_robustly if evidence.robust else place)(
-            kinds, check, extent, up=evidence.up, doubted=bool(doubts)
+            kinds, check, extent, up=evidence.up, doubted=bool(suspicions)
         )
     except GeometryError as error:
-        # What looks wrong with the values is the cause: where points lie follows from it.
-        causes = [each for each in doubts if isinstance(each, Finding)]
+        # Suspicious values are the cause, the degenerate geometry follows from them.
+        causes = [each for each in suspicions if isinstance(each, Finding)]
         if causes:
             raise GeometryError.of_finding(causes[0]) from error
-        texts = [each for each in said if not isinstance(each, Finding)]
-        texts += [] if doubts else [str(error)]
+        texts = [each for each in messages if not isinstance(each, Finding)]
+        texts += [] if suspicions else [str(error)]
         raise GeometryError(" ".join(texts)) from error
-    if evidence.compass is not None and len(kinds) == len(read) and not doubt:
-        said += said_of_lone_compass()
-    said += said_of_feet(placed.scale, placed.scale_error_95)
-    apart = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
-    said += said_of_lengths(evidence.bars, evidence.lengths, evidence.pairs, apart)
-    said += _said_of_cameras(evidence, kinds, placed)
+    if evidence.compass is not None and len(kinds) == len(directions) and not compass_sigma_deg:
+        messages += said_of_lone_compass()
+    messages += scale_unit_findings(placed.scale, placed.scale_error_95)
+    excluded = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
+    messages += said_of_lengths(evidence.bars, evidence.lengths, evidence.pairs, excluded)
+    messages += _camera_findings(evidence, kinds, placed)
     if evidence.positions is not None and _alone(kinds):
-        _refuse_unsure(placed, doubts)
+        _refuse_unsure(placed, suspicions)
     if attitudes is not None:
-        said += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
-    return with_warnings(_with_pixels(placed, evidence), said)
+        messages += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
+    return with_warnings(_with_pixels(placed, evidence), messages)
 
 
 def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
-    """With how far from its marks each control point is seen, in pixels (RMS)."""
+    """Add the RMS residual of each control point in photos, in pixels."""
     if not evidence.marks or evidence.pairs is None:
         return placed
     places = transform.apply(transform.invert(placed.matrix), evidence.pairs.world)
@@ -218,7 +229,7 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
             miss = view.project(known[label])[0] - [x, y]
             squares.setdefault(label, []).append(float(miss @ miss))
 
-    def told(points: Sequence[PointResidual]) -> tuple[PointResidual, ...]:
+    def with_pixels(points: Sequence[PointResidual]) -> tuple[PointResidual, ...]:
         return tuple(
             replace(p, pixels=float(np.sqrt(np.mean(squares[p.label]))))
             if p.label in squares and np.isfinite(squares[p.label]).all()
@@ -226,7 +237,7 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
             for p in points
         )
 
-    return replace(placed, control=told(placed.control), check=told(placed.check))
+    return replace(placed, control=with_pixels(placed.control), check=with_pixels(placed.check))
 
 
 # --- points -----------------------------------------------------------------------
@@ -240,14 +251,18 @@ def _pairs(pairs: Pairs) -> tuple[Points, Points]:
 
 
 # --- cameras ----------------------------------------------------------------------------------
-def _own(evidence: Evidence, known: Mapping[str, Any], field_: str) -> Callable[[str], str | None]:
-    """What finds the name of a camera of the model by that of a photo. Raises UsageError where
-    nothing is known of them."""
+def _camera_finder(
+    evidence: Evidence, known: Mapping[str, Any], field_: str
+) -> Callable[[str], str | None]:
+    """Return a function that finds the camera of a photo by its name.
+
+    Raises UsageError if no cameras are known.
+    """
     if not known:
         raise UsageError(
             tr(
-                "The file of the model's cameras holds their centres alone, without how they were "
-                "turned. Give a file with poses, such as cameras.json, Metashape XML or COLMAP."
+                "The file of the model's cameras has their centres alone, without their attitudes. "
+                "Give a file with poses, such as cameras.json, Metashape XML or COLMAP."
             )
             if evidence.centres
             else tr(
@@ -261,22 +276,22 @@ def _own(evidence: Evidence, known: Mapping[str, Any], field_: str) -> Callable[
 
 
 def _view(evidence: Evidence, photo: str, field_: str) -> View | None:
-    """By its name in the folder, or the last part of it, with or without ending."""
-    name = _own(evidence, evidence.views, field_)(photo)
+    """Return the view of a photo by its name, with or without folder and suffix."""
+    name = _camera_finder(evidence, evidence.views, field_)(photo)
     return None if name is None else evidence.views[name]
 
 
-def _found(
+def _match_photos(
     evidence: Evidence,
     known: Mapping[str, Any],
     photos: Sequence[str],
     field_: str,
-    said: list[Message],
+    messages: list[Message],
 ) -> tuple[list[int], list[str]]:
-    """Rows of photos that are cameras of the model, and their names there."""
+    """Return the rows of photos that are cameras of the model, and the names of these cameras."""
     rows, names = [], []
     unknown = []
-    find = _own(evidence, known, field_)
+    find = _camera_finder(evidence, known, field_)
     for row, photo in enumerate(photos):
         name = find(photo)
         if name is None:
@@ -298,7 +313,7 @@ def _found(
             field=field_,
         )
     if unknown:
-        said.append(
+        messages.append(
             tr_n(
                 "{count} photo of the table is not among the cameras of the model and was left "
                 "out: {names}.",
@@ -311,78 +326,92 @@ def _found(
     return rows, names
 
 
-def _cameras(evidence: Evidence, said: list[Message], doubts: list[Message]) -> Points:
-    """said : gets all that is to be known of them, doubts : that which looks wrong"""
+def _cameras(evidence: Evidence, messages: list[Message], suspicions: list[Message]) -> Points:
+    """Return the camera positions that fit; appends to `messages`, and findings to `suspicions`."""
     positions = evidence.positions
     assert positions is not None
-    said += positions.notes
-    own = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
-    rows, names = _found(evidence, own, positions.photos, "--cameras", said)
+    messages += positions.notes
+    centres = {name: view.centre for name, view in evidence.views.items()} | dict(evidence.centres)
+    rows, names = _match_photos(evidence, centres, positions.photos, "--cameras", messages)
     world = positions.places[rows].copy()
-    for row, there in enumerate(world.tolist()):
-        if (why := why_no_coordinate((there[0], there[1], there[2]))) is not None:
+    for row, position in enumerate(world.tolist()):
+        if (why := why_no_coordinate((position[0], position[1], position[2]))) is not None:
             raise InputError(f"{positions.photos[rows[row]]}: {why}")
     labels = [positions.photos[row] for row in rows]
-    model = np.array([own[name] for name in names])
+    model = np.array([centres[name] for name in names])
     sigma = positions.sigma[rows]
     alone = evidence.pairs is None and evidence.attitudes is None and evidence.compass is None
-    found, wrong, gone = cameras_that_fit(
+    cameras, suspicious, exclusions = cameras_that_fit(
         labels, model, world, sigma, alone=alone, crs=evidence.crs
     )
-    doubts += wrong
-    said += [*wrong, *gone]
-    return found
+    suspicions += suspicious
+    messages += [*suspicious, *exclusions]
+    return cameras
 
 
-def _said_of_cameras(
+def _camera_findings(
     evidence: Evidence, kinds: Sequence[Observed], placed: Placed
 ) -> list[Message]:
-    """Where the cameras look after the registration, and how far they are from what was given."""
-    said: list[Message] = []
+    """Return findings about view directions and position residuals after the registration."""
+    messages: list[Message] = []
     if placed.known.vertical and evidence.views:
         rotation = np.array(placed.matrix)[:3, :3] / placed.scale
         forward = np.array([view.rotation[2] for view in evidence.views.values()]) @ rotation.T
-        said += said_of_views(forward)
+        messages += view_direction_findings(forward)
     for kind in kinds:
         if isinstance(kind, Points) and kind.name == "cameras" and _alone(kinds):
-            said += said_of_noise(kind.world, placed(kind.model))
-    return said
+            messages += position_noise_findings(kind.world, placed(kind.model))
+    return messages
 
 
 def _alone(kinds: Sequence[Observed]) -> bool:
-    """Whether one kind of observation places the model: lengths turn and shift nothing."""
+    """Return whether only one kind of observation determines rotation and shift (not lengths)."""
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_unsure(placed: Placed, doubts: Sequence[Message]) -> None:
+def _refuse_unsure(placed: Placed, suspicions: Sequence[Message]) -> None:
     worst = placed.rotation_error_95_deg.weakest.error_deg
     if worst is None or worst > _UNSURE_DEG:
-        unsure = tr(
-            "The positions of the cameras are as wrong as they are far apart: the model could "
-            "be turned by more than {limit:.0f} degrees. Add control points, or a compass "
+        reason = tr(
+            "The positions of the cameras are as wrong as they are far apart: the rotation of the "
+            "model is uncertain by more than {limit:.0f} degrees. Add control points, or a compass "
             "reading and a length.",
             limit=_UNSURE_DEG,
         )
-        raise GeometryError(" ".join(map(str, doubts or [unsure])))
+        raise GeometryError(" ".join(map(str, suspicions or [reason])))
 
 
 def marked_places(
-    evidence: Evidence, marks: Sequence[Marked], said: list[Message] | None = None
+    evidence: Evidence, marks: Sequence[Marked], messages: list[Message] | None = None
 ) -> dict[str, Array]:
-    """(3,) on the model of every label that is marked in two photos of it or more.
+    """Triangulate the points that are marked in at least two photos.
 
-    marks : label, photo, x, y; said : gets what is wrong with marks that are left out
-    Raises UsageError where no cameras are known.
+    Parameters
+    ----------
+    evidence : Evidence
+    marks : sequence of (label, photo, x, y)
+    messages : list of Message, optional
+        Messages about excluded marks are appended.
+
+    Returns
+    -------
+    dict of str to (3,) array
+        Points on the model by label.
+
+    Raises
+    ------
+    UsageError
+        If no cameras are known.
     """
-    told = [] if said is None else said
-    seen: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
+    collected = [] if messages is None else messages
+    views_of: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
     for label, photo, x, y in marks:
         view = _view(evidence, photo, "--marks")
         if view is None:
             continue
         lens = view.intrinsics
         if not (0 <= x <= lens.width and 0 <= y <= lens.height):
-            told.append(
+            collected.append(
                 tr(
                     "The mark of {label} at x {x:.0f}, y {y:.0f} is outside of {photo}, which has "
                     "{width} x {height} pixels, and was left out. Correct it.",
@@ -395,50 +424,52 @@ def marked_places(
                 )
             )
             continue
-        views, pixels = seen.setdefault(label, ([], []))
+        views, pixels = views_of.setdefault(label, ([], []))
         views.append(view)
         pixels.append((x, y))
-    found = {}
-    for label, (views, pixels) in seen.items():
+    triangulated = {}
+    for label, (views, pixels) in views_of.items():
         places = np.array(pixels, np.float64)
-        rows, wrong = agreeing(label, views, places)
-        told += [mark.in_words() for mark in wrong]
-        found[label] = triangulate([views[int(row)] for row in rows], places[rows])
-    return {label: place_ for label, place_ in found.items() if np.isfinite(place_).all()}
+        rows, wrong_marks = agreeing(label, views, places)
+        collected += [mark.in_words() for mark in wrong_marks]
+        triangulated[label] = triangulate([views[int(row)] for row in rows], places[rows])
+    return {label: place_ for label, place_ in triangulated.items() if np.isfinite(place_).all()}
 
 
-def _attitudes(evidence: Evidence, table: AttitudeTable, said: list[Message]) -> Held:
-    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", said)
+def _attitudes(evidence: Evidence, table: AttitudeTable, messages: list[Message]) -> Held:
+    rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", messages)
     views = [evidence.views[name] for name in names]
-    return held(table, rows, views, evidence.north_doubt_deg, said)
+    return held(table, rows, views, evidence.north_doubt_deg, messages)
 
 
 def _bowing_by_tilts(evidence: Evidence, placed: Placed, extent: Array | None) -> Bowing | None:
     table = evidence.attitudes
     if table is None or not placed.known.scale:
         return None
-    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", [])
+    rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", [])
     matrix = np.array(placed.matrix)
     fit = Similarity(placed.scale, matrix[:3, :3] / placed.scale, matrix[:3, 3])
     return bowing_by_tilts(table, rows, [evidence.views[name] for name in names], fit, extent)
 
 
 def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
-    """How far each photo's attitude is from that in the placed model."""
+    """Return the difference of each photo attitude to that of the placed model."""
     table = evidence.attitudes
     if table is None:
         return []
-    rows, names = _found(evidence, evidence.views, table.photos, "--attitudes", [])
+    rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", [])
     rotation = np.array(placed.matrix)[:3, :3] / placed.scale
     return misses(table, rows, [evidence.views[name] for name in names], rotation)
 
 
 def _level(
-    evidence: Evidence, table: LevelTable, extent: Array | None, said: list[Message]
+    evidence: Evidence, table: LevelTable, extent: Array | None, messages: list[Message]
 ) -> LevelLines:
-    rows, names = _found(evidence, evidence.views, table.photos, "--horizon", [])
+    rows, names = _match_photos(evidence, evidence.views, table.photos, "--horizon", [])
     views = [evidence.views[name] for name in names]
-    said += said_of_level_lines([table.photos[r] for r in rows], views, table.ends[rows], extent)
+    messages += said_of_level_lines(
+        [table.photos[r] for r in rows], views, table.ends[rows], extent
+    )
     directions = []
     for row, view in zip(rows, views, strict=True):
         flat = view.intrinsics.rays(table.ends[row])

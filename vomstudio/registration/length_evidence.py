@@ -87,10 +87,10 @@ def kept_scale(
     extent: Array | None,
     scale_error: float | None = None,
 ) -> list[KeptScale]:
-    """A scale that is known, in metres per unit of the model, as a length across the model.
+    """Return a known scale, in metres per unit of the model, as a length across the model.
 
     extent : (n, 3) points of the model, None to take the points among `kinds`
-    scale_error : of this scale, one sigma, as a share of it; None if it is not known
+    scale_error : relative error of the scale, one sigma; None if not known
     """
     places = [] if extent is None or not len(extent) else [extent]
     places = places or [kind.model for kind in kinds if isinstance(kind, Points)]
@@ -100,7 +100,7 @@ def kept_scale(
         middle = every.mean(axis=0)
         size = float(np.linalg.norm(np.ptp(every, axis=0))) or 1.0
     end = middle + [size, 0.0, 0.0]
-    # One unit is as long everywhere and in every direction: which one is taken does not matter.
+    # The scale is uniform, so any length does.
     length = np.array([scale * size])
     label = tr("the scale that is kept")
     return [KeptScale([label], middle[None], end[None], length, KEPT * length, scale_error or 0.0)]

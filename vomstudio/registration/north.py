@@ -73,10 +73,10 @@ class North:
         return 0.0 if found is None else found
 
 
-def on_grid(table: AttitudeTable, north: North, said: list[Message]) -> AttitudeTable:
-    """The same with all yaws from the north of the map.
+def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> AttitudeTable:
+    """Convert all yaws to grid north.
 
-    said : gets what was added. Raises InputError.
+    messages : a message about each correction is appended. Raises InputError.
     """
     angles = table.angles.copy()
     added: dict[str, list[float]] = {}
@@ -97,9 +97,9 @@ def on_grid(table: AttitudeTable, north: North, said: list[Message]) -> Attitude
         else:
             angles[row, 0] += turn
             added.setdefault(word, []).append(turn)
-    said += [_said(word, turns) for word, turns in added.items() if any(turns)]
+    messages += [_correction_message(word, turns) for word, turns in added.items() if any(turns)]
     if lacking:
-        said.append(
+        messages.append(
             tr(
                 "{count} yaws are from true or magnetic north and were taken as from the map's "
                 "north, since place or day is not known. Give --declination, or --date, and --crs "
@@ -112,9 +112,12 @@ def on_grid(table: AttitudeTable, north: North, said: list[Message]) -> Attitude
 
 @dataclass(frozen=True)
 class Turned:
-    """What becomes of azimuths from "grid", "true" or "magnetic" north. deg : added to them;
-    declination_deg : in that, None where none is needed; stated : it was given, not taken from the
-    model of the field; convergence_deg : taken off, None where it is not known"""
+    """Correction of azimuths from "grid", "true" or "magnetic" north to grid north.
+
+    deg : added to azimuths; declination_deg : part of it, None if not needed; stated : whether the
+    declination was given, not computed from a field model; convergence_deg : subtracted, None if
+    not known
+    """
 
     word: str
     deg: float
@@ -124,7 +127,7 @@ class Turned:
     day: date | None = None
 
     def in_words(self) -> str:
-        """A sentence; "" for what is counted from the north of the map."""
+        """Return a message about the correction, "" for grid north."""
         if self.word == "grid":
             return ""
         added = f"{self.deg:+.1f}°"
@@ -177,15 +180,15 @@ def turned(word: str, north: North) -> Turned | None:
 
 
 def turn_of(word: str, north: North, option: str) -> Turned:
-    """Return what is added to azimuths from "true" or "magnetic" north.
+    """Return the correction of azimuths from "true" or "magnetic" north.
 
     Raises
     ------
     UsageError
         If the declination is not known.
     """
-    found = turned(word, north)
-    if found is None:
+    correction = turned(word, north)
+    if correction is None:
         raise UsageError(
             tr(
                 "The declination at the place and day of the readings is not known. Give it with "
@@ -193,10 +196,10 @@ def turn_of(word: str, north: North, option: str) -> Turned:
             ),
             field=option,
         )
-    return found
+    return correction
 
 
-def _said(word: str, turns: list[float]) -> str:
+def _correction_message(word: str, turns: list[float]) -> str:
     least, most = min(turns), max(turns)
     by = f"{least:+.1f}°" if most - least < 0.05 else f"{least:+.1f}° … {most:+.1f}°"
     if word == "magnetic":

@@ -116,17 +116,16 @@ class Lengths:
 
 @dataclass(frozen=True, eq=False)
 class KeptScale(Lengths):
-    """A length across the model that stands for a scale which is known beforehand and kept: whoever
-    says so is not contradicted by leaving it out.
+    """A known scale, expressed as a length across the model; it is never excluded as an outlier.
 
-    scale_error : of the scale, one sigma, as a share of it; 0 if it is not known
+    scale_error : relative error of the scale, one sigma; 0 if not known
     """
 
     scale_error: float = 0.0
 
     @property
     def scale_change(self) -> Array:
-        """(1,) change of the row's miss per relative error of the kept scale."""
+        """Return the change (1,) of the residual per relative error of the fixed scale."""
         return -self.length
 
 

@@ -11,7 +11,6 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 
 _SURE = 70
-# Of lengths: grids of countries differ from the ground by a tenth of that.
 
 
 def crs_doubts(first: str | None, second: str | None, names: tuple[str, str]) -> list[str]:

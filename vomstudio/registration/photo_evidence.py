@@ -26,12 +26,23 @@ Array = npt.NDArray[np.float64]
 
 
 def positions_in(photos: Mapping[str, Path]) -> Positions:
-    """GPS positions of photos, by the names of their cameras: longitude, latitude and height, each
-    with what it is above. Receivers state a radius for the horizontal; it is left to the residuals
-    whether that is true. Raises UsageError where no photo has one."""
+    """Return the GPS positions of photos: longitude, latitude, height and its reference.
+
+    The horizontal error that receivers state is not used; it is estimated from the residuals.
+
+    Parameters
+    ----------
+    photos : mapping
+        Files by the names of their cameras.
+
+    Raises
+    ------
+    UsageError
+        If no photo has a position.
+    """
     names, places, heights = list[str](), list[tuple[float, float, float]](), list[str]()
-    taken = [read_photo(path) for path in photos.values()]
-    for name, photo in zip(photos, taken, strict=True):
+    metadata = [read_photo(path) for path in photos.values()]
+    for name, photo in zip(photos, metadata, strict=True):
         if photo.longitude_deg is None or photo.latitude_deg is None:
             continue
         names.append(name)
@@ -50,39 +61,52 @@ def positions_in(photos: Mapping[str, Path]) -> Positions:
         True,
         unstated,
         heights=tuple(heights),
-        findings=tuple(altitude_findings(taken)),
+        findings=tuple(altitude_findings(metadata)),
     )
 
 
 def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> AttitudeTable:
-    """How photos were held, by the names of their cameras: by the gimbal of a drone, or by the
-    accelerometer and the compass of a phone. Raises UsageError where no photo says it; a table
-    without photos has the finding why their angles are not used.
+    """Return the attitudes of photos, from a drone gimbal or a phone accelerometer and compass.
 
-    views : the cameras, whose photos a program may have turned upright before it used them
+    Parameters
+    ----------
+    photos : mapping
+        Files by the names of their cameras.
+    views : mapping
+        Cameras, whose photos a program may have rotated upright before it used them.
+
+    Returns
+    -------
+    AttitudeTable
+        Without photos, its notes contain the finding why their angles are not used.
+
+    Raises
+    ------
+    UsageError
+        If no photo has an attitude.
     """
     names, angles, down, norths = list[str](), list[Array](), list[Array](), list[str]()
     days, places = list[date | None](), list[Array]()
     drones = unnamed = 0
-    taken, findings = without_unmeasured_angles([read_photo(path) for path in photos.values()])
-    for name, photo in zip(photos, taken, strict=True):
+    metadata, findings = without_unmeasured_angles([read_photo(path) for path in photos.values()])
+    for name, photo in zip(photos, metadata, strict=True):
         turns = _quarter_turns(photo, views.get(name))
-        told = np.full(3, np.nan)
+        angles_deg = np.full(3, np.nan)
         north, fall = "true", np.full(3, np.nan)
         if photo.yaw_deg is not None and photo.pitch_deg is not None:
-            told[:] = photo.yaw_deg, photo.pitch_deg, (photo.roll_deg or 0.0) - 90.0 * turns
+            angles_deg[:] = photo.yaw_deg, photo.pitch_deg, (photo.roll_deg or 0.0) - 90.0 * turns
             drones += 1
         else:
             if photo.down is not None:
                 fall[:] = _turned(photo.down, turns)
             if photo.direction_deg is not None:
-                told[0] = photo.direction_deg
+                angles_deg[0] = photo.direction_deg
                 north = photo.direction_north or "magnetic"
                 unnamed += photo.direction_north is None
-        if not (np.isfinite(told[0]) or np.isfinite(fall[0])):
+        if not (np.isfinite(angles_deg[0]) or np.isfinite(fall[0])):
             continue
         names.append(name)
-        angles.append(told)
+        angles.append(angles_deg)
         down.append(fall)
         norths.append(north)
         days.append(None if photo.taken is None else photo.taken.date())
@@ -94,8 +118,8 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
     if not names:
         raise UsageError(
             tr(
-                "The photos do not say how they were held: they have neither the angles of a "
-                "gimbal, nor an acceleration, nor the direction of the view. Give a table."
+                "The photos do not state their attitude: they have no gimbal angles, acceleration "
+                "or view direction. Give a table of attitudes."
             ),
             field="--attitudes",
         )

@@ -24,7 +24,7 @@ from vomstudio.registration.blunders import (
     left_out,
 )
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.doubts.mirrors import said_of_mirrors, said_of_tipping
+from vomstudio.registration.doubts.mirrors import mirror_findings, tipping_findings
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
 from vomstudio.registration.observations import KeptScale, Observed, Points, kind_name
@@ -112,7 +112,7 @@ def place(
     norths, judged = turned_norths(kinds, centre, size)
     found = widened(judged, adjust(judged, centre, size), centre)
     known = _known(found)
-    mirrors = said_of_mirrors(points)
+    mirrors = mirror_findings(points)
     blunders, without = _wrong(judged, found, centre, size, mirrored=bool(mirrors))
     control = _residuals(points, found.fit)
     share = _share(points, control)
@@ -122,7 +122,7 @@ def place(
     named = [
         *(said_of_without(without) or said_of_blunders(judged, blunders, found, centre, size)),
         *mirrors,
-        *said_of_tipping(found.fit.rotation, up, None if mirrors else points),
+        *tipping_findings(found.fit.rotation, up, None if mirrors else points),
     ]
     doubted = doubted or bool(named)
     warnings = [
@@ -462,5 +462,5 @@ def register_points(
 
 
 def with_warnings(placed: Placed, warnings: Sequence[Message]) -> Placed:
-    """The same with what was said before it was found."""
+    """Return the placement with warnings that were reported before it was computed."""
     return replace(placed, warnings=(*warnings, *placed.warnings))

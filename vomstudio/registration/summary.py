@@ -200,19 +200,23 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
 
 
 def _warnings(registration: Registration) -> list[Message]:
-    said: list[Message] = []
+    messages: list[Message] = []
     control = [p for p in registration.control if not p.check]
     # Of a model that was fitted to another one the surfaces judge the points.
     by_points = registration.method != "reference"
     if by_points and 0 < len(control) < _FEW:
-        said.append(tr("By fewer than four control points no mistake can be found."))
+        messages.append(tr("By fewer than four control points no mistake can be found."))
     by_points = by_points and registration.method != "gps"
     if by_points and 0 < len(control) == len(registration.control):
-        said.append(tr("No check points judge the model independently of those that placed it."))
+        messages.append(
+            tr("No check points judge the model independently of those that placed it.")
+        )
     if registration.scale_error is not None:
-        said += filter(None, [scale_warning(registration.scale_error)])
+        messages += filter(None, [scale_warning(registration.scale_error)])
     seen = bowing_of_registration(registration)
-    said += said_of_bowing(seen)
+    messages += said_of_bowing(seen)
     if registration.lens_bowing95_deg is not None:
-        said += said_of_lens_bend(registration.lens_bowing95_deg, registration.lens_stretch95, seen)
-    return said
+        messages += said_of_lens_bend(
+            registration.lens_bowing95_deg, registration.lens_stretch95, seen
+        )
+    return messages

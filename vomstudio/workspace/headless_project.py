@@ -53,12 +53,12 @@ from vomstudio.words import tr
 from vomstudio.workspace.drawn_traces import trace_through
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
+    add_reference_error,
     placed_by_points,
     reference_findings,
     registration_of,
     sets_turned_deg,
     turned_deg,
-    with_error_of,
 )
 
 if TYPE_CHECKING:
@@ -349,7 +349,7 @@ class HeadlessProject:
             )
         record = registration_of(placed, pairs, model, fitted.crs, Path(reference).name)
         if fitted.reference is not None:
-            record = with_error_of(record, fitted.reference, scale_fitted=fitted.scale)
+            record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale)
             placed = replace(placed, warnings=(*placed.warnings, *reference_findings(record)))
         return *self._placed(model, placed, record), fitted
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vomstudio.io.models.reconstruction_file import registration_of
+from vomstudio.io.models.reconstruction_file import result_registration
 
 COVARIANCE = np.diag([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]) * 1e-6
 TURN = {"about_up": 0.1, "about_east": 0.06, "about_north": 0.08}
@@ -28,7 +28,7 @@ def test_points_and_covariance_are_kept() -> None:
         {"label": "C", "role": "left out", "residual_m": [9.0, 0, 0], "surveyed": [8, 9, 7]},
         {"label": "D", "role": "unseen", "residual_m": None, "surveyed": [8, 9, 7]},
     ]
-    record = registration_of(result(points=points), "run")
+    record = result_registration(result(points=points), "run")
     assert [(p.label, p.check) for p in record.control] == [("A", False), ("B", True)]
     assert record.control[0].model == pytest.approx((5.1, 6.0, 6.9))
     assert record.control[0].world == (5.0, 6.0, 7.0)
@@ -44,14 +44,14 @@ def test_positions_of_cameras_that_count_are_points() -> None:
         for i in range(3)
     ]
     told = result(method="camera positions (GPS)", residuals=rows)
-    record = registration_of(told, "run")
+    record = result_registration(told, "run")
     assert [p.label for p in record.control] == ["0.jpg", "1.jpg"]
     assert record.control[1].residual == (0.5, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("bad", [None, [], [[1.0] * 7] * 6, [["x"] * 7] * 7, [[None] * 7] * 7, "7"])
 def test_a_damaged_covariance_leaves_the_three_errors(bad: Any) -> None:
-    record = registration_of(result(covariance=bad, points=[{"role": "control"}, 3]), "run")
+    record = result_registration(result(covariance=bad, points=[{"role": "control"}, 3]), "run")
     assert record.covariance is None
     assert record.control == ()
     assert record.rotation_error_deg == (0.1, 0.06, 0.08)

@@ -1,8 +1,8 @@
-"""SQLite files of others: which schema is read, and how a connection to one is held.
+"""SQLite files from unknown sources: accepted schemas and limited connections.
 
-A schema can contain programs: views, triggers, virtual tables and columns that are computed. They
-run when a row is read or written, need not come to an end, and may change what is read. So nothing
-but `sqlite_master` is read before the schema has been accepted.
+A schema can contain code: views, triggers, virtual tables and computed columns. It runs when a row
+is read or written, may not terminate, and can change the result. So only `sqlite_master` is read
+before the schema is accepted.
 """
 
 from __future__ import annotations
@@ -84,12 +84,12 @@ class SchemaEntry:
     Parameters
     ----------
     kind : str
-        By its statement: ``table``, ``index``, ``view``, ``trigger``, ``virtual table``; ``entry``
-        if it is none of these. The column ``type`` may state anything.
+        Parsed from its statement: ``table``, ``index``, ``view``, ``trigger``, ``virtual table``,
+        else ``entry``. The column ``type`` is not reliable.
     name : str
-        Of the object, by its statement.
+        Name of the object, from its statement.
     tokens : tuple of str
-        The statement that creates it, from the name on, without comments, in small letters.
+        Tokens of its CREATE statement from the name on, without comments, in lower case.
     """
 
     kind: str
@@ -114,7 +114,7 @@ def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
     Raises
     ------
     InputError
-        If it is not a regular file: SQLite waits for a pipe that it may not write into.
+        If it is not a regular file: SQLite blocks on a read-only pipe.
     sqlite3.Error
         If it cannot be opened.
     """
@@ -129,10 +129,10 @@ def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
 
 
 def harden(db: sqlite3.Connection) -> None:
-    """Limit what the schema of a database can have a connection do.
+    """Limit what code in the schema of a database can do.
 
-    Functions with side effects do not run from a schema, statements have limits, and a request to
-    end the process interrupts a statement that runs.
+    Functions with side effects are disabled, statements have limits, and a request to end the
+    process interrupts a running statement.
     """
     for limit, value in _LIMITS.items():
         db.setlimit(limit, value)
@@ -142,12 +142,12 @@ def harden(db: sqlite3.Connection) -> None:
 
 
 def _is_interrupted() -> bool:
-    # Running Python is what lets the handlers of signals run.
+    # Signal handlers run only while Python code runs.
     return asked_to_stop.was_asked()
 
 
-def schema_of(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
-    """Read the entries of a schema; those that SQLite makes by itself, for keys, are left out.
+def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
+    """Yield the entries of a schema, without those that SQLite creates itself for keys.
 
     Raises
     ------
@@ -184,10 +184,10 @@ def _unquoted(token: str) -> str:
 
 
 def require_geopackage(path: Path) -> None:
-    """Check that a GeoPackage contains nothing that runs, except what GDAL itself writes.
+    """Check that a GeoPackage contains no code except that written by GDAL.
 
-    Accepted are tables of any name, indexes, the R-trees of GDAL with their tables, its triggers
-    (which do not run while a file is read), and the informative views of the standard.
+    Accepted are tables, indexes, R-trees and triggers of GDAL (triggers do not run while a file is
+    read), and the informative views of the standard.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def require_geopackage(path: Path) -> None:
     """
     try:
         with closing(open_to_read(path)) as db:
-            for entry in schema_of(db):
+            for entry in read_schema(db):
                 if not _is_written_by_gdal(entry):
                     refuse(entry.kind, entry.name, path)
                 if entry.kind == "table" and entry.has_computed_column:

@@ -1,8 +1,8 @@
-"""Headers of pictures, read before any decoder: what decoding will take, and what none may see.
+"""Picture headers, parsed before decoding: memory of the decoded picture and malicious structures.
 
-Some headers keep a decoder busy for minutes, or have it reserve memory for which there is no
-content: thousands of empty parts, tags that all name the same bytes, scans repeated without end, a
-tile of gigabytes in a picture of one pixel.
+Some headers keep a decoder busy for minutes, or make it allocate memory without content: thousands
+of empty segments, tags that share the same bytes, endlessly repeated scans, a tile of gigabytes in
+a picture of one pixel.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _MAX_SKIPPED_BYTES = 1 << 20
 _MAX_EXIF_BYTES = 4 << 20
 _MAX_TAG_VALUES = 1_000_000
 _MAX_SCANS = 100
-"""Encoders write about ten scans of a progressive JPEG; each one goes over all of the picture."""
+"""Encoders write about ten scans of a progressive JPEG; each scan covers the whole picture."""
 _MAX_DIRECTORIES = 1000
 # Bytes of one value, by the type of a TIFF tag (TIFF 6.0, page 15; BigTIFF).
 _SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
@@ -35,33 +35,33 @@ _EXIF_DIRECTORIES = {0x8769, 0x8825, 0xA005}
 _SUB_DIRECTORIES = 0x014A
 _SCAN, _END = 0xDA, 0xD9
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-"""Markers that begin the frame of a JPEG, and with it state its size (ITU T.81, table B.1)."""
+"""Markers of a JPEG frame header, which states the size (ITU T.81, table B.1)."""
 _PROGRESSIVE = {0xC2, 0xC6, 0xCA, 0xCE}
 _MARKER = re.compile(rb"\xff[^\x00\xff]")
 _SEGMENT = re.compile(rb"\xff[\x02-\xcf\xd9-\xfe]")
-"""Neither restart markers, which stand among pixels, nor those without content."""
+"""Markers of segments, without restart markers between pixels and markers without content."""
 _BLOCK = 1 << 16
 
 
 class HeaderError(ValueError):
-    """A header that no honest program writes; the message says why."""
+    """A header that valid files do not have; the message is the reason."""
 
 
 @dataclass(frozen=True)
 class PictureSize:
-    """What a header states of a picture.
+    """Size of a picture, from its header.
 
     Parameters
     ----------
     width, height : int
-        In pixels.
+        Size in pixels.
     pixel_bytes : int
-        Of one pixel as the file stores it, decompressed.
+        Bytes of a pixel as stored, decompressed.
     extra_bytes : int
-        What a decoder holds beside the pixels: a strip or tile, the coefficients of a JPEG of
-        several scans, the canvas of a WebP.
+        Additional memory of the decoder: a strip or tile, the coefficients of a progressive JPEG,
+        the canvas of a WebP.
     tiles_bytes : int
-        Of all tiles, which may reach far beyond the picture; 0 if it has none.
+        Bytes of all tiles, which may extend far beyond the picture; 0 if it has none.
     """
 
     width: int
@@ -76,14 +76,14 @@ class PictureSize:
         return max(self.width * self.height * self.pixel_bytes, self.tiles_bytes)
 
     def decoded_bytes(self, min_pixel_bytes: int) -> int:
-        """Return the bytes after decompression, with at least so many for each pixel.
+        """Return the decompressed size in bytes.
 
-        Pillow rounds rows up to four bytes and has a pointer to each, which decides for pictures
-        of one column.
+        Pillow rounds rows up to four bytes and stores a pointer to each row, which matters for
+        pictures of one column.
         """
         row = self.width * max(self.pixel_bytes, min_pixel_bytes)
-        held = self.height * ((row + 3) // 4 * 4 + 8)
-        return max(held, self.tiles_bytes) + self.extra_bytes
+        pixels = self.height * ((row + 3) // 4 * 4 + 8)
+        return max(pixels, self.tiles_bytes) + self.extra_bytes
 
 
 def read_size(file: BinaryIO) -> PictureSize | None:
@@ -92,12 +92,12 @@ def read_size(file: BinaryIO) -> PictureSize | None:
     Returns
     -------
     PictureSize or None
-        None if the file is of another format, or too damaged to state a size; decoders refuse it.
+        None if the file has another format, or is too damaged to state a size; decoders reject it.
 
     Raises
     ------
     HeaderError
-        If no honest program writes such a header.
+        If valid files do not have such a header.
     OSError
         If the file cannot be read.
     """
@@ -128,7 +128,7 @@ def block_sizes(file: BinaryIO) -> Iterator[PictureSize]:
 
 
 def jpeg_scan_start(file: BinaryIO) -> int | None:
-    """Return where the first scan of a JPEG begins, past all headers and their thumbnail.
+    """Return the offset of the first scan of a JPEG, after all headers and their thumbnail.
 
     None if the file is not a JPEG, or has no scan. Raises HeaderError.
     """
@@ -170,8 +170,8 @@ def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
     """Yield marker, start and length of the content of each segment up to the first scan.
 
-    ITU T.81, B.1.1. Raises HeaderError if more lies between them than any program leaves: Pillow
-    looks for the next marker byte by byte.
+    ITU T.81, B.1.1. Raises HeaderError if the segments are too far apart: Pillow searches the next
+    marker byte by byte.
     """
     at, skipped = 2, 0
     while True:
@@ -203,7 +203,7 @@ def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
 
 
 def _check_scans(file: BinaryIO, start: int) -> None:
-    """Raise HeaderError for more scans than any program writes; start : of the first one."""
+    """Raise HeaderError if a JPEG has too many scans. start : offset of the first scan"""
     at, scans = start, 1
     for _ in range(_MAX_PARTS):
         place, marker = _next_segment(file, at)
@@ -218,7 +218,7 @@ def _check_scans(file: BinaryIO, start: int) -> None:
 
 
 def _next_segment(file: BinaryIO, at: int) -> tuple[int, int]:
-    """Return place and marker of the next segment, past compressed pixels; at the end `_END`."""
+    """Return offset and marker of the next segment after compressed pixels, `_END` at the end."""
     file.seek(at)
     while block := file.read(_BLOCK):
         if match := _SEGMENT.search(block):
@@ -241,7 +241,7 @@ def _png_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 
 
 def _check_chunks(file: BinaryIO) -> None:
-    """Count the chunks (PNG specification, 5.3): each is read by itself. Raises HeaderError."""
+    """Check the number of chunks (PNG specification, 5.3). Raises HeaderError."""
     at, others, chunks = 8, 0, 0
     size = file.seek(0, io.SEEK_END)
     max_chunks = 200_000 + size // 4096
@@ -267,7 +267,7 @@ def _bmp_size(file: BinaryIO, head: bytes) -> PictureSize:
 
 
 def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
-    """VP8X, VP8L or VP8 (RFC 9649, 2.5 to 2.7). The decoder has a canvas of its own."""
+    """Read the size from VP8X, VP8L or VP8 (RFC 9649, 2.5 to 2.7); the decoder adds a canvas."""
     kind = head[12:16]
     if head[8:12] != b"WEBP":
         return None
@@ -285,7 +285,7 @@ def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
 
 # --- TIFF -----------------------------------------------------------------------------------------
 _Directory = dict[int, int]
-"""Numbers by tag: of several values the largest."""
+"""Value of each tag, the largest if it has several."""
 _WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _SAMPLES = 256, 257, 258, 262, 277
 _STRIP_ROWS, _PLANAR, _TILE_WIDTH, _TILE_HEIGHT = 278, 284, 322, 323
 _SIZE_TAGS = {
@@ -317,9 +317,9 @@ def _tiff_size(directory: _Directory) -> PictureSize:
 
 
 def _check_tags(file: BinaryIO) -> None:
-    """Raise HeaderError for tags that claim more than the file holds, or directories without end.
+    """Raise HeaderError if tags exceed the bytes of the file, or there are too many directories.
 
-    Each tag may name the same bytes, and is read whole.
+    Several tags may refer to the same bytes, and each is read completely.
     """
     size = file.seek(0, io.SEEK_END)
     claimed = 0
@@ -327,11 +327,11 @@ def _check_tags(file: BinaryIO) -> None:
         if number > _MAX_DIRECTORIES:
             raise HeaderError(_too_many_parts())
         for kind, count, _, place in entries:
-            taken = count * _SIZES.get(kind, 1)
-            # What reaches beyond the end is dropped by readers, as cameras write such.
-            if taken > size - min(place, size):
+            needed = count * _SIZES.get(kind, 1)
+            # Cameras write tags that extend beyond the end of the file; readers ignore them.
+            if needed > size - min(place, size):
                 continue
-            claimed += taken
+            claimed += needed
             if claimed > 2 * size + (1 << 16) or (kind not in _BYTES and count > _MAX_TAG_VALUES):
                 raise HeaderError(tr("its tags claim more than the file holds"))
 

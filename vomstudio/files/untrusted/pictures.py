@@ -1,12 +1,12 @@
-"""Pictures from anywhere: opened by the decoders that are named here, and by no other.
+"""Pictures from unknown sources, opened only by the decoders listed here.
 
-Pillow chooses a decoder by the content, whatever the file is called; one of them starts Ghostscript
-to run the program that a PostScript file is. Before a decoder begins, the header is read here: it
-is refused if it would keep the decoder busy for minutes, or if the picture takes more memory than
-its file can be worth (`budgets.decoded_limit`).
+Pillow chooses a decoder by content, not by file name; one of them starts Ghostscript to run a
+PostScript file. The header is parsed here before decoding: the picture is rejected if it would keep
+the decoder busy for minutes, or needs more memory than its file justifies
+(`budgets.decoded_limit`).
 
 Every picture is opened by `open_picture` (Pillow), `decode_picture` (OpenCV), or by a library that
-opens names itself after `check_picture` or, for rasters that are read in windows, `check_raster`.
+opens files by name, after `check_picture` or, for rasters that are read in windows, `check_raster`.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
 PHOTOS = ("JPEG", "PNG", "TIFF")
-"""What photos and their masks may be. Among JPEG is MPO, of cameras that keep a preview in it."""
+"""Formats of photos and masks. JPEG includes MPO, a JPEG with a preview."""
 TEXTURES = (*PHOTOS, "WEBP", "BMP", "TGA")
 COLOR_BYTES = 4
-"""Of a pixel in memory, as Pillow and Qt hold red, green and blue."""
+"""Bytes of an RGB pixel in memory, in Pillow and Qt."""
 MASK_BYTES = 1
-"""Of a pixel of a mask, which nobody turns into colours."""
+"""Bytes of a mask pixel in memory, which is not converted to colours."""
 RASTER_CACHE_BYTES = 256 << 20
-"""For blocks that GDAL has decoded; 5 % of all memory otherwise."""
+"""Block cache of GDAL, by default 5 % of all memory."""
 
 _ROWS = 512
 _PHOTO_MARKS = (JPEG_MARK, PNG_MARK, *TIFF_MARKS)
@@ -71,29 +71,29 @@ def open_picture(
     formats : tuple of str
         Pillow's names: `PHOTOS` or `TEXTURES`.
     min_pixel_bytes : int
-        What a pixel takes at least once it is decoded: `COLOR_BYTES` or `MASK_BYTES`.
+        Minimum size of a decoded pixel: `COLOR_BYTES` or `MASK_BYTES`.
     header_only : bool
-        Nobody will decode it: the free memory does not count.
+        Whether only the header is used: the free memory is not checked.
 
     Returns
     -------
     PIL.ImageFile.ImageFile
-        To be closed by the caller.
+        The caller closes it.
 
     Raises
     ------
     InputError
-        If it is not a regular file; with ``file.picture-too-large`` if the decoded picture would
-        take more memory than the file can be worth, and with ``file.picture-header`` for a header
-        that no honest program writes.
+        If it is not a regular file; with ``file.picture-too-large`` if the decoded picture needs
+        more memory than the file justifies, and with ``file.picture-header`` if valid files do not
+        have such a header.
     PIL.UnidentifiedImageError
         If it is not a picture of these formats.
     OSError, ValueError, SyntaxError
-        If it is damaged, as Pillow's decoders do.
+        If it is damaged, as raised by the decoders of Pillow.
     """
     from PIL import Image, UnidentifiedImageError
 
-    # Photos and textures are larger than Pillow's idea of an attack.
+    # Photos and textures exceed the default limit of Pillow.
     Image.MAX_IMAGE_PIXELS = None
     if not isinstance(source, bytes):
         require_regular(source)
@@ -111,15 +111,15 @@ def open_picture(
         file.close()
         if isinstance(source, bytes):
             raise
-        # Pillow would name the object that is read.
-        said = f"cannot identify image file {os.fspath(source)!r}"
-        raise UnidentifiedImageError(said) from error
+        # The message of Pillow would contain the file object instead of the name.
+        message = f"cannot identify image file {os.fspath(source)!r}"
+        raise UnidentifiedImageError(message) from error
     except BaseException:
         file.close()
         raise
     try:
         with _refusals(name):
-            # Of formats without a header of their own (TGA), and as this decoder has understood it.
+            # For formats whose header is not parsed here (TGA), and for the size that Pillow read.
             _check_size(file, PictureSize(*image.size, 1), pixel_bytes)
             exif = image.info.get("exif")
             if image.format not in ("JPEG", "MPO", "TIFF") and isinstance(exif, bytes):
@@ -131,7 +131,7 @@ def open_picture(
 
 
 def check_picture(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> None:
-    """Check a photo that a library will open by its name and decode as a whole.
+    """Check a photo that a library will open by name and decode completely.
 
     Raises
     ------
@@ -145,10 +145,10 @@ def check_picture(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> No
 
 
 def check_raster(path: str | Path) -> None:
-    """Check a GeoTIFF that rasterio will open by its name and read in windows.
+    """Check a GeoTIFF that rasterio will open by name and read in windows.
 
-    Of a raster that is read in windows only a block, a strip or a tile, is in memory at a time; no
-    compression makes the whole of it larger than `budgets.compression_limit`.
+    Only one block (strip or tile) is in memory at a time. The decompressed raster is limited by
+    `budgets.compression_limit`.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def check_raster(path: str | Path) -> None:
     """
     with open_regular(path) as file, _refusals(path):
         if not file.read(4).startswith(TIFF_MARKS):
-            # GDAL refuses it, as it is opened as a GeoTIFF only.
+            # GDAL will reject it, because it is opened as GeoTIFF.
             return
         size = file.seek(0, io.SEEK_END)
         limit = decoded_limit(size)
@@ -173,17 +173,17 @@ def check_raster(path: str | Path) -> None:
 def decode_picture(
     content: bytes, flags: int, name: str, *, min_pixel_bytes: int = COLOR_BYTES
 ) -> npt.NDArray[Any] | None:
-    """Decode a JPEG, PNG or TIFF with OpenCV as it is stored: an orientation tag turns nothing.
+    """Decode a JPEG, PNG or TIFF with OpenCV, ignoring the orientation tag.
 
     Parameters
     ----------
     content : bytes
     flags : int
-        ``cv2.IMREAD_COLOR`` and its like.
+        OpenCV flags such as ``cv2.IMREAD_COLOR``.
     name : str
-        Of the file, for errors.
+        File name for errors.
     min_pixel_bytes : int
-        As of `open_picture`.
+        As in `open_picture`.
 
     Returns
     -------
@@ -227,7 +227,7 @@ class _TooLarge(Exception):
 
 @contextmanager
 def _refusals(file: str | Path | None) -> Iterator[None]:
-    """Raise what the checks inside find as an InputError that names the file."""
+    """Convert errors of the checks to an InputError with the file name."""
     try:
         yield
     except _TooLarge as error:
@@ -248,7 +248,7 @@ def _check_photo(file: BinaryIO, min_pixel_bytes: int) -> None:
 
 
 def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: int | None) -> None:
-    """Raise _TooLarge for a picture that takes too much; min_pixel_bytes : None for a header."""
+    """Raise _TooLarge if a picture exceeds its limit. min_pixel_bytes : None for a header"""
     if picture is None:
         return
     size = file.seek(0, io.SEEK_END)
@@ -261,9 +261,11 @@ def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: in
 
 
 class _Unmapped(io.BufferedReader):
-    """A file that nothing maps: Pillow maps pixels that are not packed, libtiff whole files, and
-    one that shrinks under a map, or whose drive is pulled out, ends the process. Closes itself, as
-    Pillow closes only what it has opened."""
+    """File without a descriptor, so that Pillow and libtiff cannot memory-map it.
+
+    A mapped file that is truncated, or whose drive is removed, crashes the process. Closes itself,
+    because Pillow closes only files that it opened.
+    """
 
     _opened = False
 
@@ -279,27 +281,26 @@ class _Unmapped(io.BufferedReader):
             self.close()
 
 
-def as_rgb(picture: Image) -> Image:
-    """Return a picture in red, green and blue, itself if it is: `convert` would copy it."""
+def convert_to_rgb(picture: Image) -> Image:
+    """Convert a picture to RGB. An RGB picture is returned as it is: `convert` would copy it."""
     picture.load()
     return picture if picture.mode == "RGB" else picture.convert("RGB")
 
 
 def copy_pixels(picture: Image, out: npt.NDArray[np.uint8]) -> None:
-    """Copy the pixels of a picture into an array (height, width, bands), some rows at a time.
+    """Copy the pixels of a picture into an array (height, width, bands), in blocks of rows.
 
-    `numpy.asarray` takes twice the memory of the result.
+    `numpy.asarray` needs twice the memory of the result.
     """
     for top in range(0, picture.height, _ROWS):
         bottom = min(top + _ROWS, picture.height)
         out[top:bottom] = np.asarray(picture.crop((0, top, picture.width, bottom)))
 
 
-def as_8_bits(picture: Image) -> Image:
-    """Return the upper eight of 16 bits, colours of a palette, and grey of black and white.
+def convert_to_8_bits(picture: Image) -> Image:
+    """Convert 16-bit, palette and black-and-white pictures to 8-bit grey or RGB.
 
-    Other pictures are returned as they are. The result can be reduced, which Pillow does not do
-    with palettes and with single bits.
+    Other pictures are returned unchanged. Pillow cannot reduce palettes and single bits.
     """
     from PIL import Image
 

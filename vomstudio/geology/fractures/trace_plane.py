@@ -17,14 +17,13 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.view_frame import ViewFrame
 
 MIN_DIP_DEG = 20.0
-"""Lines whose best-fit plane dips less are a map: at 20 degrees it shortens them by 6 %."""
+"""Lines with a flatter best-fit plane are a map: at 20 degrees it shortens them by 6 %."""
 MIN_CLIMB = 0.2
 """Height difference along the lines, as a share of their length."""
 MIN_STEP_RATIO = 2.0
 MIN_FLATNESS = 3.0
 MAX_MAP_DIP_DEG = 80.0
-"""Places of the map are projected vertically onto planes up to this dip, and shapes are seen
-edge-on from here."""
+"""Map positions are projected vertically onto planes up to this dip; steeper ones are edge-on."""
 
 _THIN = 1e-6
 _LINES = (1, 2, 5)
@@ -43,11 +42,11 @@ class TracePlane:
     dip_direction_deg, dip_deg : float
         Attitude of the plane.
     origin, right, up : tuple of float
-        World place of x = y = 0, and unit vectors of World along x and y.
+        World coordinates of x = y = 0, and unit vectors in World along x and y.
     scatter_m, max_distance_m : float
         Root mean square and largest distance of the vertices from the plane.
     shortening_percent : float
-        How much shorter the lines are on the plane than in space: traces on a rough face wind.
+        Shortening of the lines by the projection: traces on a rough face are not straight.
     azimuths_from : {"up", "north"}
         Direction from which angles of traces (`strike_deg`, ranges of strikes, the rose) are
         counted clockwise on the plane: up the dip (the rake is this angle - 90), or north on a
@@ -66,7 +65,7 @@ class TracePlane:
 
     @classmethod
     def through(cls, plane: Plane, lines: Sequence[Floats]) -> TracePlane:
-        """Return the plane with this attitude through the middle of World lines, (k, 3) each."""
+        """Return the plane with this attitude through the centroid of World lines, (k, 3) each."""
         points = np.concatenate(lines)
         normal = plane.normal()
         frame = ViewFrame.looking(0.0 - normal)
@@ -77,7 +76,7 @@ class TracePlane:
         if plane.undefined:
             origin = np.array([0.0, 0.0, middle[2]])
         elif plane.vertical:
-            # y is then the height.
+            # So that y is the height.
             origin = np.array([middle[0], middle[1], 0.0])
         in_space = sum(float(_lengths(line).sum()) for line in lines)
         across = np.stack([frame.right, up])
@@ -280,43 +279,55 @@ def find_trace_plane(lines: Sequence[Floats]) -> TracePlane | None:
 
 
 def vertices_in_space(shapes: Shapes) -> tuple[list[Floats], Flags]:
-    """Return the vertices (k, 3) of open lines among shapes (n,) that have heights, part by part
-    (of closed lines if there are no others), and which shapes (n,) are lines without heights."""
+    """Return the vertices of lines with heights, and a mask of lines without heights.
+
+    Parameters
+    ----------
+    shapes : (n,) array of shapely geometries
+
+    Returns
+    -------
+    vertices : list of (k, 3) arrays
+        One for each part of an open line, or of a closed one if all lines are closed.
+    lacks_heights : (n,) array of bool
+    """
     import shapely
 
-    of = np.flatnonzero(np.isin(shapely.get_type_id(shapes), _LINES))
-    points, row = shapely.get_coordinates(shapes[of], include_z=True, return_index=True)
+    line_rows = np.flatnonzero(np.isin(shapely.get_type_id(shapes), _LINES))
+    points, row = shapely.get_coordinates(shapes[line_rows], include_z=True, return_index=True)
     is_finite = np.isfinite(points)
     usable = is_finite[:, :2].all(axis=1)
-    without = np.zeros(len(shapes), np.bool_)
-    without[of[row[usable & ~is_finite[:, 2]]]] = True
+    lacks_heights = np.zeros(len(shapes), np.bool_)
+    lacks_heights[line_rows[row[usable & ~is_finite[:, 2]]]] = True
     if not is_finite[:, 2].any():
-        return [], without
-    parts, part_of = shapely.get_parts(shapes[of], return_index=True)
+        return [], lacks_heights
+    parts, part_of = shapely.get_parts(shapes[line_rows], return_index=True)
     points, part = shapely.get_coordinates(parts, include_z=True, return_index=True)
-    bad = _rows_with(part, ~np.isfinite(points).all(axis=1), len(parts))
+    is_invalid = _rows_with(part, ~np.isfinite(points).all(axis=1), len(parts))
     lines = np.split(points, np.flatnonzero(np.diff(part)) + 1) if len(points) else []
     numbers = np.unique(part)
     usable_lines = [
         line
         for line, number in zip(lines, numbers, strict=True)
-        if not bad[number] and not without[of[part_of[number]]]
+        if not is_invalid[number] and not lacks_heights[line_rows[part_of[number]]]
     ]
     is_open = [bool((line[0] != line[-1]).any()) for line in usable_lines]
     if any(is_open):
         usable_lines = [line for line, keep in zip(usable_lines, is_open, strict=True) if keep]
-    return usable_lines, without
+    return usable_lines, lacks_heights
 
 
 def _rows_with(row: Ints, flags: Flags, count: int) -> Flags:
-    found = np.zeros(count, np.bool_)
-    found[row[flags]] = True
-    return found
+    has_flag = np.zeros(count, np.bool_)
+    has_flag[row[flags]] = True
+    return has_flag
 
 
 def _are_stacked(heights: Floats, counts: Ints, first: Ints) -> bool:
-    """Return whether heights (n,) differ more between lines than along them. counts, first : (m,)
-    number of vertices of each line, and row of its first"""
+    """Return whether heights (n,) differ more between lines than along them.
+
+    counts, first : (m,) number of vertices of each line, and row of its first vertex
+    """
     means = np.add.reduceat(heights, first) / counts
     off = heights - np.repeat(means, counts)
     along = float(np.sqrt(np.mean(np.add.reduceat(off**2, first) / counts)))
@@ -325,7 +336,7 @@ def _are_stacked(heights: Floats, counts: Ints, first: Ints) -> bool:
 
 
 def _axes(points: Floats) -> tuple[Floats, Floats]:
-    """Return singular values and axes (rows) of points (n, 3) about their middle, largest first."""
+    """Return singular values and axes (rows) of centred points (n, 3), largest first."""
     _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     return sizes, axes
 

@@ -1,7 +1,8 @@
-"""Lines and polygons that were drawn in a GIS or CAD program, in metres.
+"""Lines and polygons drawn in a GIS or CAD program, in metres.
 
-GeoPackage, GeoJSON, shapefiles, DXF and whatever else GDAL reads as vectors. A layer in degrees is
-refused: it has no true lengths; GeoJSON that names no reference system is in degrees (RFC 7946).
+Reads GeoPackage, GeoJSON, shapefiles, DXF and all other vector formats of GDAL. Layers in degrees
+are rejected, because their lengths are not metric; GeoJSON without a ``crs`` is in degrees
+(RFC 7946) and is converted.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
-from vomstudio.io.gis.dxf_facts import OF_ENTITIES, dxf_facts, features_of, why_unreadable
+from vomstudio.io.gis.dxf_facts import ENTITY_COLUMNS, dxf_facts, select_lines, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
@@ -33,15 +34,29 @@ Shapes = npt.NDArray[np.object_]
 
 _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
 OUTLINE_LAYERS = ("patches", "lithologies")
-"""Layers of closed lines in drawings of this program, behind the type of the feature."""
+"""Suffixes of layer names that contain outlines in drawings of this program."""
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnLayer:
-    """shapes : (n,) shapely lines or polygons in metres, single parts; feature : (n,) number of the
-    feature that each is of, from 1; columns : (n,) attributes of each that were asked for, by their
-    names; crs : "EPSG:n" or WKT, None where the file names none; fields : names of all there
-    are"""
+    """Lines or polygons of a layer, as single parts.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    shapes : (n,) array of shapely geometries
+        Lines or polygons in metres.
+    feature : (n,) array of int
+        Number of the feature of each part, from 1.
+    columns : mapping of str to (n,) array
+        Requested attributes by name.
+    crs : str or None
+        "EPSG:n" or WKT, None if the file states none.
+    warnings : tuple of Message
+    fields : tuple of str
+        Names of all attributes of the layer.
+    """
 
     path: Path
     shapes: Shapes
@@ -52,37 +67,37 @@ class DrawnLayer:
     fields: tuple[str, ...] = ()
 
     def column(self, name: str, field: str) -> list[str]:
-        """(n,) the words of an attribute, "" where it is empty. Raises UsageError."""
-        found = next((c for c in self.columns if c.casefold() == name.casefold()), None)
-        if found is None:
+        """Return the texts (n,) of an attribute, "" if empty. Raises UsageError."""
+        key = next((c for c in self.columns if c.casefold() == name.casefold()), None)
+        if key is None:
             raise UsageError(
                 tr(
-                    "There is no attribute '{name}'. The layer has: {columns}.",
+                    "Attribute '{name}' is missing. The layer has: {columns}. Name one of these.",
                     name=name, columns=", ".join(self.fields or self.columns) or "-",
                 ),
                 file=self.path, field=field,
             )  # fmt: skip
-        return ["" if _is_empty(v) else str(v).strip() for v in self.columns[found]]
+        return ["" if _is_empty(v) else str(v).strip() for v in self.columns[key]]
 
 
 @dataclass(frozen=True, eq=False)
 class RawLayer:
-    """Features of a layer as they were read, with their heights, before any is left out.
+    """Features of a layer as read, with heights, before any are excluded.
 
     Parameters
     ----------
     path : Path
         The file.
     shapes : (n,) array of shapely geometries or None
-        Coordinates in metres; those of a file without heights have none.
+        Coordinates in metres, 2D if the file has no heights.
     feature : (n,) array of int
-        Row of each in the file.
+        Row of each shape in the file.
     columns, crs, fields
         As in `DrawnLayer`.
     warnings, left_out : tuple
-        What reading reported of coordinates, and of entities of a drawing.
+        Findings about coordinates, and about entities of a drawing that were not read.
     field : str or None
-        Argument of the Python interface, if there is no file.
+        Argument name, for shapes passed to the Python interface instead of a file.
     """
 
     path: Path
@@ -96,7 +111,7 @@ class RawLayer:
     field: str | None = None
 
     def only(self, rows: npt.NDArray[np.bool_]) -> RawLayer:
-        """Return the layer with these features (n,) only."""
+        """Return the layer with only the features where `rows` (n,) is true."""
         return replace(
             self,
             shapes=self.shapes[rows],
@@ -104,13 +119,13 @@ class RawLayer:
             columns={name: values[rows] for name, values in self.columns.items()},
         )
 
-    def are_outlines(self) -> npt.NDArray[np.bool_]:
-        """Return which features (n,) lie on a layer of outlines in a drawing of this program."""
+    def outline_mask(self) -> npt.NDArray[np.bool_]:
+        """Return a mask (n,) of the features on outline layers of drawings of this program."""
         names = next((v for n, v in self.columns.items() if n.casefold() == "layer"), ())
-        found = np.zeros(len(self.shapes), np.bool_)
+        is_outline = np.zeros(len(self.shapes), np.bool_)
         for row, name in enumerate(names):
-            found[row] = str(name).casefold().rpartition("_")[2] in OUTLINE_LAYERS
-        return found
+            is_outline[row] = str(name).casefold().rpartition("_")[2] in OUTLINE_LAYERS
+        return is_outline
 
 
 def read_raw_lines(
@@ -134,14 +149,14 @@ def read_raw_lines(
         Names of the attributes to read.
     progress : Progress, optional
     options : FrameOptions
-        What the caller knows about the frame.
+        Frame options of the caller, which complete what the file states.
     model : ModelFrame, optional
         Frame of the data that the drawing belongs to, to which it is converted.
 
     Raises
     ------
     InputError
-        For a file that is not a drawing, and as `points_to_world`.
+        If the file is not a drawing, and as `points_to_world`.
     UsageError
         If the layer must be named.
     """
@@ -162,9 +177,9 @@ def read_raw_areas(
 def raw_shapes(
     shapes: Shapes, name: str, crs: str | None = None, options: FrameOptions = AS_STATED
 ) -> RawLayer:
-    """Return shapes (n,) of the Python interface in World, as if they had been read.
+    """Convert shapes (n,) passed to the Python interface to a layer in World.
 
-    Without a CRS they are in World, in metres.
+    Without a CRS they are taken as World coordinates in metres.
 
     Raises
     ------
@@ -175,7 +190,7 @@ def raw_shapes(
     rows = np.arange(len(shapes), dtype=np.int64)
     if crs is None and not options.is_given:
         return RawLayer(path, shapes, rows, {}, None, field=name)
-    shapes, placed = _in_world(path, shapes, crs, options, None)
+    shapes, placed = _convert_to_world(path, shapes, crs, options, None)
     return RawLayer(path, shapes, rows, {}, placed.crs, placed.findings, field=name)
 
 
@@ -185,66 +200,81 @@ def read_lines(
     columns: Iterable[str] = (),
     progress: Progress | None = None,
 ) -> DrawnLayer:
-    """The lines of a file, with those of their attributes that are called so, in any letters.
-    Raises InputError for files that are no drawing, hold no line or are in degrees, UsageError
-    where the layer must be named, and Cancelled."""
-    return lines_of(read_raw_lines(path, layer, columns, progress))
+    """Read the lines of a file, heights dropped, with the named attributes (case-insensitive).
+
+    Raises
+    ------
+    InputError
+        If the file is not a drawing, contains no lines or is in degrees.
+    UsageError
+        If the layer must be named.
+    Cancelled
+    """
+    return extract_lines(read_raw_lines(path, layer, columns, progress))
 
 
 def read_area(
     path: str | Path, layer: str | None = None, progress: Progress | None = None
 ) -> tuple[Any, DrawnLayer]:
-    """All polygons of a file as one shapely area, with what was read. Raises as `read_lines`."""
-    return area_of(read_raw_areas(path, layer, progress))
+    """Read all polygons of a file as one shapely area, and their layer.
+
+    Raises as `read_lines`.
+    """
+    return extract_area(read_raw_areas(path, layer, progress))
 
 
-def lines_of(raw: RawLayer, *, with_rings: bool = True) -> DrawnLayer:
-    """Return the lines of a layer, heights dropped, each part by itself.
+def extract_lines(raw: RawLayer, *, with_rings: bool = True) -> DrawnLayer:
+    """Return the lines of a layer as single parts, heights dropped.
 
     Parameters
     ----------
     with_rings : bool
-        False leaves closed lines out, with the finding ``lines.closed``.
+        False excludes closed lines, with the finding ``lines.closed``.
 
     Raises
     ------
     InputError
         If there are none.
     """
-    return _drawn(raw, _LINES, (), with_rings)
+    return _build_layer(raw, _LINES, (), with_rings)
 
 
-def area_of(raw: RawLayer) -> tuple[Any, DrawnLayer]:
-    """Return all polygons of a layer, heights dropped, as one shapely area, and the layer. Raises
-    InputError if there are none."""
+def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
+    """Return all polygons of a layer as one shapely area, heights dropped, and the layer.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
     import shapely
 
-    shapes, said = _outlines(shapely.force_2d(raw.shapes))
-    found = _drawn(replace(raw, shapes=shapes), _AREAS, said, True)
-    area, crossing = taken_apart(found.shapes)
-    return area, replace(found, warnings=(*found.warnings, *crossing))
+    shapes, messages = _close_outlines(shapely.force_2d(raw.shapes))
+    layer = _build_layer(replace(raw, shapes=shapes), _AREAS, messages, True)
+    area, crossing = taken_apart(layer.shapes)
+    return area, replace(layer, warnings=(*layer.warnings, *crossing))
 
 
-def _drawn(
-    raw: RawLayer, wanted: tuple[str, ...], said: Iterable[Message], with_rings: bool
+def _build_layer(
+    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Message], with_rings: bool
 ) -> DrawnLayer:
     import shapely
 
     shapes = shapely.force_2d(raw.shapes)
-    parts, row, left = _parts(shapes, raw.feature, wanted, with_rings)
+    parts, row, part_messages = _parts(shapes, raw.feature, kinds, with_rings)
     if not len(parts):
-        raise _no_shape(raw, wanted)
+        raise _no_shapes_error(raw, kinds)
     return DrawnLayer(
         raw.path, parts, raw.feature[row] + 1,
         {name: values[row] for name, values in raw.columns.items()},
-        raw.crs, (*raw.warnings, *said, *left, *raw.left_out), raw.fields,
+        raw.crs, (*raw.warnings, *messages, *part_messages, *raw.left_out), raw.fields,
     )  # fmt: skip
 
 
 def _read(
     path: Path,
     layer: str | None,
-    wanted: tuple[str, ...],
+    kinds: tuple[str, ...],
     attributes: Iterable[str],
     progress: Progress | None,
     options: FrameOptions,
@@ -254,27 +284,27 @@ def _read(
 
     if not is_there(path) or is_folder(path):
         raise InputError(tr("There is no such file. Check its name."), file=path)
-    layer = layer or _layer_of(path, wanted, progress)
-    names = {name.casefold() for name in (*attributes, *OF_ENTITIES, "layer")}
+    layer = layer or _find_layer(path, kinds, progress)
+    names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
     read = next(
         iter(read_layers(path, [layer], names, lambda: _unreadable(path), progress, flat=False)),
         VectorLayer("", None),
     )
-    # A table without geometry has none at all.
+    # A table without geometry has no layer of shapes.
     shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
     left_out: list[Message] = []
     keep = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
-        keep, left_out = features_of(path, columns, surfaces)
+        keep, left_out = select_lines(path, columns, surfaces)
     elif surfaces.any():
         left_out.append(surfaces_left_out(int(surfaces.sum())))
-    # A surface is reported once, and not as a shape without coordinates.
+    # Report a surface once, not again as a shape without coordinates.
     keep = keep & ~(shapely.is_missing(shapes) & (surfaces > 0))
     if not keep.all():
         shapes = shapes[keep]
         columns = {name: values[keep] for name, values in columns.items()}
-    shapes, placed = _in_world(path, shapes, read.crs, options, model)
+    shapes, placed = _convert_to_world(path, shapes, read.crs, options, model)
     feature = np.arange(len(shapes), dtype=np.int64)
     return RawLayer(
         path,
@@ -288,21 +318,23 @@ def _read(
     )
 
 
-def _no_shape(raw: RawLayer, wanted: tuple[str, ...]) -> InputError:
+def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
     if raw.field is not None:
-        return InputError(tr("There are no lines with a length."), field=raw.field)
+        return InputError(
+            tr("All lines have zero length. Pass at least one line with a length."), field=raw.field
+        )
     for finding in raw.left_out:
         if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
             return InputError.of_finding(
                 Finding("drawing.only-bodies", **finding.values), file=raw.path
             )
-    if wanted is _AREAS:
-        words = tr(
-            "The file holds no polygon. Draw one around the area in which traces were mapped."
+    if kinds is _AREAS:
+        text = tr(
+            "The file contains no polygons. Draw one around the area in which traces were mapped."
         )
     else:
-        words = tr("The file holds no line. Save the traces as lines, each from end to end.")
-    return InputError(words, file=raw.path)
+        text = tr("The file contains no lines. Save the traces as lines, one for each trace.")
+    return InputError(text, file=raw.path)
 
 
 def _unreadable(path: Path) -> InputError:
@@ -315,25 +347,29 @@ def _unreadable(path: Path) -> InputError:
     )
 
 
-def _layer_of(path: Path, wanted: tuple[str, ...], progress: Progress | None) -> str | None:
-    """The only layer that can hold such shapes."""
+def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -> str | None:
+    """Return the only layer that can contain such shapes, None if none can."""
     layers = list_layers(path, lambda: _unreadable(path), progress)
     symbols = symbol_layers(layer.name for layer in layers)
-    # None is no geometry at all, Unknown is any.
-    kinds = ("Unknown", *wanted, "Curve", "GeometryCollection")
-    fit = [
+    # GDAL: None means no geometry, Unknown means any kind.
+    accepted = ("Unknown", *kinds, "Curve", "GeometryCollection")
+    candidates = [
         layer.name
         for layer in layers
         if layer.kind is not None
         and layer.name.casefold() not in symbols
-        and any(part in layer.kind for part in kinds)
+        and any(part in layer.kind for part in accepted)
     ]
-    if len(fit) > 1:
+    if len(candidates) > 1:
         raise UsageError(
-            tr("The file has several layers: {names}. Name one of them.", names=", ".join(fit)),
-            file=path, field="--layer",
-        )  # fmt: skip
-    return fit[0] if fit else None
+            tr(
+                "The file has several layers: {names}. Name one of them.",
+                names=", ".join(candidates),
+            ),
+            file=path,
+            field="--layer",
+        )
+    return candidates[0] if candidates else None
 
 
 def _frame(
@@ -353,7 +389,7 @@ def _frame(
     bounds : (2, 2) float
         Lowest and highest x and y.
     alone : bool
-        Whether the drawing belongs to no other data, whose CRS it would be converted to.
+        Whether there is no other data whose CRS the drawing would be converted to.
     """
     if names_no_crs(path):
         if options.crs is not None:
@@ -363,16 +399,16 @@ def _frame(
             options = replace(options, to_crs=suggested_zone(bounds))
         return StatedCrs(crs), options
     if crs is None:
-        beside, _ = crs_of_table(path, ())
-        if beside.text is not None:
-            return beside, options
+        sidecar, _ = crs_of_table(path, ())
+        if sidecar.text is not None:
+            return sidecar, options
     if crs is None and options.unit is None and path.suffix.lower() == ".dxf":
         unit_m = dxf_facts(path).unit_m
         return StatedCrs(is_local=unit_m is not None, unit_m=unit_m), options
     return StatedCrs(crs), options
 
 
-def _in_world(
+def _convert_to_world(
     path: Path,
     shapes: Shapes,
     crs: str | None,
@@ -394,18 +430,20 @@ def _in_world(
     converted = shapes.copy()
     has_z = shapely.has_z(shapes)
     for with_z in (False, True):
-        chosen = has_z == with_z
-        if chosen.any():
-            new = placed.points[chosen[row]]
-            converted[chosen] = shapely.set_coordinates(
-                shapes[chosen].copy(), new if with_z else new[:, :2]
+        selected = has_z == with_z
+        if selected.any():
+            new = placed.points[selected[row]]
+            converted[selected] = shapely.set_coordinates(
+                shapes[selected].copy(), new if with_z else new[:, :2]
             )
     return converted, placed
 
 
-def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
-    """Closed lines as polygons where there is none, since drawings for CAD have no polygons; and
-    what is said of them."""
+def _close_outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
+    """Convert closed lines to polygons if there are none, and return a message about them.
+
+    CAD drawings have no polygons.
+    """
     import shapely
 
     kinds = shapely.get_type_id(shapes)
@@ -416,9 +454,9 @@ def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
     closed = rows[shapely.is_closed(shapes[rows])]
     if not len(closed):
         return shapes, []
-    made = shapes.copy()
-    made[closed] = [shapely.Polygon(shapely.get_coordinates(shapes[i])) for i in closed]
-    return made, [
+    polygons = shapes.copy()
+    polygons[closed] = [shapely.Polygon(shapely.get_coordinates(shapes[i])) for i in closed]
+    return polygons, [
         tr_n(
             "{count} closed line was taken as the outline of the area.",
             "{count} closed lines were taken as outlines of the area.",
@@ -430,95 +468,95 @@ def _outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
 def _parts(
     shapes: Shapes,
     numbers: npt.NDArray[np.int64],
-    wanted: tuple[str, ...],
+    kinds: tuple[str, ...],
     with_rings: bool,
 ) -> tuple[Shapes, npt.NDArray[np.int64], list[Message]]:
-    """Single shapes of the wanted kind, the row of each, and what was left out.
+    """Return single parts of the requested kinds, the row of each, and messages about others.
 
     numbers : (n,) row of each shape in its file, for the messages
     """
     import shapely
 
-    there = np.flatnonzero(~(shapely.is_missing(shapes) | shapely.is_empty(shapes)))
-    whole = np.flatnonzero(np.isfinite(shapely.bounds(shapes)).all(axis=1))
-    finite = np.intersect1d(np.intersect1d(there, whole), np.flatnonzero(_finite(shapes)))
+    is_empty = shapely.is_missing(shapes) | shapely.is_empty(shapes)
+    has_bounds = np.isfinite(shapely.bounds(shapes)).all(axis=1)
+    finite = np.flatnonzero(~is_empty & has_bounds & _finite(shapes))
     merged = shapes[finite]
     multi = np.flatnonzero(shapely.get_type_id(merged) == 5)
     merged[multi] = shapely.line_merge(merged[multi])
     parts, at = shapely.get_parts(merged, return_index=True)
-    kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in wanted else (1, 2))
+    kind = np.isin(shapely.get_type_id(parts), (3,) if "Polygon" in kinds else (1, 2))
     size = shapely.length(parts)
-    if "Polygon" in wanted:
-        # The parts of an outline that crosses itself may cancel.
+    if "Polygon" in kinds:
+        # Parts of a self-intersecting outline may cancel out.
         size = shapely.area(shapely.make_valid(parts))
-    long = kind & (size > 0)
+    has_size = kind & (size > 0)
     feature = finite.astype(np.int64)[at]
-    said: list[Message] = []
-    if lost := len(shapes) - len(finite):
-        said.append(
+    messages: list[Message] = []
+    if infinite := len(shapes) - len(finite):
+        messages.append(
             tr_n(
-                "{count} feature without finite coordinates is left out.",
-                "{count} features without finite coordinates are left out.",
-                lost,
+                "{count} feature without finite coordinates was ignored.",
+                "{count} features without finite coordinates were ignored.",
+                infinite,
             )
         )
     if other := int(np.sum(~kind)):
-        said.append(
+        messages.append(
             tr_n(
-                "{count} shape of another kind is left out.",
-                "{count} shapes of another kind are left out.",
+                "{count} shape of another kind was ignored.",
+                "{count} shapes of another kind were ignored.",
                 other,
             )
         )
-    if short := int(np.sum(kind & ~long)):
-        said.append(
+    if short := int(np.sum(kind & ~has_size)):
+        messages.append(
             tr_n(
-                "{count} shape without length or area is left out: feature {first}.",
-                "{count} shapes without length or area are left out, the first is feature {first}.",
+                "{count} shape without length or area was ignored: feature {first}.",
+                "{count} shapes without length or area were ignored, the first is feature {first}.",
                 short,
-                first=int(numbers[feature[kind & ~long][0]]) + 1,
+                first=int(numbers[feature[kind & ~has_size][0]]) + 1,
             )
         )
-    parts, feature = parts[long], feature[long]
+    parts, feature = parts[has_size], feature[has_size]
     if not with_rings:
         closed = np.asarray(shapely.is_closed(parts))
         if closed.any():
-            said.append(Finding("lines.closed", lines=int(closed.sum())))
+            messages.append(Finding("lines.closed", lines=int(closed.sum())))
         parts, feature = parts[~closed], feature[~closed]
-    again = len(feature) - len(np.unique(feature))
-    if again and "Polygon" not in wanted:
-        said.append(
+    extra_parts = len(feature) - len(np.unique(feature))
+    if extra_parts and "Polygon" not in kinds:
+        messages.append(
             tr_n(
-                "Parts of a feature that do not join are traces of their own: {count} more than "
-                "there are features.",
-                "Parts of features that do not join are traces of their own: {count} more than "
-                "there are features.",
-                again,
+                "Parts of a feature that do not join are counted as separate traces: {count} "
+                "more than features.",
+                "Parts of features that do not join are counted as separate traces: {count} "
+                "more than features.",
+                extra_parts,
             )
         )
-    kept = _first_of_each(parts)
-    if twice := len(parts) - len(kept):
-        said.append(
+    unique = _unique_rows(parts)
+    if duplicates := len(parts) - len(unique):
+        messages.append(
             tr_n(
                 "{count} shape that is drawn twice is counted once.",
                 "{count} shapes that are drawn twice are counted once.",
-                twice,
+                duplicates,
             )
         )
-    return parts[kept], feature[kept], said
+    return parts[unique], feature[unique], messages
 
 
 def _finite(shapes: Shapes) -> npt.NDArray[np.bool_]:
-    """(n,) which of them have no coordinate that is no number."""
+    """Return a mask (n,) of the shapes whose coordinates are all finite."""
     import shapely
 
     points, row = shapely.get_coordinates(shapes, return_index=True)
-    found = np.ones(len(shapes), np.bool_)
-    found[row[~np.isfinite(points).all(axis=1)]] = False
-    return found
+    is_finite = np.ones(len(shapes), np.bool_)
+    is_finite[row[~np.isfinite(points).all(axis=1)]] = False
+    return is_finite
 
 
-def _first_of_each(shapes: Shapes) -> npt.NDArray[np.int64]:
+def _unique_rows(shapes: Shapes) -> npt.NDArray[np.int64]:
     import shapely
 
     _, first = np.unique(shapely.to_wkb(shapely.normalize(shapes)), return_index=True)

@@ -1,6 +1,4 @@
-"""What a drawing for CAD says of itself that GDAL does not pass on: its unit, which layers are
-hidden, and which entities are dimensions rather than lines of the drawing.
-"""
+"""Properties of DXF drawings that GDAL does not report: unit, hidden layers, dimensions."""
 
 from __future__ import annotations
 
@@ -23,28 +21,31 @@ Left = tuple[npt.NDArray[np.bool_], list[Message]]
 
 _UNITS = {1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144}
 _UNITS |= {14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937}
-"""Metres in a unit by the number of $INSUNITS."""
-OF_ENTITIES = ("paperspace", "subclasses", "entityhandle")
-"""Columns that GDAL gives an entity beside its layer, in small letters."""
+"""Metres per unit by the value of $INSUNITS."""
+ENTITY_COLUMNS = ("paperspace", "subclasses", "entityhandle")
+"""Columns of GDAL for an entity besides its layer, in lower case."""
 _FROZEN = 1
 _NO_LINES = (b"DIMENSION", b"LEADER", b"MULTILEADER", b"ARC_DIMENSION", b"LARGE_RADIAL_DIMENSION")
-_TOLD = (b"SECTION", b"LAYER", b"SPLINE", b"POLYLINE", *_NO_LINES)
+_PARSED_KINDS = (b"SECTION", b"LAYER", b"SPLINE", b"POLYLINE", *_NO_LINES)
 _BODIES = frozenset(
     (b"3DSOLID", b"BODY", b"REGION", b"SURFACE", b"EXTRUDEDSURFACE", b"LOFTEDSURFACE", b"MESH")
     + (b"REVOLVEDSURFACE", b"SWEPTSURFACE", b"PLANESURFACE", b"NURBSURFACE")
     + (b"ACAD_PROXY_ENTITY", b"ACAD_PROXY_OBJECT")
 )
-"""Entities without lines that GDAL passes over in silence."""
+"""Entities without lines that GDAL skips without a message."""
 POLYGON_MESH, POLYFACE_MESH = 16, 64
 """Flags of a POLYLINE that is a surface."""
 
 
 @dataclass(frozen=True)
 class DxfFacts:
-    """unit_m : metres in a unit, None where it is not said; hidden : layers that are off or frozen,
-    in small letters; notes : handles of dimensions and leaders; unseen : of entities that are
-    invisible; fit_only : splines that have points to go through and no control points; bodies :
-    number of solids, surfaces and proxies by the name of the entity"""
+    """Properties of a drawing.
+
+    unit_m : metres per unit, None if not stated; hidden : layers that are off or frozen, in lower
+    case; notes : handles of dimensions and leaders; unseen : handles of invisible entities
+    fit_only : number of splines with fit points but no control points
+    bodies : number of solids, surfaces and proxies by entity name
+    """
 
     unit_m: float | None = None
     hidden: frozenset[str] = frozenset()
@@ -55,29 +56,34 @@ class DxfFacts:
 
 
 def dxf_facts(path: str | Path) -> DxfFacts:
-    """Of a drawing; nothing of one that cannot be read. Raises InputError where it is too large."""
+    """Read the properties of a drawing, defaults if it cannot be read.
+
+    Raises InputError if it is too large.
+    """
     try:
-        return _found(dxf_pieces(path))
+        return _collect_facts(dxf_pieces(path))
     except (OSError, ValueError):
         return DxfFacts()
 
 
-def features_of(
+def select_lines(
     path: Path, fields: Mapping[str, npt.NDArray[Any]], surfaces: npt.NDArray[np.int64]
 ) -> Left:
-    """Return which entities of a drawing, as GDAL reads them, are lines, and what was left out.
+    """Select the entities of a drawing, as read by GDAL, that are lines.
 
     Parameters
     ----------
     path : Path
-    fields : columns of GDAL, (n,) each
-    surfaces : (n,) number of surfaces in each entity (`vomstudio.io.gis.wkb_shapes`)
+    fields : mapping of str to (n,) array
+        Columns of GDAL.
+    surfaces : (n,) array of int
+        Number of surfaces in each entity (`vomstudio.io.gis.wkb_shapes`).
 
     Returns
     -------
     keep : (n,) array of bool
-    left_out : list
-        Of symbols beside features, hidden layers, sheets (paper space), dimensions, and bodies.
+    messages : list of Message
+        About excluded sheets (paper space), hidden layers, dimensions and bodies.
     """
     count = len(surfaces)
     keep = np.ones(count, bool)
@@ -89,12 +95,12 @@ def features_of(
     handles = [str(handle).upper() for handle in fields.get("EntityHandle", np.full(count, ""))]
     classes = [str(name) for name in fields.get("SubClasses", np.full(count, ""))]
     paper = np.asarray(fields.get("PaperSpace", np.zeros(count)), np.float64) == 1.0
-    off = np.array([name in facts.hidden for name in layers], bool)
-    off |= np.array([handle in facts.unseen for handle in handles], bool)
-    note = np.array([handle in facts.notes for handle in handles], bool)
-    note |= np.array(["AcDbLeader" in c or "AcDbMLeader" in c for c in classes], bool)
-    said: list[Message] = []
-    for left, text in (
+    hidden = np.array([name in facts.hidden for name in layers], bool)
+    hidden |= np.array([handle in facts.unseen for handle in handles], bool)
+    is_note = np.array([handle in facts.notes for handle in handles], bool)
+    is_note |= np.array(["AcDbLeader" in c or "AcDbMLeader" in c for c in classes], bool)
+    messages: list[Message] = []
+    for excluded, text in (
         (
             paper,
             tr_n(
@@ -104,32 +110,32 @@ def features_of(
             ),
         ),
         (
-            off & ~paper,
+            hidden & ~paper,
             tr_n(
                 "{count} shape that is hidden (off, frozen) is left out.",
                 "{count} shapes that are hidden (off, frozen) are left out.",
-                int((keep & off & ~paper).sum()),
+                int((keep & hidden & ~paper).sum()),
             ),
         ),
         (
-            note & ~off & ~paper,
+            is_note & ~hidden & ~paper,
             tr("The dimensions and leaders of the drawing are left out."),
         ),
     ):
-        if (keep & left).any():
-            said.append(text)
-            keep = keep & ~left
+        if (keep & excluded).any():
+            messages.append(text)
+            keep = keep & ~excluded
     bodies = dict(facts.bodies)
     if number_of_surfaces := int(surfaces[keep].sum()):
         bodies["surface"] = number_of_surfaces
     if bodies:
         entities = [f"{number} {name}" for name, number in sorted(bodies.items())]
-        said.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
-    return keep, said
+        messages.append(Finding("drawing.no-lines", count=sum(bodies.values()), entities=entities))
+    return keep, messages
 
 
 def why_unreadable(path: Path) -> str | None:
-    """A sentence where GDAL cannot read a drawing, and it is known why."""
+    """Return the reason why GDAL cannot read a drawing, None if it is not known."""
     if path.suffix.lower() != ".dxf" or not (count := dxf_facts(path).fit_only):
         return None
     return tr_n(
@@ -141,7 +147,7 @@ def why_unreadable(path: Path) -> str | None:
     )
 
 
-def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
+def _collect_facts(pieces: Iterator[DxfPiece]) -> DxfFacts:
     unit: float | None = None
     hidden, notes, unseen = set[str](), set[str](), set[str]()
     fit_only = 0
@@ -151,7 +157,7 @@ def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
         kind = piece.kind
         if kind in _BODIES and section == b"ENTITIES":
             bodies[kind.decode("ascii")] += 1
-        if not (kind in _TOLD or piece.may_be_unseen):
+        if not (kind in _PARSED_KINDS or piece.may_be_unseen):
             continue
         groups = piece.groups()
         first: dict[int, Any] = {}
@@ -167,7 +173,7 @@ def _found(pieces: Iterator[DxfPiece]) -> DxfFacts:
         flags = text_of(first.get(70, 0))
         is_mesh = kind == b"POLYLINE" and flags.isdigit() and int(flags) & POLYGON_MESH
         if is_mesh and section == b"ENTITIES":
-            # GDAL passes over these as well; a polyface mesh is a shape of its own.
+            # GDAL skips these as well, but not polyface meshes.
             bodies["polygon mesh"] += 1
         if section == b"ENTITIES" and 5 in first:
             handle = text_of(first[5]).decode("latin-1").upper()
@@ -193,8 +199,7 @@ def _unit(header: Groups) -> float | None:
 
 
 def _names(value: Value) -> set[str]:
-    """What GDAL may call a layer: by the code page that the drawing names, right or wrong, and with
-    letters that DXF spells (U+00E9)."""
+    """Return the names that GDAL may give a layer, for several code pages and escapes (U+00E9)."""
     raw = text_of(value)
     found = {raw.decode("utf-8", "replace"), raw.decode("cp1252", "replace"), raw.decode("latin-1")}
     found |= {

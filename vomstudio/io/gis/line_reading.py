@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError
-from vomstudio.io.gis.dxf_facts import OF_ENTITIES, features_of, why_unreadable
+from vomstudio.io.gis.dxf_facts import ENTITY_COLUMNS, select_lines, why_unreadable
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
@@ -56,10 +56,17 @@ class ReadLines:
 
 @np.errstate(all="ignore")
 def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLines:
-    """All lines and polygons of all layers of a GeoPackage, GeoJSON, shapefile or DXF; rings of a
-    polygon and parts of a collection are lines of their own. Symbols, hidden layers of a drawing
-    for CAD, and lines without length or with coordinates that are no numbers are none. Raises
-    InputError where the file cannot be read, and Cancelled."""
+    """Read all lines and polygons of a GeoPackage, GeoJSON, shapefile or DXF.
+
+    Rings of polygons and parts of collections become separate lines. Symbols, hidden layers of a
+    CAD drawing, and lines without length or with non-finite coordinates are excluded.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    Cancelled
+    """
     path = Path(path)
     found: list[ReadLine] = []
     described: dict[str, str] = {}
@@ -74,7 +81,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     symbols = symbol_layers(layer.name for layer in layers)
     names = [n.name for n in layers if n.kind is not None and n.name.casefold() not in symbols]
     read = (
-        read_layers(path, names, (*_NAMES, *OF_ENTITIES, "layer"), unreadable, progress)
+        read_layers(path, names, (*_NAMES, *ENTITY_COLUMNS, "layer"), unreadable, progress)
         if names
         else []
     )
@@ -84,22 +91,22 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
         columns, shapes = dict(layer.columns or {}), layer.shapes
         if shapes is None:
             continue
-        given, surfaces = shapes_from_wkb(shapes)
+        geometries, surfaces = shapes_from_wkb(shapes)
         if path.suffix.lower() == ".dxf":
-            keep, said = features_of(path, columns, surfaces)
-            warnings += said
-            given, surfaces = given[keep], surfaces[keep]
+            keep, messages = select_lines(path, columns, surfaces)
+            warnings += messages
+            geometries, surfaces = geometries[keep], surfaces[keep]
             columns = {name: values[keep] for name, values in columns.items()}
         elif surfaces.any():
             warnings.append(surfaces_left_out(int(surfaces.sum())))
-        homes = [layer.name] * len(given)
+        layer_names = [layer.name] * len(geometries)
         if path.suffix.lower() == ".dxf":
-            homes = _words(columns, "layer") or homes
-        called = _names(columns, len(given))
-        lines, others = _lines(homes, called, given, layer.crs, progress)
+            layer_names = _words(columns, "layer") or layer_names
+        line_names = _names(columns, len(geometries))
+        lines, others = _lines(layer_names, line_names, geometries, layer.crs, progress)
         found += lines
         skipped += others - sum(
-            shape is None for shape, count in zip(given, surfaces, strict=True) if count
+            shape is None for shape, count in zip(geometries, surfaces, strict=True) if count
         )
     if skipped:
         warnings.append(
@@ -109,18 +116,18 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
                 skipped,
             )
         )
-    kept = tuple(line for line in found if _is_sound(line.points))
-    if len(kept) < len(found):
+    valid = tuple(line for line in found if _is_sound(line.points))
+    if len(valid) < len(found):
         warnings.append(
             tr_n(
                 "{count} line without length, or with coordinates that are no numbers, is left "
                 "out.",
                 "{count} lines without length, or with coordinates that are no numbers, are left "
                 "out.",
-                len(found) - len(kept),
+                len(found) - len(valid),
             )
         )
-    return ReadLines(kept, tuple(systems), described, tuple(warnings))
+    return ReadLines(valid, tuple(systems), described, tuple(warnings))
 
 
 def _is_sound(points: Array) -> bool:

@@ -1,7 +1,7 @@
 """Layers of vector files as arrays.
 
-GeoPackages, and files that take GDAL more than a moment, are read in a process of their own
-(`vomstudio.files.untrusted.reader_process`); small files of other formats are read here.
+GeoPackages and large files are read in a separate process
+(`vomstudio.files.untrusted.reader_process`), small files of other formats in this one.
 """
 
 from __future__ import annotations
@@ -29,15 +29,19 @@ from vomstudio.words import tr
 Shapes = npt.NDArray[np.object_]
 
 _SMALL_BYTES = 2 << 20
-"""Read in a fraction of a second by every driver (a DXF of so many entities unfolded, too)."""
+"""Every driver reads such a file in a fraction of a second."""
 _SMALL_DRAWING = 50_000
+"""Entities of a DXF, with its blocks inserted, that are read as fast."""
 
 
 @dataclass(frozen=True, eq=False)
 class VectorLayer:
-    """kind : of its geometry, None for a table without any; fields : names of all columns; crs : as
-    it states it; described : in words, "" mostly; shapes : (n,) WKB; columns : (n,) each, those
-    that were wanted, by their names"""
+    """Layer of a vector file.
+
+    kind : geometry type, None for a table without geometry; fields : names of all columns
+    crs : as stated; described : description, "" if none; shapes : (n,) WKB
+    columns : requested columns (n,) by name
+    """
 
     name: str
     kind: str | None
@@ -51,9 +55,11 @@ class VectorLayer:
 def list_layers(
     path: Path, unreadable: Callable[[], InputError], progress: Progress | None = None
 ) -> list[VectorLayer]:
-    """Names and kinds of the layers alone. unreadable : as of `layers_of`. Raises InputError, and
-    Cancelled."""
-    return _answered(path, {"wanted": []}, unreadable, progress)
+    """List names and kinds of the layers. unreadable : as in `layers_of`
+
+    Raises InputError and Cancelled.
+    """
+    return _request_layers(path, {"wanted": []}, unreadable, progress)
 
 
 def read_layers(
@@ -65,32 +71,33 @@ def read_layers(
     *,
     flat: bool = True,
 ) -> list[VectorLayer]:
-    """The named layers (None: the only one) with those of their columns that have one of these
-    names, in small letters: the others may be any number. flat : without heights. Raises as
-    `list_layers`."""
-    asked = {
+    """Read the named layers (None: the only one) with the named columns.
+
+    columns : names in lower case; flat : whether heights are dropped. Raises as `list_layers`.
+    """
+    request = {
         "wanted": list(names),
         "columns": sorted(columns),
         "flat": flat,
         "most": MOST_OBJECTS,
     }
-    return _answered(path, asked, unreadable, progress)
+    return _request_layers(path, request, unreadable, progress)
 
 
-def _answered(
+def _request_layers(
     path: Path,
-    asked: dict[str, Any],
+    request: dict[str, Any],
     unreadable: Callable[[], InputError],
     progress: Progress | None,
 ) -> list[VectorLayer]:
     require_regular(path)
-    watched = Silent() if progress is None else progress
-    watched.step(0)
+    reporter = Silent() if progress is None else progress
+    reporter.step(0)
     if _is_small(path):
         with layers_of(path, unreadable) as named:
-            return layers_read(path, named, asked)
-    question = {"path": os.fspath(path.absolute()), **asked}
-    header, arrays = unpacked(reader_process.ask(__name__, question, watched, path))
+            return read_named_layers(path, named, request)
+    message = {"path": os.fspath(path.absolute()), **request}
+    header, arrays = unpacked(reader_process.ask(__name__, message, reporter, path))
     if header.get("unreadable"):
         raise unreadable()
     if "refused" in header:
@@ -106,7 +113,7 @@ def _answered(
 
 
 def _refusal(refused: Mapping[str, Any], path: Path) -> InputError:
-    """Return the error of the other process, which knows the file by its absolute path."""
+    """Return the error of the reader process, which has the absolute path of the file."""
     file = path if refused["file"] in (None, os.fspath(path.absolute())) else refused["file"]
     error = InputError(refused["message"], file=file, line=refused["line"], field=refused["field"])
     error.code = refused["code"]
@@ -116,7 +123,7 @@ def _refusal(refused: Mapping[str, Any], path: Path) -> InputError:
 
 
 def _is_small(path: Path) -> bool:
-    """Return whether GDAL reads a file, with what belongs to it, in a moment."""
+    """Return whether GDAL reads a file and its sidecar files in a fraction of a second."""
     try:
         with open_regular(path) as file:
             if file.read(len(SQLITE_MARK)) == SQLITE_MARK:
@@ -127,7 +134,7 @@ def _is_small(path: Path) -> bool:
         if path.suffix.lower() == ".dxf":
             return refuse_endless_blocks(path) <= _SMALL_DRAWING
     except (OSError, ValueError):
-        # Its reader says why.
+        # The reader reports the error.
         pass
     return True
 
@@ -136,58 +143,61 @@ def _plain(stem: str) -> str:
     return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in stem)
 
 
-def layers_read(path: Path, named: Path, asked: Mapping[str, Any]) -> list[VectorLayer]:
-    """By pyogrio, within `layers_of`, which named it. Raises InputError for more than can be
-    worked with."""
+def read_named_layers(path: Path, named: Path, request: Mapping[str, Any]) -> list[VectorLayer]:
+    """Read layers with pyogrio, within `layers_of`, which returned `named`.
+
+    Raises InputError if there are too many features.
+    """
     import pyogrio
 
-    known = [(str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(named)]
-    if not asked["wanted"]:
-        return [VectorLayer(name, kind) for name, kind in known]
-    if not known:
+    listed = [(str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(named)]
+    if not request["wanted"]:
+        return [VectorLayer(name, kind) for name, kind in listed]
+    if not listed:
         return []
-    kinds = dict(known)
-    found, left = [], asked["most"]
-    for layer in asked["wanted"]:
+    kinds = dict(listed)
+    layers, remaining = [], request["most"]
+    for layer in request["wanted"]:
         info = pyogrio.read_info(named, layer=layer)
         fields = tuple(map(str, info["fields"]))
-        wanted = [field for field in fields if field.casefold() in asked["columns"]]
-        told, _, shapes, values = pyogrio.raw.read(
+        wanted = [field for field in fields if field.casefold() in request["columns"]]
+        metadata, _, shapes, values = pyogrio.raw.read(
             named,
             layer=layer,
             columns=wanted,
-            force_2d=asked["flat"],
-            # Not every driver can say how many there are before they are read.
-            max_features=left + 1,
+            force_2d=request["flat"],
+            # Not every driver can count features before reading them.
+            max_features=remaining + 1,
         )
-        left -= 0 if shapes is None else len(shapes)
-        if left < 0:
+        remaining -= 0 if shapes is None else len(shapes)
+        if remaining < 0:
             raise InputError(
                 tr(
                     "The layers have more than {most:,} entries, which is more than can be read. "
                     "Divide them, or leave out what is not needed.",
-                    most=asked["most"],
+                    most=request["most"],
                 ),
                 file=path,
             )
-        name = str(info.get("layer_name") or layer or (known[0][0] if known else ""))
-        found.append(
+        name = str(info.get("layer_name") or layer or (listed[0][0] if listed else ""))
+        crs = None if metadata["crs"] is None else str(metadata["crs"])
+        layers.append(
             VectorLayer(
-                name, kinds.get(name), fields, None if told["crs"] is None else str(told["crs"]),
+                name, kinds.get(name), fields, crs,
                 str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")), shapes,
-                dict(zip(map(str, told["fields"]), values, strict=True)),
+                dict(zip(map(str, metadata["fields"]), values, strict=True)),
             )
         )  # fmt: skip
-    return found
+    return layers
 
 
 # --- the process ----------------------------------------------------------------------------------
-def _answer(asked: dict[str, Any]) -> bytes:
-    """Answer a question in the process of its own."""
-    path = Path(asked["path"])
+def _answer(request: dict[str, Any]) -> bytes:
+    """Answer a request in the reader process."""
+    path = Path(request["path"])
     try:
         with layers_of(path, lambda: _Unreadable(path.name)) as named:
-            layers = layers_read(path, named, asked)
+            layers = read_named_layers(path, named, request)
         header: dict[str, Any] = {"layers": []}
         arrays = []
         for layer in layers:
@@ -204,7 +214,7 @@ def _answer(asked: dict[str, Any]) -> bytes:
 
 
 class _Unreadable(InputError):
-    """The sentence is known to whoever asks."""
+    """The requesting process has the message."""
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Shapes of GIS layers from WKB, without the surfaces that GEOS cannot represent.
 
-GDAL reads a polyface mesh of a drawing as a PolyhedralSurface and a multipatch as a TIN. One of
-them made GEOS refuse all shapes of the file.
+GDAL reads a polyface mesh as a PolyhedralSurface and a multipatch as a TIN. With one of them, GEOS
+rejects all shapes of the file.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MAX_DEPTH = 30
 def shapes_from_wkb(
     rows: npt.NDArray[np.object_] | None,
 ) -> tuple[npt.NDArray[np.object_], npt.NDArray[np.int64]]:
-    """Return the shapes of WKB rows, and how many surfaces were left out of each.
+    """Return the shapes of WKB rows, and the number of surfaces excluded from each.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ def shapes_from_wkb(
         if rows[row] is None:
             continue
         try:
-            rest, _, count = _without_surfaces(bytes(rows[row]), 0, 0)
+            remaining, _, count = _without_surfaces(bytes(rows[row]), 0, 0)
         except (ValueError, struct.error):
             continue
         surfaces[row] = count
-        if count and rest is not None:
-            shapes[row] = shapely.from_wkb(rest, on_invalid="ignore")
+        if count and remaining is not None:
+            shapes[row] = shapely.from_wkb(remaining, on_invalid="ignore")
     return shapes, surfaces
 
 
@@ -61,7 +61,7 @@ def surfaces_left_out(count: int) -> Finding:
 
 
 def _without_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, int, int]:
-    """Return a shape without surfaces (None if it is one), where it ends, and their number."""
+    """Return a shape without surfaces (None if it is one), its end offset, and their number."""
     if depth > _MAX_DEPTH or at >= len(data) or data[at] > 1:
         raise ValueError("not WKB")
     order = "<" if data[at] else ">"
@@ -95,7 +95,7 @@ def _without_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, i
 
 
 def _kind(code: int) -> tuple[int, int]:
-    """Return the number of a type and its dimensions, of both ways to write them."""
+    """Return type and number of dimensions of an ISO or EWKB type code."""
     thousands, kind = divmod(code & 0x1FFFFFFF, 1000)
     has_z = bool(code & _HAS_Z) or thousands in (1, 3)
     has_m = bool(code & _HAS_M) or thousands in (2, 3)

@@ -158,13 +158,13 @@ class CopcFile:
     def _settle_axes(self) -> None:
         """Heights in the unit of x and y, as `vomstudio.io.models.opening` has them."""
         stated = las_reference(self.path)
-        said, text = list(stated.warnings), stated.text
+        messages, text = list(stated.warnings), stated.text
         if text is None:
             text, problem = sidecar_crs(self.path, self.top.bounds)
-            said += [problem] if problem else []
+            messages += [problem] if problem else []
         self._axes = stated_axes(text, stated.height_unit)
         self.refused = refusal(self._axes, self.top.bounds)
-        self.warnings = (*said, *(unit_findings(self._axes) if self.refused is None else ()))
+        self.warnings = (*messages, *(unit_findings(self._axes) if self.refused is None else ()))
         flat = self._axes.unit_factor
         self._factors = np.array([flat, flat, flat * self._axes.height_factor])
         if (self._factors != 1.0).any():

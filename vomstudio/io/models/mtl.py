@@ -44,7 +44,7 @@ _PICTURE_ENDINGS = {".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"}
 _OTHER_MAP = re.compile(
     r"(?i)norm|nrm|rough|metal|occl|bump|disp|height|spec|gloss|alpha|opac|emis"
 )
-"""In the name of a picture that is not one of colours."""
+"""Matches names of textures other than colour, such as normal or roughness maps."""
 
 
 def decode(raw: bytes) -> str:
@@ -63,11 +63,10 @@ def unquote(name: str) -> str:
 
 
 def find_beside(folder: Path, name: str) -> tuple[Path | None, str | None]:
-    """The file that `name` means, in `folder` or below it, and what must be said about it.
+    """Find the file that `name` refers to in `folder` or below it, and a warning about it.
 
-    Backslashes separate folders; upper and lower case are told apart only where both exist. A name
-    that leads out of the folder is never opened: a file of the same last name in the folder is
-    taken instead, if there is one.
+    Backslashes separate folders; case matters only if both files exist. A path outside the folder
+    is never opened: a file of the same name in the folder is used instead, if there is one.
     """
     plain = unquote(name).replace("\\", "/")
     if not plain or "\0" in plain:
@@ -173,9 +172,12 @@ def check_image(path: Path) -> str | None:
 
 
 def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Message]]:
-    """Materials of one MTL file by name, and warnings. Images are sought from the MTL's own folder,
-    then from `folder`, the OBJ's, and never outside of `folder`."""
-    said: list[Message] = []
+    """Read the materials of an MTL file by name, and messages about it.
+
+    Images are searched in the folder of the MTL file, then in `folder`, that of the OBJ file, and
+    never outside `folder`.
+    """
+    messages: list[Message] = []
     try:
         raw = as_utf8(read_small(path, MAX_LIBRARY_BYTES))
         if b"\0" in raw:
@@ -211,7 +213,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
             try:
                 r, g, b = (min(max(float(n), 0.0), 1.0) for n in numbers[:3])
             except ValueError:
-                said.append(
+                messages.append(
                     tr(
                         "'{file}', line {line}: The colour '{color}' cannot be read and is not "
                         "used.",
@@ -236,7 +238,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
             by_name = _picture_by_name(name, names, (path.parent, folder)) if is_missing else None
             if by_name is not None:
                 texture = by_name
-                said.append(
+                messages.append(
                     Finding(
                         "texture.by-name",
                         file=path.name,
@@ -246,7 +248,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
                     )
                 )
             elif problem:
-                said.append(
+                messages.append(
                     tr(
                         "Texture of material '{material}': {problem}.",
                         material=name,
@@ -254,7 +256,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
                     )
                 )
             if texture is not None and any(map(_moves_the_image, map_name(value)[1])):
-                said.append(
+                messages.append(
                     tr(
                         "Texture of material '{material}': the shift or scale in '{statement}' is "
                         "not applied.",
@@ -263,34 +265,34 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
                     )
                 )
         materials[name] = Material(name, texture, colors.get(name))
-    return materials, said
+    return materials, messages
 
 
 def _find_image(
     value: str, library_folder: Path, folder: Path
 ) -> tuple[Path | None, str | None, bool]:
-    """Return the picture of a map statement, what is wrong with it, and whether it is missing."""
+    """Return the image of a map statement, a warning about it, and whether it is missing."""
     problem: str | None = None
     for name in dict.fromkeys((unquote(value), map_name(value)[0])):
         for place in dict.fromkeys((library_folder, folder)):
-            found, said = find_beside(place, name)
+            found, warning = find_beside(place, name)
             if found is not None:
                 wrong = check_image(found)
-                return (None, wrong, False) if wrong else (found, said, False)
-            problem = said
+                return (None, wrong, False) if wrong else (found, warning, False)
+            problem = warning
     return None, problem, True
 
 
 def _picture_by_name(
     material: str, materials: Iterable[str], folders: Iterable[Path]
 ) -> Path | None:
-    """Return the only picture whose name begins with that of a material.
+    """Return the only image whose name begins with that of a material.
 
-    Polycam 3.4.5 writes ``map_Kd not_found`` beside ``NAME_ab12.jpg``. A picture whose name begins
-    with a longer name of another material belongs to that one.
+    Polycam 3.4.5 writes ``map_Kd not_found`` beside ``NAME_ab12.jpg``. An image whose name begins
+    with a longer name of another material belongs to that material.
     """
     longer = [m for m in materials if m != material and _begins_with(m, material)]
-    found: dict[str, Path] = {}
+    pictures: dict[str, Path] = {}
     for folder in folders:
         try:
             names = sorted(os.listdir(folder))
@@ -305,10 +307,10 @@ def _picture_by_name(
                 and not _OTHER_MAP.search(stem[len(material) :])
                 and is_regular(folder / name)
             ):
-                found.setdefault(name, folder / name)
-    if len(found) != 1:
+                pictures.setdefault(name, folder / name)
+    if len(pictures) != 1:
         return None
-    picture = next(iter(found.values()))
+    picture = next(iter(pictures.values()))
     return None if check_image(picture) else picture
 
 

@@ -76,7 +76,7 @@ def write_piece(
         shutil.rmtree(part, ignore_errors=True)
         part.mkdir(parents=True)
         file = part / f"{stem}{'.obj' if plain else '.ply'}"
-        said = write_model(
+        messages = write_model(
             piece,
             crs,
             file,
@@ -93,7 +93,7 @@ def write_piece(
         ) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
-    return target / file.name, said
+    return target / file.name, messages
 
 
 def piece_of(data: Mesh | PointCloud, mask: npt.NDArray[np.bool_]) -> Mesh | PointCloud:

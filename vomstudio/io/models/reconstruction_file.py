@@ -1,4 +1,4 @@
-"""The registration that `reconstruction.json` states, the result of a reconstruction made here."""
+"""Registration of a reconstructed model, from `reconstruction.json` beside it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vomstudio.io.photos.cameras_file import FILE_NAME
 
 RESULT = "reconstruction.json"
 MODELS = ("model.obj", "model.glb", "model.ply", "dense.laz", "sparse.ply")
-"""Files of a reconstruction that have its registration."""
+"""Model files that a reconstruction writes in its registered frame."""
 _METHODS: dict[str, Literal["gps", "control"]] = {
     "camera positions (GPS)": "gps",
     "ground control points": "control",
@@ -28,9 +28,10 @@ _METHODS: dict[str, Literal["gps", "control"]] = {
 
 
 def is_reconstructed(model: Path) -> bool:
-    """Whether a file is, by its name and the files beside it, a model that was reconstructed here.
+    """Return whether a file is a model of a reconstruction made by this program.
 
-    OpenSfM writes a `reconstruction.json` too, but no `cameras.json` beside a model of these names.
+    Decided by its name and the files beside it: OpenSfM writes a `reconstruction.json` too, but not
+    together with `cameras.json` and a model of these names.
     """
     beside = (model.with_name(FILE_NAME), model.with_name(RESULT))
     return model.name in MODELS and all(map(is_regular, beside))
@@ -47,52 +48,69 @@ def read_registration_of_result(model: Path) -> Registration:
     result = read_json(model.with_name(RESULT))
     if not isinstance(result, dict) or not isinstance(result.get("registration"), dict):
         raise ValueError("it has no object “registration”")
-    return registration_of(result, model.parent.name)
+    return result_registration(result, model.parent.name)
 
 
-def registration_of(
-    found: Mapping[str, Any], name: str, reconstruction_id: str = ""
+def result_registration(
+    result: Mapping[str, Any], name: str, reconstruction_id: str = ""
 ) -> Registration:
-    """The registration that the result of a reconstruction with this name states."""
-    told = found.get("registration")
-    told = told if isinstance(told, dict) else {}
+    """Return the registration that the result of a reconstruction contains.
+
+    Parameters
+    ----------
+    result : mapping
+        Content of `reconstruction.json`.
+    name : str
+        Name of the reconstruction, for the name of the registration.
+    reconstruction_id : str, optional
+        Id of the reconstruction in its project.
+    """
+    registration = result.get("registration")
+    registration = registration if isinstance(registration, dict) else {}
     method: Literal["gps", "control", "local"]
-    method = _METHODS.get(str(told.get("method")), "local")
-    words = {"gps": "GPS of the cameras", "control": "control points", "local": "photos only"}
-    crs = found.get("frame")
+    method = _METHODS.get(str(registration.get("method")), "local")
+    method_names = {
+        "gps": "GPS of the cameras",
+        "control": "control points",
+        "local": "photos only",
+    }
+    crs = result.get("frame")
     if isinstance(crs, str) and crs != "local":
         frame = Frame("crs", crs)
     else:
-        frame = Frame("local") if found.get("scaled") else Frame()
-    errors = told.get("rotation_error_deg")
+        frame = Frame("local") if result.get("scaled") else Frame()
+    errors = registration.get("rotation_error_deg")
     axes = ("about_up", "about_east", "about_north")
-    turned = [finite_number(errors.get(axis)) for axis in axes] if isinstance(errors, dict) else []
-    shape, lens = (
-        each if isinstance(each, dict) else {} for each in map(told.get, ("shape", "lens_bowing"))
+    rotation_errors = (
+        [finite_number(errors.get(axis)) for axis in axes] if isinstance(errors, dict) else []
     )
-    control = _judged_by(told)
+    shape, lens = (
+        each if isinstance(each, dict) else {}
+        for each in map(registration.get, ("shape", "lens_bowing"))
+    )
+    control = _control_points(registration)
     return Registration(
         new_id("registration"),
-        f"{words[method]}, {name}",
+        f"{method_names[method]}, {name}",
         method,
         frame,
         reconstruction_id=reconstruction_id,
         rotation_error_deg=(
-            (turned[0], turned[1], turned[2])
-            if len(turned) == 3
-            and turned[0] is not None
-            and turned[1] is not None
-            and turned[2] is not None
+            (rotation_errors[0], rotation_errors[1], rotation_errors[2])
+            if len(rotation_errors) == 3
+            and rotation_errors[0] is not None
+            and rotation_errors[1] is not None
+            and rotation_errors[2] is not None
             else None
         ),
-        scale_error=finite_number(told.get("scale_error")),
-        rms_control_m=finite_number(told.get("rms_control_m")),
-        rms_check_m=finite_number(told.get("rms_check_m")),
+        scale_error=finite_number(registration.get("scale_error")),
+        rms_control_m=finite_number(registration.get("rms_control_m")),
+        rms_check_m=finite_number(registration.get("rms_check_m")),
         control=control,
-        covariance=_covariance(told.get("covariance")),
-        centre=_place(told.get("centre")),
+        covariance=_covariance(registration.get("covariance")),
+        centre=_point(registration.get("centre")),
         reach_m=finite_number(shape.get("reach_m")),
-        normal=_place(shape.get("normal")),
+        normal=_point(shape.get("normal")),
         lens_bowing95_deg=finite_number(lens.get("edge_to_edge95_deg")),
         lens_stretch95=finite_number(lens.get("stretch95")),
         observations=_observations(method, control),
@@ -108,32 +126,41 @@ def _observations(
 
 
 def placing_error_m(model: Path) -> float | None:
-    """How far a model that a run has left in its folder may be off as a whole, one sigma along any
-    direction: of the check points, else of the control points that placed it. None where nothing
-    beside it says so."""
+    """Return the position error of a reconstructed model as a whole.
+
+    Returns
+    -------
+    float or None
+        One sigma along any direction, in metres: of the check points, else of the control points.
+        None if `reconstruction.json` beside the model does not state it.
+    """
     try:
-        told = read_json(model.with_name(RESULT))["registration"]
-        rms = finite_number(told.get("rms_check_m")) or finite_number(told.get("rms_control_m"))
+        registration = read_json(model.with_name(RESULT))["registration"]
+        rms = finite_number(registration.get("rms_check_m")) or finite_number(
+            registration.get("rms_control_m")
+        )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     return None if rms is None else rms / math.sqrt(3.0)
 
 
-def _judged_by(told: Mapping[str, Any]) -> tuple[RegistrationPoint, ...]:
-    """The control points, or positions of cameras, that count. The model is in World already, so
-    that a place in it is the surveyed one and what is left over."""
-    found = []
-    for row in _rows(told.get("points")):
+def _control_points(registration: Mapping[str, Any]) -> tuple[RegistrationPoint, ...]:
+    """Return the control points or camera positions that were used.
+
+    The model is in World already: its coordinates of a point are surveyed coordinates + residual.
+    """
+    rows = []
+    for row in _rows(registration.get("points")):
         if row.get("role") in ("control", "check"):
-            found.append((row.get("label"), row.get("residual_m"), row, row["role"] == "check"))
-    for row in _rows(told.get("residuals")):
+            rows.append((row.get("label"), row.get("residual_m"), row, row["role"] == "check"))
+    for row in _rows(registration.get("residuals")):
         if row.get("used") is True:
-            found.append(
+            rows.append(
                 (row.get("name"), [row.get(axis) for axis in ("dx", "dy", "dz")], row, False)
             )
     points = []
-    for label, left, row, check in found:
-        residual, world = _place(left), _place(row.get("surveyed"))
+    for label, residual_values, row, check in rows:
+        residual, world = _point(residual_values), _point(row.get("surveyed"))
         if residual is not None and world is not None:
             x, y, z = (a + b for a, b in zip(world, residual, strict=True))
             points.append(RegistrationPoint(str(label), (x, y, z), world, residual, None, check))
@@ -144,7 +171,7 @@ def _rows(value: object) -> list[dict[str, Any]]:
     return [row for row in value if isinstance(row, dict)] if isinstance(value, list) else []
 
 
-def _place(value: object) -> Point | None:
+def _point(value: object) -> Point | None:
     if not isinstance(value, list | tuple) or len(value) != 3:
         return None
     x, y, z = (finite_number(v) for v in value)
@@ -159,8 +186,8 @@ def _covariance(value: object) -> tuple[tuple[float, ...], ...] | None:
     ]
     if len(rows) != 7:
         return None
-    known = tuple(tuple(v for v in row if v is not None) for row in rows)
-    return known if all(len(row) == 7 for row in known) else None
+    matrix = tuple(tuple(v for v in row if v is not None) for row in rows)
+    return matrix if all(len(row) == 7 for row in matrix) else None
 
 
 def finite_number(value: object) -> float | None:

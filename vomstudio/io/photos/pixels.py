@@ -15,7 +15,7 @@ from vomstudio.files.untrusted.pictures import (
     COLOR_BYTES,
     MASK_BYTES,
     PHOTOS,
-    as_8_bits,
+    convert_to_8_bits,
     open_picture,
 )
 from vomstudio.words import tr
@@ -172,7 +172,7 @@ def _small(image: Image.Image, size: int | None, mode: str) -> Image.Image:
 
     if size is not None and max(image.size) > size:
         image.draft(mode, (size, size))
-    image = as_8_bits(image)
+    image = convert_to_8_bits(image)
     if size is not None and max(image.size) > size:
         reduce = max(image.size) // (2 * size)
         if reduce > 1:

@@ -11,7 +11,7 @@ import sqlite3
 from pathlib import Path
 
 from vomstudio.errors import InputError
-from vomstudio.files.untrusted.databases import refuse, schema_of
+from vomstudio.files.untrusted.databases import read_schema, refuse
 from vomstudio.words import tr
 
 _TABLES = {"journal", "head", "view"}
@@ -28,7 +28,7 @@ def require_plain(db: sqlite3.Connection, path: Path) -> None:
     sqlite3.Error
         If the schema cannot be read.
     """
-    for entry in schema_of(db):
+    for entry in read_schema(db):
         # Statistics that SQLite keeps have tables of a name that nobody else can give.
         is_known = entry.name in _TABLES or entry.name.startswith("sqlite_")
         if entry.kind != "table" or not is_known or not _is_plain(entry.tokens):

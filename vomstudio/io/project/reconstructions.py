@@ -16,7 +16,7 @@ from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import links_of
 from vomstudio.files.regular import JSON_BYTES, read_small
-from vomstudio.io.models.reconstruction_file import RESULT, finite_number, registration_of
+from vomstudio.io.models.reconstruction_file import RESULT, finite_number, result_registration
 from vomstudio.words import tr
 
 RECONSTRUCTIONS = "reconstruction"
@@ -57,7 +57,7 @@ def read_reconstruction(
         str(versions.get("vomstudio", "")) if isinstance(versions, dict) else "",
         finished,
     )
-    return reconstruction, registration_of(found, reconstruction.name, reconstruction.id)
+    return reconstruction, result_registration(found, reconstruction.name, reconstruction.id)
 
 
 def _pairs(settings: object) -> tuple[tuple[str, str], ...]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.atomic import atomic_write
-from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, as_8_bits, open_picture
+from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, convert_to_8_bits, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.words import tr
 
@@ -231,7 +231,7 @@ def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
     wanted = (max(1, round(width * scale)), max(1, round(height * scale)))
     if scale < 1:
         image.draft("RGB", wanted)
-    image = as_8_bits(image)
+    image = convert_to_8_bits(image)
     pixels = np.asarray(image if image.mode == "RGB" else image.convert("RGB"))
     if (pixels.shape[1], pixels.shape[0]) != wanted:
         pixels = cv2.resize(pixels, wanted, interpolation=cv2.INTER_AREA)

@@ -177,13 +177,13 @@ def at_the_edge(
     which it was found, do not reach as far. tell : hears it in words"""
     from vomstudio.document.registration_errors import bowing_of_registration
     from vomstudio.geology.bowing import LensBend, model_shape
-    from vomstudio.io.models.reconstruction_file import registration_of
+    from vomstudio.io.models.reconstruction_file import result_registration
     from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 
     _, axes, reach = model_shape(mesh.vertices)
     shape = {"reach_m" if scene.scaled else "reach": reach, "normal": axes[2].tolist()}
     facts: dict[str, Any] = {**registration, "shape": shape}
-    bowing, bend = bowing_of_registration(registration_of({"registration": facts}, "")), None
+    bowing, bend = bowing_of_registration(result_registration({"registration": facts}, "")), None
     if lens := registration.get("lens_bowing"):
         bend = LensBend(lens["curvature95_per_m"], reach, lens["stretch95"])
     said = [*said_of_bowing(bowing), *said_of_lenses(bend, bowing)]

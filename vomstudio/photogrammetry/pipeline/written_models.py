@@ -77,13 +77,13 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
     Models that nothing outside of the photos has placed have none; those of an earlier run are
     removed.
     """
-    from vomstudio.io.models.reconstruction_file import registration_of
+    from vomstudio.io.models.reconstruction_file import result_registration
     from vomstudio.io.models.registration_file import registration_path, write_registration
 
     # As whoever reads the file finds it.
     names = ("registration", "frame", "scaled")
     text = json.dumps({name: result[name] for name in names}, default=_number)
-    registration = registration_of(json.loads(text), outputs.folder.name)
+    registration = result_registration(json.loads(text), outputs.folder.name)
     known = registration.rotation_covariance() is not None
     for models in ((outputs.mesh, *outputs.others), (outputs.dense,)):
         if known:

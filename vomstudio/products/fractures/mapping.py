@@ -27,8 +27,8 @@ from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.io.gate.drawn_layers import (
     DrawnLayer,
     RawLayer,
-    area_of,
-    lines_of,
+    extract_area,
+    extract_lines,
     raw_shapes,
     read_raw_areas,
     read_raw_lines,
@@ -129,7 +129,7 @@ def map_fractures(
         counted = Counted(circle_area(*circle), circle=circle)
     elif order.area is not None:
         raw = read_raw_areas(order.area, progress=progress, model=ModelFrame(drawn.crs))
-        polygon, read = area_of(placed.window(raw, "area"))
+        polygon, read = extract_area(placed.window(raw, "area"))
         warnings += _new_findings(read.warnings, warnings)
         counted = Counted(polygon)
     elif area is not None:
@@ -137,7 +137,7 @@ def map_fractures(
         counted = Counted(polygon, warnings=tuple(crossings))
     elif order.scanline is not None:
         raw = read_raw_lines(order.scanline, progress=progress, model=ModelFrame(drawn.crs))
-        read = lines_of(placed.window(raw, "scanline"))
+        read = extract_lines(placed.window(raw, "scanline"))
         warnings += _new_findings(read.warnings, warnings)
         counted = Counted(scanlines=read.shapes)
     elif scanlines is not None:
@@ -164,12 +164,12 @@ def map_fractures(
     )
 
 
-def _new_findings(found: Sequence[Message], known: Sequence[Message]) -> list[Message]:
+def _new_findings(messages: Sequence[Message], known: Sequence[Message]) -> list[Message]:
     """Return messages without findings about the frame that the traces have too."""
     codes = {each.code for each in known if isinstance(each, Finding)}
     return [
         each
-        for each in found
+        for each in messages
         if not (isinstance(each, Finding) and each.code in codes and each.code.startswith("frame."))
     ]
 
@@ -210,22 +210,22 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
         plane = _given_plane(attitude, in_space, int(lacks_heights.sum()))
     if plane is None:
         findings: list[Message] = []
-        is_outline = raw.are_outlines()
+        is_outline = raw.outline_mask()
         if is_outline.any():
             findings = [Finding("lines.closed", lines=int(is_outline.sum()))]
             raw = raw.only(~is_outline)
-        drawn = _first_picks(lines_of(raw))
-        return _Placed(_with(drawn, findings), None, (math.nan, math.nan))
+        drawn = _first_picks(extract_lines(raw))
+        return _Placed(_add_findings(drawn, findings), None, (math.nan, math.nan))
     findings = []
     if lacks_heights.any() and not plane.is_horizontal:
         count = int(lacks_heights.sum())
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
         raw = raw.only(~lacks_heights)
     projected = replace(raw, shapes=plane.project(raw.shapes))
-    drawn = _first_picks(lines_of(projected, with_rings=False))
+    drawn = _first_picks(extract_lines(projected, with_rings=False))
     findings = [plane.finding(len(drawn.shapes)), *findings]
     z = np.concatenate([line[:, 2] for line in in_space]) if in_space else np.array([math.nan])
-    return _Placed(_with(drawn, findings), plane, (float(z.min()), float(z.max())))
+    return _Placed(_add_findings(drawn, findings), plane, (float(z.min()), float(z.max())))
 
 
 def _given_plane(attitude: Plane, in_space: Sequence[Floats], flat: int) -> TracePlane | None:
@@ -241,17 +241,17 @@ def _given_plane(attitude: Plane, in_space: Sequence[Floats], flat: int) -> Trac
     raise GeometryError.of_finding(finding, field="--plane")
 
 
-def _with(drawn: DrawnLayer, findings: Sequence[Message]) -> DrawnLayer:
+def _add_findings(drawn: DrawnLayer, findings: Sequence[Message]) -> DrawnLayer:
     return replace(drawn, warnings=(*drawn.warnings, *findings))
 
 
 def _attributes(order: FractureOrder) -> list[str]:
-    """Of the traces, those that are asked for anything."""
+    """Return the attributes of the traces that the analysis uses."""
     return [_REPEAT, SET_COLUMN, *([] if order.set_column is None else [order.set_column])]
 
 
 def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
-    """Without lines that repeat another, as their attribute `repeat_of` says."""
+    """Exclude lines that repeat others, by their attribute `repeat_of`."""
     name = next((n for n in drawn.columns if n.casefold() == _REPEAT), None)
     if name is None:
         return drawn
@@ -274,8 +274,10 @@ def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
 def sets_of(
     drawn: DrawnLayer, column: str | None, strikes: Sequence[tuple[float, float]]
 ) -> list[str] | None:
-    """(n,) the set of each trace by an attribute or by ranges of its strike; by neither: the
-    attribute `set` where there is one, else None."""
+    """Return the set of each trace (n,), by an attribute or ranges of strikes.
+
+    Without both, by the attribute `set` if there is one, else None.
+    """
     if strikes:
         x, y = directions_of(pieces_of(drawn.shapes)).T
         row = in_ranges(np.degrees(np.arctan2(x, y)) % 180.0, strikes)
@@ -296,7 +298,7 @@ def parse_circle(text: str) -> tuple[float, ...]:
         values = ()
     if len(values) not in (3, 4) or not np.isfinite(values).all() or values[-1] <= 0:
         raise UsageError(
-            tr("“{text}” is no circle; write its centre and radius in metres like 10,20,5.",
+            tr("“{text}” is not a circle. Write centre and radius in metres, such as 10,20,5.",
                text=text),
             field="--circle",
         )  # fmt: skip
@@ -304,8 +306,8 @@ def parse_circle(text: str) -> tuple[float, ...]:
 
 
 def parse_strikes(text: str | None) -> tuple[tuple[float, float], ...]:
-    """Ranges of strikes such as 340-020,060-100, clockwise. Raises UsageError."""
-    found = []
+    """Parse ranges of strikes such as 340-020,060-100, clockwise. Raises UsageError."""
+    ranges = []
     for part in [] if text is None else text.split(","):
         low, _, high = part.partition("-")
         try:
@@ -314,8 +316,11 @@ def parse_strikes(text: str | None) -> tuple[tuple[float, float], ...]:
             pair = (math.nan, math.nan)
         if not all(0 <= end <= 360 for end in pair):
             raise UsageError(
-                tr("“{text}” is no range of strikes; write them like 340-020,060-100.", text=part),
+                tr(
+                    "“{text}” is not a range of strikes. Write ranges such as 340-020,060-100.",
+                    text=part,
+                ),
                 field="--strikes",
             )
-        found.append(pair)
-    return tuple(found)
+        ranges.append(pair)
+    return tuple(ranges)

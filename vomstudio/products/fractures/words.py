@@ -105,24 +105,24 @@ def _plane_in_words(plane: TracePlane) -> str:
 def _set_in_words(of_set: dict[str, Any], plane: TracePlane | None) -> str:
     strike = azimuth(of_set["strike_deg"], 0)
     if plane is None or plane.is_horizontal:
-        said = tr_n(
+        text = tr_n(
             "{count} piece, strike {strike}", "{count} pieces, strike {strike}", of_set["n"],
             strike=strike,
         )  # fmt: skip
     else:
-        said = tr_n(
+        text = tr_n(
             "{count} piece, {strike} from up", "{count} pieces, {strike} from up", of_set["n"],
             strike=strike,
         )  # fmt: skip
     if of_set["P21_1_per_m"] is not None:
-        said += tr(", P21 {value} 1/m", value=figures(of_set["P21_1_per_m"]))
+        text += tr(", P21 {value} 1/m", value=figures(of_set["P21_1_per_m"]))
     if of_set["spacing"] is not None:
-        said += tr(
+        text += tr(
             ", spacing {mean} m, across the traces {true} m",
             mean=figures(of_set["spacing"]["mean_m"]),
             true=figures(of_set["spacing"]["true_mean_m"]),
         )
-    return said
+    return text
 
 
 def looked_at_rows(found: LookedAt) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import as_rgb, copy_pixels, open_picture
+from vomstudio.files.untrusted.pictures import convert_to_rgb, copy_pixels, open_picture
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -49,7 +49,7 @@ def load_pyramid(path: Path, coarser: int) -> Pyramid | None:
     be read."""
     try:
         with open_picture(path) as picture:
-            image: Image.Image = as_rgb(picture)
+            image: Image.Image = convert_to_rgb(picture)
     except (InputError, OSError, ValueError, SyntaxError):
         return None
     del picture

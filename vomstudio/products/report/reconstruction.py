@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.files.atomic import atomic_write
-from vomstudio.io.models.reconstruction_file import registration_of
+from vomstudio.io.models.reconstruction_file import result_registration
 from vomstudio.products.report.residual_map import as_svg, residual_map
 from vomstudio.registration.summary import summary_of
 from vomstudio.words import to_translate, tr, tr_n
@@ -184,7 +184,7 @@ def _camera(camera: Mapping[str, Any]) -> str:
 def _registration(result: Mapping[str, Any]) -> str:
     """What the registration is worth, what is to be minded about it, and by what it was found."""
     found = result["registration"]
-    told = summary_of(registration_of(result, ""))
+    told = summary_of(result_registration(result, ""))
     facts = [(tr("Coordinate system"), str(found["crs"]))] if found.get("crs") else []
     if found.get("heights"):
         facts.append((tr("Heights"), _plain(found["heights"])))

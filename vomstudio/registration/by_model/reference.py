@@ -71,8 +71,8 @@ def fit_to_reference(
     start : model to World, within a twentieth of the reference's size
     spacing : of the model and of the reference, metres; scale : whether it is unknown
     stable : (m,) the points of the reference that have stayed where they were; None for all
-    scale_error : one sigma, as a share, of a scale that is not fitted; None if it is not known.
-        It stays in the error of the result, with what it does to turn and shift
+    scale_error : relative error of a scale that is not fitted, one sigma; None if not known. It is
+        propagated to the errors of rotation and shift
     Raises GeometryError where they do not overlap, Cancelled through `progress`.
     """
     progress = progress or Silent()

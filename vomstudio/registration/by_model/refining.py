@@ -48,7 +48,7 @@ class Refined:
     response : (d, d) by how much the sum of pulls in these directions changes where the model is
         moved along them: 1 and 0 if normals knew no noise and the surfaces no bend
     scale_response : (7,) change of turn, scale and shift (m) about `about` per relative error of a
-        scale that was held; None if the scale was fitted
+        fixed scale; None if the scale was fitted
     """
 
     fit: Similarity
@@ -103,17 +103,17 @@ def refine(
     return replace(found, scale_response=_scale_response(model, reference, found))
 
 
-def _scale_response(model: Places, reference: Reference, found: Refined) -> Array:
-    """Return the response of a fit to an error of the scale that was held, by changing that."""
-    step = _TRIED * found.sigma / found.size
+def _scale_response(model: Places, reference: Reference, result: Refined) -> Array:
+    """Return the response (7,) of a fit to a relative error of its fixed scale, numerically."""
+    step = _TRIED * result.sigma / result.size
     ends = []
     for sign in (1.0, -1.0):
-        grown = _moved(found.fit, sign * step * np.eye(7)[3], found.about, found.size)
-        there = _look(model, reference, grown, False, found)
-        ends.append(found.held.T @ (there.moves.T @ there.pull))
-    pulled = (ends[0] - ends[1]) / (2.0 * step)
-    change = -found.held @ np.linalg.solve(found.response, pulled)
-    change[4:] *= found.size
+        scaled = _moved(result.fit, sign * step * np.eye(7)[3], result.about, result.size)
+        there = _look(model, reference, scaled, False, result)
+        ends.append(result.held.T @ (there.moves.T @ there.pull))
+    pull_change = (ends[0] - ends[1]) / (2.0 * step)
+    change = -result.held @ np.linalg.solve(result.response, pull_change)
+    change[4:] *= result.size
     change[3] = 1.0
     return np.asarray(change, np.float64)
 

@@ -1,4 +1,4 @@
-"""Points in two places far apart, as of two zones, and which of them are where the model is."""
+"""Points in two groups far apart, as in two zones, and which group is at the model."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ _NO_DEGREES = 1000.0
 
 
 def two_places(model: Array, world: Array) -> Which | None:
-    """(n,) which of the points (n, 3) are in the larger of two places that are far apart, though
-    they are not on the model; None where they are in one."""
+    """Return a mask (n,) of the larger of two groups of points (n, 3) that are far apart.
+
+    None if there is one group, or if the groups are far apart on the model too.
+    """
     from scipy.cluster.hierarchy import fcluster, linkage
 
     if not 4 <= len(world) <= _MOST:
@@ -43,7 +45,7 @@ def two_places(model: Array, world: Array) -> Which | None:
 
 
 def fit_as_they_are(model: Array, world: Array) -> bool:
-    """Whether points are as far apart on the model (n, 3) as they are said to be (n, 3)."""
+    """Return whether the distances of points on the model (n, 3) and in World (n, 3) agree."""
     local = world - world.mean(axis=0)
     try:
         fit = fit_similarity(model, local)
@@ -54,7 +56,7 @@ def fit_as_they_are(model: Array, world: Array) -> bool:
 
 
 def degrees_among_metres(model: Array, world: Array) -> Which:
-    """(n,) which x and y are degrees, where those of others are metres of a map."""
+    """Return a mask (n,) of the points in degrees, if the others are in metres."""
     flat = np.abs(world[:, :2])
     small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
     large = flat.max(axis=1) > _NO_DEGREES
@@ -65,9 +67,9 @@ def degrees_among_metres(model: Array, world: Array) -> Which:
 
 
 def where_the_model_is(model: Array, world: Array, which: Which, inside: Which) -> Which | None:
-    """(n,) those of two groups that are right: which, or the others; None where nobody can tell.
+    """Return a mask (n,) of the correct one of two groups, None if it is not clear.
 
-    inside : (n,) in the area of the CRS, False without one
+    which : (n,) mask of one group; inside : (n,) in the area of the CRS, False without one
     """
     for own in (inside, _near_own(model, world)):
         first, second = float(own[which].mean()), float(own[~which].mean())
@@ -80,15 +82,15 @@ def where_the_model_is(model: Array, world: Array, which: Which, inside: Which) 
 
 
 def _near_own(model: Array, world: Array) -> Which:
-    """Those whose coordinates are about those that they have in the model's own frame."""
+    """Return a mask of points whose World coordinates are close to those on the model."""
     reach = float(np.linalg.norm(np.ptp(model, axis=0)))
     away = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
     far_out = np.linalg.norm(model[:, :2], axis=1) > _FAR * reach
     return np.asarray(far_out & (away < _FAR * reach))
 
 
-def said_of_two_places(labels: Sequence[str], world: Array, which: Which) -> list[Message]:
-    """Of points of which as many are in one place as in another."""
+def separate_group_findings(labels: Sequence[str], world: Array, which: Which) -> list[Message]:
+    """Return a finding about two groups of points, when it is not clear which is correct."""
     middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
     names = [listed_of(labels, rows) for rows in (which, ~which)]
     off = float(np.linalg.norm(middles[0] - middles[1]))
@@ -112,7 +114,7 @@ def said_of_two_places(labels: Sequence[str], world: Array, which: Which) -> lis
     ]
 
 
-def said_of_degrees_among(labels: Sequence[str], which: Which) -> list[Message]:
-    """Of points in degrees among others in metres."""
+def mixed_degree_findings(labels: Sequence[str], which: Which) -> list[Message]:
+    """Return the finding about points in degrees among others in metres."""
     names = [labels[int(row)] for row in np.flatnonzero(which)]
     return [Finding("control.some-in-degrees", labels=names)]

@@ -28,8 +28,8 @@ _HARDLY = 1e-4
 _UNKNOWNS_SEEN = 8
 
 
-def said_of_one_height(model: Array, world: Array) -> list[str]:
-    """Of points (n, 3) that were all given one height, which the model contradicts."""
+def constant_height_findings(model: Array, world: Array) -> list[str]:
+    """Return a finding if all points (n, 3) have one height, which contradicts the model."""
     if len(world) < 3 or np.ptp(world[:, 2]) > 0.0 or not _contradicted(model, world):
         return []
     return [
@@ -41,8 +41,8 @@ def said_of_one_height(model: Array, world: Array) -> list[str]:
     ]
 
 
-def said_of_no_heights(labels: Sequence[str], model: Array, world: Array) -> list[str]:
-    """Of points (n, 3) of which some have a height that stands for none."""
+def missing_height_findings(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+    """Return a finding if some points (n, 3) have a placeholder instead of a height."""
     none = np.isin(world[:, 2], _NONE)
     if not none.any() or int((~none).sum()) < 3:
         return []

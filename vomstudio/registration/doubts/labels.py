@@ -16,8 +16,8 @@ Array = npt.NDArray[np.float64]
 _NAMED = 8
 
 
-def said_of_like_labels(labels: Sequence[str]) -> list[str]:
-    """Of points whose labels differ in capitals, spaces and leading zeros alone."""
+def similar_label_findings(labels: Sequence[str]) -> list[str]:
+    """Return messages about labels that differ only in case, spaces and leading zeros."""
     groups: dict[str, list[str]] = {}
     for label in labels:
         # 1-1 is not 11, nor A' (the end of a profile) A.
@@ -38,8 +38,8 @@ def said_of_like_labels(labels: Sequence[str]) -> list[str]:
     ]
 
 
-def said_of_one_place(labels: Sequence[str], world: Array) -> list[str]:
-    """Of points with the same coordinates."""
+def coincident_point_findings(labels: Sequence[str], world: Array) -> list[str]:
+    """Return messages about points with the same coordinates."""
     places: dict[tuple[float, ...], list[str]] = {}
     for label, place in zip(labels, world.tolist(), strict=True):
         places.setdefault(tuple(place), []).append(label)

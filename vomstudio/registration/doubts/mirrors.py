@@ -58,16 +58,19 @@ def _most_fit_so(model: Array, world: Array, given: Left) -> bool:
     return far_better(mirrored, own, _BY_CHANCE**2)
 
 
-def said_of_mirrors(points: Points | None) -> list[Message]:
-    """Whether points that fit badly are a mirror image of the others."""
+def mirror_findings(points: Points | None) -> list[Message]:
+    """Return a finding if points fit much better as a mirror image."""
     if points is None or not fits_as_mirror(points.model, points.world):
         return []
     return [Finding("control.swapped-columns", labels=(), points=points.name)]
 
 
-def said_of_tipping(rotation: Array, up: Array | None, points: Points | None) -> list[Message]:
-    """Of a model that a registration tips over. up : (3,) in the model's frame, where its file or
-    its user says what is up; None where nobody does, and then points must leave it open"""
+def tipping_findings(rotation: Array, up: Array | None, points: Points | None) -> list[Message]:
+    """Return a finding if a registration turns the model upside down.
+
+    up : (3,) up direction of the model by its file or user; None if not known, then the finding
+    requires that the points do not exclude a mirror image
+    """
     axis = np.array([0.0, 0.0, 1.0]) if up is None else up / np.linalg.norm(up)
     tip = float(np.degrees(np.arccos(np.clip((rotation @ axis)[2], -1.0, 1.0))))
     if up is not None:

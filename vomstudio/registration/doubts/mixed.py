@@ -133,18 +133,18 @@ def _fits_of_triples(model: Array, world: Array) -> Iterator[Similarity]:
             continue
 
 
-def said_of_mixed(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
-    """Of points of which some are read in another way than the others."""
-    found = mixed_values(model, world)
-    if found is None:
+def mixed_row_findings(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
+    """Return a finding if some points are in another unit or column order than the others."""
+    mixed = mixed_values(model, world)
+    if mixed is None:
         return []
-    which, offset = found.which, found.offset_m
+    which, offset = mixed.which, mixed.offset_m
     if offset is not None and 2 * which.sum() > len(labels):
         which, offset = ~which, -offset
     names = [labels[int(row)] for row in np.flatnonzero(which)]
     if offset is not None:
         return [Finding("control.height-offset", labels=names, offset_m=offset)]
-    if found.kind == "feet":
+    if mixed.kind == "feet":
         axes = tr("heights of {labels}", labels=", ".join(names))
         return [Finding("control.other-unit", axes=axes, unit=tr("feet"), factor=_FOOT_M)]
     return [Finding("control.swapped-columns", labels=names)]

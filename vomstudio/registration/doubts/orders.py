@@ -49,10 +49,10 @@ def other_order(model: Array, world: Array) -> Order | None:
     return best
 
 
-def said_of_order(
+def row_order_findings(
     labels: Sequence[str], model: Array, world: Array, *, photos: bool = False
 ) -> list[str]:
-    """Of points, or photos, whose coordinates are those of another row throughout."""
+    """Return a message if the coordinates of points or photos are those of other rows."""
     found, given = other_order(model, world), left_over(model, world)
     if found is None or given is None:
         return []

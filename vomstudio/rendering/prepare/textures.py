@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import as_rgb
+from vomstudio.files.untrusted.pictures import convert_to_rgb
 from vomstudio.words import tr
 
 Pixels = npt.NDArray[np.uint8]
@@ -87,7 +87,7 @@ def overview(path: Path) -> Pixels | None:
     try:
         with open_picture(path) as picture:
             picture.draft("RGB", (OVERVIEW_SIDE, OVERVIEW_SIDE))
-            small = as_rgb(picture)
+            small = convert_to_rgb(picture)
             factor = max(1, min(small.size) // OVERVIEW_SIDE)
             return np.asarray(small.reduce(factor) if factor > 1 else small)
     except (TextureProblem, OSError, ValueError, SyntaxError):
@@ -120,7 +120,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
                     factor=factor,
                 )
                 picture.draft("RGB", (max(1, width // factor), max(1, height // factor)))
-            image = as_rgb(picture)
+            image = convert_to_rgb(picture)
             left = max(1, -(-max(image.size) // limit))
             if left > 1:
                 image = image.reduce(left)

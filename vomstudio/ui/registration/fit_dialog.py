@@ -401,7 +401,7 @@ class FitDialog(QDialog):
 
     def _record(self) -> Registration | None:
         """What was found, with the error of what the model was fitted to."""
-        from vomstudio.workspace.placing.registering import registration_of, with_error_of
+        from vomstudio.workspace.placing.registering import add_reference_error, registration_of
 
         model, reference = self._model(), self.reference
         if model is None or reference is None or self.fitted is None:
@@ -409,7 +409,7 @@ class FitDialog(QDialog):
         pairs = self.points.as_pairs() if self.points.pairs else None
         crs = reference.standing(self._studio.project.cache).crs
         record = registration_of(self.fitted.placed, pairs, model, crs, reference.name)
-        return with_error_of(
+        return add_reference_error(
             record, reference.registration, scale_fitted=not model.frame.has_metres
         )
 

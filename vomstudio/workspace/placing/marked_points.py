@@ -17,13 +17,21 @@ _NAMED = 12
 
 
 def marked_pairs(
-    control: Path, marks_file: Path | None, evidence: Evidence, crs: str | None, said: list[Message]
+    control: Path,
+    marks_file: Path | None,
+    evidence: Evidence,
+    crs: str | None,
+    messages: list[Message],
 ) -> tuple[Pairs, str | None]:
-    """Control points with the places on the model that their marks in the photos show, beside the
-    pairs that are there; and the CRS of both. said : gets what of them was not used
+    """Triangulate control points from their marks in photos, and add them to the pairs.
 
-    Raises UsageError, InputError, and GeometryError for marks that are counted otherwise than the
-    pixels of the photos.
+    Returns the pairs and their CRS. Messages about unused points are appended to `messages`.
+
+    Raises
+    ------
+    UsageError, InputError
+    GeometryError
+        If marks are not in pixels of the photos.
     """
     from vomstudio.io.control.control_files import (
         agreed_crs,
@@ -50,26 +58,26 @@ def marked_pairs(
         except GeometryError as failure:
             failure.file = str(path)
             raise
-        said += said_of_names(list(known), evidence.marks, evidence.views)
+        messages += said_of_names(list(known), evidence.marks, evidence.views)
     used = [mark for mark in evidence.marks if mark[0] in known]
-    places = marked_places(evidence, used, said)
-    seen = [p for p in points if p.label in places]
+    places = marked_places(evidence, used, messages)
+    triangulated = [p for p in points if p.label in places]
     photos = photos_of(list(known), used, evidence.views)
-    # Fewer than two marks were said.
-    lost = [label for label in known if label not in places and len(photos[label]) > 1]
-    if lost:
-        said.append(
+    # Points with fewer than two marks are reported already.
+    unused = [label for label in known if label not in places and len(photos[label]) > 1]
+    if unused:
+        messages.append(
             tr("Points with fewer than two right marks in photos of the model were not used: "
-               "{names}.", names=", ".join(lost[:_NAMED]))
+               "{names}.", names=", ".join(unused[:_NAMED]))
         )  # fmt: skip
-    sigma = [[p.sigma_m or math.nan] * 3 for p in seen]
-    found = Pairs(
-        tuple(p.label for p in seen),
-        np.array([places[p.label] for p in seen]).reshape(-1, 3),
-        np.array([p.position for p in seen], np.float64).reshape(-1, 3),
+    sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated]
+    pairs = Pairs(
+        tuple(p.label for p in triangulated),
+        np.array([places[p.label] for p in triangulated]).reshape(-1, 3),
+        np.array([p.position for p in triangulated], np.float64).reshape(-1, 3),
         np.array(sigma, np.float64).reshape(-1, 3),
-        np.array([p.check for p in seen], bool),
+        np.array([p.check for p in triangulated], bool),
     )
     if evidence.pairs is not None:
-        found = evidence.pairs.with_more(found)
-    return found, crs
+        pairs = evidence.pairs.with_more(pairs)
+    return pairs, crs

@@ -35,9 +35,13 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ReferenceFit:
-    """name : of the reference; fitted : what was found; crs : of World; stable_m : how near to a
-    cloud that is a mask the reference counts as stable, None without one; scale : whether it was
-    one of the unknowns; reference : the registration of the reference, None if it has none"""
+    """Fit of a model to a reference.
+
+    name : name of the reference; fitted : result of the fit; crs : CRS of World
+    stable_m : distance from a mask cloud within which the reference is stable, None without one
+    scale : whether the scale was fitted; reference : registration of the reference, None if it has
+    none
+    """
 
     name: str
     fitted: FittedToReference
@@ -49,15 +53,15 @@ class ReferenceFit:
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
-        found = self.fitted
+        fitted = self.fitted
         return {
-            "places": found.places,
-            "overlap": found.overlap,
-            "rms_m": found.rms_m,
-            "radius_m": found.radius_m,
-            "blocks": found.blocks,
-            "block_m": found.block_m,
-            "free": list(found.free),
+            "places": fitted.places,
+            "overlap": fitted.overlap,
+            "rms_m": fitted.rms_m,
+            "radius_m": fitted.radius_m,
+            "blocks": fitted.blocks,
+            "block_m": fitted.block_m,
+            "free": list(fitted.free),
             "scale_fitted": self.scale,
             "stable_m": self.stable_m,
         }
@@ -65,8 +69,11 @@ class ReferenceFit:
 
 @dataclass(frozen=True)
 class Standing:
-    """to_world : (4, 4) from the file to World; crs : of World; metric : its unit is known
-    scale_error : of that registration, one sigma, as a share; None if it is not known"""
+    """Placement of a model before the fit.
+
+    to_world : (4, 4) from the file to World; crs : CRS of World; metric : whether its unit is known
+    scale_error : relative error of its registration, one sigma; None if not known
+    """
 
     to_world: Any
     crs: str | None
@@ -74,7 +81,7 @@ class Standing:
     scale_error: float | None = None
 
 
-def _as_its_file_says(loaded: LoadedModel) -> Standing:
+def _stated_placement(loaded: LoadedModel) -> Standing:
     established = establish_frame(loaded)
     frame, registration = established.frame, established.registration
     if registration is not None:
@@ -95,42 +102,54 @@ def fit_model(
     stands: Standing | None = None,
     progress: Progress,
 ) -> ReferenceFit:
-    """A model in its file's frame fitted to the reference of another file.
+    """Fit a model to a reference in another file.
 
-    near : where the model lies by whatever else is known, None where the frames stand as they are
-    crs : of World, None for that of the reference; stable : a mask
-    stands : how the model stands, None as its file says
-    Raises UsageError, InputError, GeometryError, Cancelled.
+    Parameters
+    ----------
+    loaded : LoadedModel
+    reference : str or Path
+    near : Placed or None
+        Initial placement by other observations, None to start with the frames of the files.
+    crs : str or None
+        CRS of World, None for that of the reference.
+    stable : str or Path, optional
+        Mask of the stable part of the reference.
+    stands : Standing, optional
+        Placement of the model, by default as its file states.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, Cancelled
     """
     target = read_in_world(reference, progress)
     names = (loaded.path.name, Path(reference).name)
-    said = list(target.warnings)
+    messages = list(target.warnings)
     if crs is not None:
-        said += crs_doubts(crs, target.crs, ("--crs", names[1]))
-    stands = stands or _as_its_file_says(loaded)
-    own = similarity_of(stands.to_world)
+        messages += crs_doubts(crs, target.crs, ("--crs", names[1]))
+    stands = stands or _stated_placement(loaded)
+    similarity = similarity_of(stands.to_world)
     scale = not stands.metric
     points, spacing = points_and_spacing(loaded.data, loaded.path)
     if near is None:
-        said += crs_doubts(stands.crs, target.crs, names)
-        start = own
-        refuse_apart(box_of(own(points)), box_of(points_of(target.data)), names)
+        messages += crs_doubts(stands.crs, target.crs, names)
+        start = similarity
+        refuse_apart(box_of(similarity(points)), box_of(points_of(target.data)), names)
     else:
         start = similarity_of(near.matrix)
         if not scale:
-            start = with_scale(start, own.scale, points.mean(axis=0))
-    there, its_spacing = points_and_spacing(target.data, target.loaded.path)
+            start = with_scale(start, similarity.scale, points.mean(axis=0))
+    target_points, target_spacing = points_and_spacing(target.data, target.loaded.path)
     flags, stable_m = None, None
     if stable is not None:
-        flags, stable_m, more = _stable(there, target, Path(stable), progress)
-        said += more
+        flags, stable_m, more = _stable(target_points, target, Path(stable), progress)
+        messages += more
     fitted = fit_to_reference(
-        points, there, start, spacing=(spacing * start.scale, its_spacing), scale=scale,
+        points, target_points, start, spacing=(spacing * start.scale, target_spacing), scale=scale,
         stable=flags, scale_error=stands.scale_error, progress=progress,
     )  # fmt: skip
     return ReferenceFit(
         names[1], fitted, crs if crs is not None else target.crs, stable_m, scale,
-        (*said, *fitted.warnings), target.registration,
+        (*messages, *fitted.warnings), target.registration,
     )  # fmt: skip
 
 
@@ -141,10 +160,10 @@ def _stable(
     if path.suffix.lower() in POLYGONS:
         flags, crs = in_polygons(points, path, progress)
         reach = None
-        said = crs_doubts(crs, target.crs, names) if crs is not None else []
+        messages = crs_doubts(crs, target.crs, names) if crs is not None else []
     else:
         mask = read_in_world(path, progress)
-        said = crs_doubts(mask.crs, target.crs, names)
+        messages = crs_doubts(mask.crs, target.crs, names)
         places, spacing = points_and_spacing(mask.data, mask.loaded.path)
         flags, reach = near_cloud(points, places, spacing)
     if not flags.any():
@@ -153,4 +172,4 @@ def _stable(
             file=path,
             field="--stable",
         )
-    return flags, reach, said
+    return flags, reach, messages

@@ -1,4 +1,4 @@
-"""A model placed by what a person names of its place: files, lengths, azimuths, level lines."""
+"""Registration of a model by the files and options of the command `register`."""
 
 from __future__ import annotations
 
@@ -36,15 +36,17 @@ if TYPE_CHECKING:
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
 BESIDE = "beside the model"
-"""In place of a file of cameras or attitudes: the photos, where they are found."""
-# Formats of surveys, whose z is a height even where they name no system.
+"""Value in place of a file of cameras or attitudes: the photos beside the model."""
+# Survey formats, whose z is a height even if they state no CRS.
 _SURVEYED = (".las", ".laz", ".tif", ".tiff")
 
 
 @dataclass(frozen=True)
 class RegisterOrder:
-    """By the names of the options of `register`; what is not given is None or empty. model : the
-    path, or "-" for the placement alone; scale, azimuth, level : texts as the options take them"""
+    """Options of `register` by name, None or empty if not given.
+
+    model : path, or "-" for the placement alone; scale, azimuth, level : values as typed
+    """
 
     model: str
     pairs: str | Path | None = None
@@ -73,9 +75,13 @@ class RegisterOrder:
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """placed : with all warnings; attitudes : of the photos that were given; loaded : the model,
-    None for the placement alone; crs : of World; fitted : to the reference; registration : as a
-    project records it, with the matrix from the file of the model; None for the placement alone"""
+    """Result of a registration.
+
+    placed : placement with all warnings; attitudes : residuals of photo attitudes; loaded : the
+    model, None for the placement alone; crs : CRS of World; fitted : fit to the reference;
+    registration : record as in a project, from the file of the model to World; None for the
+    placement alone
+    """
 
     placed: Placed
     attitudes: Sequence[AttitudeMiss]
@@ -86,81 +92,87 @@ class Registered:
 
     @property
     def registration_in_world(self) -> Registration | None:
-        """The registration of the model once it is written in World: its matrix is the identity,
-        the errors of its place are those of `registration`."""
+        """Registration of the model once written in World: identity, with the same errors."""
         if self.registration is None:
             return None
         return change_file_frame(self.registration, self.registration.matrix)
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command."""
+        """Return the result for JSON, with the names of the command."""
         from dataclasses import asdict
 
-        told = self.placed.as_dict()
+        values = self.placed.as_dict()
         if self.fitted is not None:
-            told["reference"] = self.fitted.as_dict()
+            values["reference"] = self.fitted.as_dict()
         if self.attitudes:
-            told["attitudes"] = [asdict(photo) for photo in self.attitudes]
-        return told
+            values["attitudes"] = [asdict(photo) for photo in self.attitudes]
+        return values
 
 
-def register_model(asked: RegisterOrder, progress: Progress) -> Registered:
-    """Raises UsageError, InputError or GeometryError."""
+def register_model(order: RegisterOrder, progress: Progress) -> Registered:
+    """Register a model by an order.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError
+    """
     from vomstudio.io.gis.crs import metric_crs
     from vomstudio.registration.evidence import attitude_misses
 
-    crs = None if asked.crs is None else metric_crs(asked.crs, "--crs")
+    crs = None if order.crs is None else metric_crs(order.crs, "--crs")
     loaded = None
-    if asked.model != "-":
+    if order.model != "-":
         from vomstudio.io.models.opening import read_model
 
-        loaded = read_model(Path(asked.model), progress)
-    said, unused = list[Message](), list[Message]()
-    model = None if loaded is None else _as_model(loaded, said)
-    evidence, crs, read_north = _evidence(asked, crs, loaded, said, unused)
+        loaded = read_model(Path(order.model), progress)
+    messages, unused = list[Message](), list[Message]()
+    model = None if loaded is None else _model_record(loaded, messages)
+    evidence, crs, read_north = _evidence(order, crs, loaded, messages, unused)
     if model is not None and evidence.scale is not None and model.registration is not None:
         evidence.scale = transform.scale_of(model.registration.matrix)
         evidence.scale_error = model.registration.scale_error
     evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
-    fitted = _fitted(asked, evidence, loaded, crs, progress)
+    fitted = _fitted(order, evidence, loaded, crs, progress)
     if fitted is not None:
         crs = fitted.crs
         evidence.reference = fitted.fitted.observation
-        said += fitted.warnings
+        messages += fitted.warnings
     try:
-        found = _solved(evidence, loaded)
+        placed = _solved(evidence, loaded)
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
-            failure.file = _pairs_file(asked)
+            failure.file = _pairs_file(order)
         if unused:
-            raise _by_unused(failure, unused, evidence) from failure
+            raise _unused_marks_error(failure, unused, evidence) from failure
         raise
     registration = None
     if model is not None:
-        registration = _registration(found, evidence, model, crs, fitted, read_north, said)
-    warnings = [*said, *_said_of_move(found, loaded, crs), *found.warnings]
-    for name, error in _bars_as_checks(evidence, found):
+        registration = _registration(placed, evidence, model, crs, fitted, read_north, messages)
+    warnings = [*messages, *_relocation_findings(placed, loaded, crs), *placed.warnings]
+    for name, error in _bars_as_checks(evidence, placed):
         warnings.append(
-            tr("The scale bar {name} judges: the placed model shows it {error:.3g} m too long.",
+            tr("Check scale bar {name}: it is {error:.3g} m too long in the placed model.",
                name=name, error=error)
             if error > 0
-            else tr("The scale bar {name} judges: the placed model shows it {error:.3g} m too "
-                    "short.", name=name, error=-error)
+            else tr("Check scale bar {name}: it is {error:.3g} m too short in the placed model.",
+                    name=name, error=-error)
         )  # fmt: skip
-    placed = replace(found, warnings=tuple(warnings))
-    misses = attitude_misses(evidence, found)
-    return Registered(placed, misses, loaded, crs, fitted, registration)
+    result = replace(placed, warnings=tuple(warnings))
+    misses = attitude_misses(evidence, placed)
+    return Registered(result, misses, loaded, crs, fitted, registration)
 
 
-def _as_model(loaded: LoadedModel, said: list[Message]) -> Model:
-    """Return the record of the model as it stands before. said : gets what is wrong with the
-    registration beside it"""
+def _model_record(loaded: LoadedModel, messages: list[Message]) -> Model:
+    """Return the record of the model before the registration.
+
+    Findings about the registration file beside it are appended to `messages`.
+    """
     from vomstudio.io.models.frames import frame_of_file, registration_beside
 
     path = loaded.path
-    found = registration_beside(path, loaded.content_hash, loaded.crs)
-    said += found.findings
-    placement = found.registration or frame_of_file(path, loaded.crs)
+    stored = registration_beside(path, loaded.content_hash, loaded.crs)
+    messages += stored.findings
+    placement = stored.registration or frame_of_file(path, loaded.crs)
     return Model("", path.stem, str(path), loaded.kind, loaded.content_hash, placement)
 
 
@@ -171,49 +183,49 @@ def _registration(
     crs: str | None,
     fitted: ReferenceFit | None,
     read_north: ReadNorth | None,
-    said: list[Message],
+    messages: list[Message],
 ) -> Registration:
-    """Return the record that the window makes of the same placement."""
+    """Return the registration record of a placement, as the window creates it."""
     from vomstudio.io.models.registration_file import registration_path
     from vomstudio.workspace.placing.registering import (
+        add_reference_error,
         reference_findings,
         registration_of,
-        with_error_of,
     )
 
     if not placed.known.all and model.to_world != IDENTITY:
-        # What is left free stays as the file has it, and that is not World.
+        # Undetermined parameters keep their values in the file, which is not in World.
         if model.registration is not None:
             file = registration_path(model.path).name
-            said.append(Finding("registration.incomplete", file=file))
+            messages.append(Finding("registration.incomplete", file=file))
         model = replace(model, placement=UNDECLARED)
     reference = "" if fitted is None else fitted.name
     record = registration_of(placed, evidence.pairs, model, crs, reference, read_north)
     if fitted is None or fitted.reference is None:
         return record
-    record = with_error_of(record, fitted.reference, scale_fitted=fitted.scale)
-    said += reference_findings(record)
+    record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale)
+    messages += reference_findings(record)
     return record
 
 
-def _by_unused(
+def _unused_marks_error(
     failure: GeometryError, unused: Sequence[Message], evidence: Evidence
 ) -> GeometryError:
-    """A failure that follows from marks that were not used: these are its cause."""
+    """Return the error of a registration that failed because of unused marks."""
     why = failure.message
     if evidence.too_few_alone:
-        why = tr("Three points at least are needed, each marked in two photos or more.")
+        why = tr("At least three points are needed, each marked in at least two photos.")
     return GeometryError(" ".join(map(str, [*unused, why])), file=failure.file, field=failure.field)
 
 
-def _pairs_file(asked: RegisterOrder) -> str | None:
-    """The table of points, whose fault it is where a model cannot be placed."""
-    given = asked.pairs or asked.gcp
-    return None if given is None else str(given)
+def _pairs_file(order: RegisterOrder) -> str | None:
+    """Return the table of points, which errors of the registration refer to."""
+    table = order.pairs or order.gcp
+    return None if table is None else str(table)
 
 
 def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
-    """Scale bars that judge: their names, and how much too long the placed model shows them."""
+    """Return the names of check scale bars, and the errors of their lengths in metres."""
     pairs = evidence.pairs
     if pairs is None:
         return []
@@ -230,15 +242,15 @@ def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float
 
 
 def _fitted(
-    asked: RegisterOrder,
+    order: RegisterOrder,
     evidence: Evidence,
     loaded: LoadedModel | None,
     crs: str | None,
     progress: Progress,
 ) -> ReferenceFit | None:
-    """By the reference, from where all else that is given would have the model."""
-    if asked.reference is None:
-        if asked.stable is not None:
+    """Fit the model to the reference, starting with the placement by all other observations."""
+    if order.reference is None:
+        if order.stable is not None:
             raise UsageError(
                 tr("A mask needs the reference that it belongs to: give --reference too."),
                 field="--stable",
@@ -248,13 +260,13 @@ def _fitted(
 
     if loaded is None:
         raise UsageError(
-            tr("A reference can place a model that is there. Name it in place of -."), field="MODEL"
+            tr("A reference needs a model. Give its file instead of -."), field="MODEL"
         )
-    # One point or two help the surfaces, but do not say where these begin.
+    # One or two points support the fit, but give no initial placement.
     known = not (evidence.empty or evidence.too_few_alone)
     near = _solved(evidence, loaded) if known else None
     return fit_model(
-        loaded, asked.reference, near=near, crs=crs, stable=asked.stable, progress=progress
+        loaded, order.reference, near=near, crs=crs, stable=order.stable, progress=progress
     )
 
 
@@ -271,7 +283,7 @@ def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
 
 
 def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
-    """(3,) What is up in the model, where its file says so, or its format is for surveys alone."""
+    """Return the up direction (3,) of the model, None if neither file nor format states it."""
     from vomstudio.io.models.frames import frame_of_file
 
     surveyed = loaded.path.suffix.casefold() in _SURVEYED
@@ -279,94 +291,101 @@ def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
     return np.array([0.0, 0.0, 1.0]) if known else None
 
 
-def _said_of_move(found: Placed, loaded: LoadedModel | None, crs: str | None) -> list[Message]:
-    """How far a model is put from where its own file says that it is."""
-    from vomstudio.registration.coordinate_checks import said_of_move
+def _relocation_findings(
+    placed: Placed, loaded: LoadedModel | None, crs: str | None
+) -> list[Message]:
+    """Return a finding if the model is moved far from the coordinates in its file."""
+    from vomstudio.registration.coordinate_checks import relocation_findings
 
-    if loaded is None or loaded.crs is None or not found.known.position:
+    if loaded is None or loaded.crs is None or not placed.known.position:
         return []
     if crs is not None and crs != loaded.crs:
         return []
     extent = _extent(loaded)
-    return said_of_move(extent, found(extent), loaded.crs)
+    return relocation_findings(extent, placed(extent), loaded.crs)
 
 
 def _evidence(
-    asked: RegisterOrder,
+    order: RegisterOrder,
     crs: str | None,
     loaded: LoadedModel | None,
-    said: list[Message],
+    messages: list[Message],
     unused: list[Message],
 ) -> tuple[Evidence, str | None, ReadNorth | None]:
-    """And the CRS, and how azimuths were counted. said : gets what was noticed; unused : which
-    control points and marks were not used, and why"""
+    """Return the observations, the CRS of World and the north reference of azimuths.
+
+    Messages are appended to `messages`; those about unused points and marks also to `unused`.
+    """
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import check_area
     from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
     from vomstudio.workspace.placing.marked_points import marked_pairs
 
-    evidence = Evidence(without=tuple(asked.without), robust=asked.robust)
-    evidence.scale = 1.0 if asked.keep_scale else None
-    if asked.north_sigma is not None:
-        doubt = _angle(asked.north_sigma, "--north-sigma", zero=True)
-        evidence.north_doubt_deg = evidence.compass_doubt_deg = doubt
-    elif asked.north == "magnetic":
+    evidence = Evidence(without=tuple(order.without), robust=order.robust)
+    evidence.scale = 1.0 if order.keep_scale else None
+    if order.north_sigma is not None:
+        sigma_deg = _angle(order.north_sigma, "--north-sigma", zero=True)
+        evidence.north_doubt_deg = evidence.compass_doubt_deg = sigma_deg
+    elif order.north == "magnetic":
         evidence.compass_doubt_deg = DECLINATION_DOUBT_DEG
-    if asked.marks is not None and asked.gcp is None:
+    if order.marks is not None and order.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
-    seen = (asked.cameras, asked.attitudes, asked.horizon, asked.gcp)
-    if any(each is not None for each in seen):
-        own = _own_cameras(asked, loaded)
-        evidence.views, evidence.centres = own.views, own.centres
-        said += own.warnings
-    if asked.pairs is not None:
-        evidence.pairs = tables.read_pairs(asked.pairs, crs)
+    photo_sources = (order.cameras, order.attitudes, order.horizon, order.gcp)
+    if any(each is not None for each in photo_sources):
+        cameras = _own_cameras(order, loaded)
+        evidence.views, evidence.centres = cameras.views, cameras.centres
+        messages += cameras.warnings
+    if order.pairs is not None:
+        evidence.pairs = tables.read_pairs(order.pairs, crs)
         crs = crs or evidence.pairs.crs
-    if asked.gcp is not None:
-        marks = None if asked.marks is None else Path(asked.marks)
-        evidence.pairs, crs = marked_pairs(Path(asked.gcp), marks, evidence, crs, unused)
-        said += unused
-    if asked.scale_bars is not None:
-        evidence.bars = tables.read_scale_bars(asked.scale_bars)
-    if asked.horizon is not None:
-        evidence.level = tables.read_level_lines(asked.horizon)
-    if asked.orientations is not None:
-        evidence.compass = tables.read_compass(asked.orientations)
+    if order.gcp is not None:
+        marks = None if order.marks is None else Path(order.marks)
+        evidence.pairs, crs = marked_pairs(Path(order.gcp), marks, evidence, crs, unused)
+        messages += unused
+    if order.scale_bars is not None:
+        evidence.bars = tables.read_scale_bars(order.scale_bars)
+    if order.horizon is not None:
+        evidence.level = tables.read_level_lines(order.horizon)
+    if order.orientations is not None:
+        evidence.compass = tables.read_compass(order.orientations)
     place = None
     if evidence.pairs is not None:
-        said += check_area(evidence.pairs.world, crs)
-    if asked.cameras is not None:
-        positions = _positions(asked.cameras, own)
-        said += positions.findings
-        evidence.positions, crs, place = in_metres(positions, crs, said)
-        said += check_area(evidence.positions.places, crs, converted=place is not None)
-    north = _north(asked, evidence, crs, place)
-    if asked.attitudes is not None:
-        table = _held(asked.attitudes, asked.north, own)
-        said += table.notes
+        messages += check_area(evidence.pairs.world, crs)
+    if order.cameras is not None:
+        positions = _positions(order.cameras, cameras)
+        messages += positions.findings
+        evidence.positions, crs, place = in_metres(positions, crs, messages)
+        messages += check_area(evidence.positions.places, crs, converted=place is not None)
+    north = _north(order, evidence, crs, place)
+    if order.attitudes is not None:
+        table = _attitudes(order.attitudes, order.north, cameras)
+        messages += table.notes
         if table.photos:
-            evidence.attitudes = on_grid(table, north, said)
-    evidence.lengths = [_segment(text, "--scale") for text in asked.scale]
-    evidence.level_lines = [_level_line(text) for text in asked.level]
-    evidence.azimuths = [_segment(text, "--azimuth") for text in asked.azimuth]
+            evidence.attitudes = on_grid(table, north, messages)
+    evidence.lengths = [_segment(text, "--scale") for text in order.scale]
+    evidence.level_lines = [_level_line(text) for text in order.level]
+    evidence.azimuths = [_segment(text, "--azimuth") for text in order.azimuth]
     for line in evidence.azimuths:
         if not -360.0 <= line.value <= 360.0:
             raise UsageError(
-                tr("{value:g} is no azimuth in degrees. Correct it.", value=line.value),
+                tr(
+                    "{value:g} is not an azimuth between -360 and 360 degrees. Correct it.",
+                    value=line.value,
+                ),
                 field="--azimuth",
             )
-    read_north = _turn_to_grid(asked, evidence, north, said)
+    read_north = _turn_to_grid(order, evidence, north, messages)
     for line in evidence.lengths:
         if not line.value > 0:
             raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
-    if evidence.empty and asked.reference is None:
-        for finding in said:
+    if evidence.empty and order.reference is None:
+        for finding in messages:
             if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
                 raise UsageError.of_finding(finding, field="--attitudes")
         raise UsageError(
             tr(
-                "Nothing was given to place the model by. Give --pairs, --gcp, --cameras, "
+                "Nothing was given to place the model. Give --pairs, --gcp, --cameras, "
                 "--attitudes, --horizon, --level, --orientations, --scale, --azimuth or "
                 "--reference."
             )
@@ -374,52 +393,52 @@ def _evidence(
     return evidence, crs, read_north
 
 
-def _own_cameras(asked: RegisterOrder, loaded: LoadedModel | None) -> OwnCameras:
-    """The cameras in the model's own frame."""
+def _own_cameras(order: RegisterOrder, loaded: LoadedModel | None) -> OwnCameras:
+    """Read the cameras in the frame of the model."""
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
 
-    path = asked.model_cameras
+    path = order.model_cameras
     if path is None:
-        if asked.model == "-":
+        if order.model == "-":
             raise UsageError(
                 tr(
-                    "Photos can place a model that is there. Name it in place of -, or its cameras "
-                    "with --model-cameras."
+                    "Photos need the cameras of the model. Name it in place of -, or its "
+                    "cameras with --model-cameras."
                 ),
                 field="MODEL",
             )
-        path = find_own_cameras(asked.model) or Path(asked.model).with_name(FILE_NAME)
+        path = find_own_cameras(order.model) or Path(order.model).with_name(FILE_NAME)
     return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
 
 
-def _positions(given: str | Path, own: OwnCameras) -> Positions:
-    """Where the photos were taken: by a table, or by themselves."""
+def _positions(source: str | Path, cameras: OwnCameras) -> Positions:
+    """Read the positions of photos from a table or from the photos."""
     from vomstudio.io.control.observation_tables import read_positions
     from vomstudio.registration.photo_evidence import positions_in
 
-    if given == BESIDE or Path(given).is_dir():
-        return positions_in(_photos(given, own, "--cameras"))
-    return read_positions(given)
+    if source == BESIDE or Path(source).is_dir():
+        return positions_in(_photos(source, cameras, "--cameras"))
+    return read_positions(source)
 
 
-def _held(given: str | Path, north: str, own: OwnCameras) -> AttitudeTable:
-    """How the photos were held: by a table, or by themselves."""
+def _attitudes(source: str | Path, north: str, cameras: OwnCameras) -> AttitudeTable:
+    """Read the attitudes of photos from a table or from the photos."""
     from vomstudio.io.control.attitude_tables import read_attitudes
     from vomstudio.registration.photo_evidence import attitudes_in
 
-    if given == BESIDE or Path(given).is_dir():
-        return attitudes_in(_photos(given, own, "--attitudes"), own.views)
-    return read_attitudes(given, north)
+    if source == BESIDE or Path(source).is_dir():
+        return attitudes_in(_photos(source, cameras, "--attitudes"), cameras.views)
+    return read_attitudes(source, north)
 
 
 def _north(
-    asked: RegisterOrder,
+    order: RegisterOrder,
     evidence: Evidence,
     crs: str | None,
     place: tuple[float, float] | None,
 ) -> North:
-    """What is known of north, and of where and when the readings were made."""
+    """Return the north reference, and the place and day of the readings."""
     from vomstudio.registration.north import North, parse_day, place_of
 
     known = [] if evidence.pairs is None else [evidence.pairs.world]
@@ -427,33 +446,40 @@ def _north(
     if place is None and crs is not None and known:
         place = place_of(crs, np.concatenate(known))
     declination = None
-    if asked.declination is not None:
-        declination = _angle(asked.declination, "--declination", signed=True)
-    day = None if asked.date is None else parse_day(asked.date)
+    if order.declination is not None:
+        declination = _angle(order.declination, "--declination", signed=True)
+    day = None if order.date is None else parse_day(order.date)
     return North(crs, place, day, declination)
 
 
 def _turn_to_grid(
-    asked: RegisterOrder, evidence: Evidence, north: North, said: list[Message]
+    order: RegisterOrder, evidence: Evidence, north: North, messages: list[Message]
 ) -> ReadNorth | None:
-    """Count azimuths and compass readings from the north of the map. Returns how they were read,
-    None if there are none."""
+    """Convert azimuths and compass readings to grid north.
+
+    Returns their north reference, None if there are no such readings.
+    """
     from vomstudio.registration.north import turn_of
 
     if not (evidence.azimuths or evidence.compass):
         return None
-    doubt = evidence.compass_doubt_deg
-    if asked.north == "grid":
-        return ReadNorth("grid", doubt_deg=doubt)
-    turned = turn_of(asked.north, north, "--north")
-    said.append(turned.in_words())
+    sigma_deg = evidence.compass_doubt_deg
+    if order.north == "grid":
+        return ReadNorth("grid", doubt_deg=sigma_deg)
+    correction = turn_of(order.north, north, "--north")
+    messages.append(correction.in_words())
     evidence.azimuths = [
-        line._replace(value=(line.value + turned.deg) % 360.0) for line in evidence.azimuths
+        line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
     ]
-    evidence.compass_turn_deg = turned.deg
-    word: NorthKind = "true" if asked.north == "true" else "magnetic"
+    evidence.compass_turn_deg = correction.deg
+    kind: NorthKind = "true" if order.north == "true" else "magnetic"
     return ReadNorth(
-        word, turned.deg, turned.declination_deg, turned.stated, asked.date or "", doubt
+        kind,
+        correction.deg,
+        correction.declination_deg,
+        correction.stated,
+        order.date or "",
+        sigma_deg,
     )
 
 
@@ -464,7 +490,7 @@ def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) 
         value = math.nan
     if not (abs(value) <= 180.0 and (signed or value > 0 or (zero and value == 0))):
         raise UsageError(
-            tr("'{text}' is no angle in degrees that is possible here.", text=text[:40]),
+            tr("'{text}' is not a valid angle in degrees. Correct it.", text=text[:40]),
             field=option,
         )
     if option == "--north-sigma" and value:
@@ -472,17 +498,17 @@ def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) 
     return value
 
 
-def _photos(given: str | Path, own: OwnCameras, option: str) -> dict[str, Path]:
-    """The photos of the model's cameras, in the folder that is given or where they are found."""
+def _photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:
+    """Find the photos of the cameras, in the given folder or beside the model."""
     from vomstudio.io.photos.own_cameras.photos import find_photos_of
 
-    photos = find_photos_of(own, None if given == BESIDE else Path(given))
+    photos = find_photos_of(cameras, None if source == BESIDE else Path(source))
     if not photos:
         raise UsageError(
             tr(
-                "No photo of the model's cameras ({name}, …) was found. Name the folder of the "
+                "No photo of the model's cameras ({name}, …) was found. Give the folder of the "
                 "photos, or a table.",
-                name=next(iter(own.centres)),
+                name=next(iter(cameras.centres)),
             ),
             field=option,
         )
@@ -496,8 +522,8 @@ def _segment(text: str, option: str) -> Segment:
     if len(cells) not in (7, 8):
         raise UsageError(
             tr(
-                "'{text}' is not seven numbers with commas between them, x1,y1,z1,x2,y2,z2,value, "
-                "and where wanted the error of the value (one sigma).",
+                "'{text}' is not seven numbers x1,y1,z1,x2,y2,z2,value with commas, optionally "
+                "followed by the error of the value (one sigma).",
                 text=text[:60],
             ),
             field=option,
@@ -510,14 +536,14 @@ def _segment(text: str, option: str) -> Segment:
 
 
 def _require_error(sigma: Sequence[float], option: str) -> None:
-    """Raises UsageError for an error that nothing has. sigma : one at most"""
+    """Raise UsageError for an implausible error. sigma : at most one value"""
     for value in sigma:
-        if (said := why_no_error(value)) is not None:
-            raise UsageError(said, field=option)
+        if (problem := why_no_error(value)) is not None:
+            raise UsageError(problem, field=option)
 
 
 def _numbers(text: str) -> list[float]:
-    """Finite ones between commas; none where something else is among them."""
+    """Return finite numbers separated by commas, an empty list if any other text occurs."""
     try:
         cells = [float(cell) for cell in text.split(",")]
     except ValueError:
@@ -530,8 +556,8 @@ def _level_line(text: str) -> LevelLine:
     if len(cells) not in (6, 7):
         raise UsageError(
             tr(
-                "'{text}' is not six numbers with commas between them, x1,y1,z1,x2,y2,z2, and "
-                "where wanted the error of the line in degrees.",
+                "'{text}' is not six numbers x1,y1,z1,x2,y2,z2 with commas, optionally followed "
+                "by the error of the line in degrees.",
                 text=text[:60],
             ),
             field="--level",
@@ -539,7 +565,8 @@ def _level_line(text: str) -> LevelLine:
     x1, y1, z1, x2, y2, z2, *sigma = cells
     if sigma and not 0.0 < sigma[0] <= 45.0:
         raise UsageError(
-            tr("The error of a level line must lie between 0 and 45 degrees."), field="--level"
+            tr("The error of a level line must lie between 0 and 45 degrees. Correct it."),
+            field="--level",
         )
     _require_error(sigma, "--level")
     return LevelLine((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)

@@ -30,7 +30,11 @@ from vomstudio.document.records.registrations import Method
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
-from vomstudio.registration.coordinate_checks import check_area, require_on_model, said_of_move
+from vomstudio.registration.coordinate_checks import (
+    check_area,
+    relocation_findings,
+    require_on_model,
+)
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed, PointResidual
@@ -138,14 +142,13 @@ def placed_by_points(
     *,
     keep_scale: bool = False,
 ) -> Placed:
-    """The placement by points, known lines and compass readings on a model, with what coordinates
-    look like.
+    """Place a model by points, known lines and compass readings, and check the coordinates.
 
-    bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
-    points; extent : (n, 3) points all over the model, in its file's frame
-    compass : in the frame of its file; turned_deg : added to all azimuths; north_doubt_deg : one
-    sigma of what these may be off alike; keep_scale : that with which the model stands. Raises
-    GeometryError, also for points that are far off the model.
+    bounds : (2, 3) of the model in its file's frame, None if not known; crs : CRS of the points
+    extent : (n, 3) points all over the model, in its file's frame
+    compass : in the frame of the file; turned_deg : added to all azimuths; north_doubt_deg : common
+    error of the azimuths, one sigma; keep_scale : whether the scale of the model is fixed
+    Raises GeometryError, also for points that are far from the model.
     """
     require_on_model(pairs.model, bounds)
     if not usable(lines) and compass is None:
@@ -162,13 +165,13 @@ def placed_by_points(
         )  # fmt: skip
     if not len(pairs.labels):
         return placed
-    said = check_area(pairs.world, crs)
-    # A model that was registered before stands there by that, not by its file.
+    findings = check_area(pairs.world, crs)
+    # The position of a registered model is not that of its file.
     by_file = model.registration is None and model.frame.crs == crs and placed.known.position
     if bounds is not None and crs is not None and by_file:
         shown = bounds if extent is None or not len(extent) else extent
-        said += said_of_move(transform.apply(model.to_world, shown), placed(shown), crs)
-    return with_warnings(placed, said)
+        findings += relocation_findings(transform.apply(model.to_world, shown), placed(shown), crs)
+    return with_warnings(placed, findings)
 
 
 def registration_of(
@@ -179,11 +182,12 @@ def registration_of(
     reference: str = "",
     read_north: ReadNorth | None = None,
 ) -> Registration:
-    """The record of a placement by pairs and known lines, or by a reference of this name and pairs
-    where there are some, in `crs` or in a local frame, with what is known of it. read_north : how
-    azimuths were counted, None where it rests on none
+    """Return the registration record of a placement, in `crs` or in a local frame.
 
-    A model that was placed in the same way before keeps its registration, with other figures.
+    A model that was placed by the same method before keeps the id of its registration.
+
+    reference : name of the reference of a fit, "" for a placement by pairs and known lines
+    read_north : north reference of the azimuths, None if there are none
     """
     before = model.registration
     has_points = pairs is not None and bool(len(pairs.labels))
@@ -213,7 +217,7 @@ def registration_of(
         centre=placed.centre,
         reach_m=placed.reach_m,
         normal=placed.normal,
-        # In degrees and shares: no similarity changes what a lens did.
+        # Angles and ratios: a similarity does not change them.
         lens_bowing95_deg=None if before is None else before.lens_bowing95_deg,
         lens_stretch95=None if before is None else before.lens_stretch95,
         read_north=read_north,
@@ -222,7 +226,7 @@ def registration_of(
 
 
 def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> tuple[Method, str]:
-    """Return what placed a model above all, and the name of its registration."""
+    """Return the main method of a registration, and its name."""
     if reference:
         return "reference", tr("{model} fitted to {reference}", model=model, reference=reference)
     if has_points:
@@ -235,7 +239,7 @@ def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> 
     return "lines", tr("known lines and planes on {model}", model=model)
 
 
-def with_error_of(
+def add_reference_error(
     record: Registration, other: Registration | None, *, scale_fitted: bool
 ) -> Registration:
     """Add the error of the reference to the registration of a model that was fitted to it.
@@ -243,12 +247,12 @@ def with_error_of(
     Parameters
     ----------
     record : Registration
-        By the fit alone, whose errors do not depend on those of the reference.
+        Registration by the fit, without the errors of the reference.
     other : Registration, optional
-        Of the reference; None if it was not registered.
+        Registration of the reference; None if it has none.
     scale_fitted : bool
-        Whether the model took over the scale of the reference. Otherwise an error of that scale
-        only shifts the model.
+        Whether the model has the scale of the reference. Otherwise an error of that scale only
+        shifts the model.
 
     Returns
     -------

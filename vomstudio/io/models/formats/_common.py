@@ -85,7 +85,7 @@ def in_utf8(data: npt.NDArray[np.uint8], tail: bytes = b"") -> npt.NDArray[np.ui
 
 
 def faces_without_vertices(count: int) -> str:
-    """What is said of faces that name vertices which are not there."""
+    """Return the message about faces that refer to missing vertices."""
     return tr_n(
         "{count:,} face left out: it refers to vertices that the file does not have.",
         "{count:,} faces left out: they refer to vertices that the file does not have.",
@@ -94,7 +94,7 @@ def faces_without_vertices(count: int) -> str:
 
 
 def faces_without_area(count: int) -> str:
-    """What is said of faces with one or two corners."""
+    """Return the message about faces with one or two corners."""
     return tr_n(
         "{count:,} face with fewer than 3 corners left out.",
         "{count:,} faces with fewer than 3 corners left out.",
@@ -134,7 +134,7 @@ def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> N
 
 
 def points_missing(found: int, promised: int) -> str:
-    """What is said of a cloud that is cut short."""
+    """Return the message about a truncated cloud."""
     return tr(
         "The file is cut short: it has {found:,} of the {promised:,} points its header promises.",
         found=found,
@@ -163,10 +163,10 @@ def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return scaled
 
 
-def drop_unsound(mesh: Mesh, said: list[Message], path: Path) -> Mesh | PointCloud:
+def drop_unsound(mesh: Mesh, messages: list[Message], path: Path) -> Mesh | PointCloud:
     """Without vertices that are no numbers and the faces that use them; a cloud if no face is left.
 
-    Faces must lie within the vertices. Appends to `said`. Raises InputError if nothing is left.
+    Faces must lie within the vertices. Appends to `messages`. Raises InputError if nothing is left.
     """
     vertices, faces = mesh.vertices, mesh.faces
     finite = np.logical_and.reduce(np.isfinite(vertices), axis=1)
@@ -182,7 +182,7 @@ def drop_unsound(mesh: Mesh, said: list[Message], path: Path) -> Mesh | PointClo
         uv = None if uv is None else uv[finite]
         colors = None if colors is None else colors[finite]
         fields = {name: values[finite] for name, values in fields.items()}
-        said.append(
+        messages.append(
             tr_n(
                 "{count:,} vertex without valid coordinates left out.",
                 "{count:,} vertices without valid coordinates left out.",
@@ -190,7 +190,7 @@ def drop_unsound(mesh: Mesh, said: list[Message], path: Path) -> Mesh | PointClo
             )
         )
         if n_faces:
-            said.append(
+            messages.append(
                 tr_n(
                     "{count:,} face left out: a corner of it has no valid coordinates.",
                     "{count:,} faces left out: a corner of each has no valid coordinates.",
@@ -200,12 +200,12 @@ def drop_unsound(mesh: Mesh, said: list[Message], path: Path) -> Mesh | PointClo
     if len(vertices) == 0:
         raise InputError(tr("No vertex has valid coordinates. Export the model again."), file=path)
     if len(faces) == 0:
-        said.append(tr("The file has no valid faces. It is opened as a point cloud."))
+        messages.append(tr("The file has no valid faces. It is opened as a point cloud."))
         return PointCloud(vertices, colors, None, fields)
     a, b, c = faces[:, 0], faces[:, 1], faces[:, 2]
     n_degenerate = int(np.count_nonzero((a == b) | (b == c) | (c == a)))
     if n_degenerate:
-        said.append(
+        messages.append(
             tr_n(
                 "{count:,} face has no area: two of its corners are the same vertex.",
                 "{count:,} faces have no area: two of their corners are the same vertex.",
@@ -215,7 +215,7 @@ def drop_unsound(mesh: Mesh, said: list[Message], path: Path) -> Mesh | PointClo
     return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
 
 
-def drop_unsound_points(cloud: PointCloud, said: list[Message], path: Path) -> PointCloud:
+def drop_unsound_points(cloud: PointCloud, messages: list[Message], path: Path) -> PointCloud:
     """Without points that are no numbers. Raises InputError if none is left."""
     sound = np.isfinite(cloud.points)
     if len(sound) and sound.all():
@@ -224,7 +224,7 @@ def drop_unsound_points(cloud: PointCloud, said: list[Message], path: Path) -> P
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
         raise InputError(tr("No point has valid coordinates. Export the cloud again."), file=path)
-    said.append(
+    messages.append(
         tr_n(
             "{count:,} point without valid coordinates left out.",
             "{count:,} points without valid coordinates left out.",

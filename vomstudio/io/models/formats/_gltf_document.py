@@ -137,9 +137,9 @@ class Document:
         except UnicodeDecodeError:
             raise self.wrong(tr("The JSON part is not in UTF-8")) from None
         except (ValueError, RecursionError) as error:
-            said = str(error).split(": line")[0][:80]
+            reason = str(error).split(": line")[0][:80]
             raise InputError(
-                tr("The JSON part is not valid ({error}). Export the file again.", error=said),
+                tr("The JSON part is not valid ({error}). Export the file again.", error=reason),
                 file=self.path,
                 line=getattr(error, "lineno", None),
             ) from None
@@ -166,19 +166,19 @@ class Document:
                 )
 
     def unknown_extensions(self) -> list[str]:
-        """What the file says one must understand and is not understood here."""
+        """Return the required extensions that are not supported."""
         required = self.json.get("extensionsRequired")
         names = [n for n in required if isinstance(n, str)] if isinstance(required, list) else []
         return [n for n in names if not n.startswith(UNDERSTOOD)]
 
-    def unsaid_extensions(self) -> list[str]:
-        """Those of the whole file that change the model and are not understood here."""
+    def extensions_to_report(self) -> list[str]:
+        """Return the extensions that change the model and are not supported."""
         required = self.unknown_extensions()
         moving = [n for n in MOVING if n in self.section("extensions") and n not in required]
         return [*required, *moving]
 
     def is_understood(self, extension: str) -> bool:
-        """Whether an extension is read here, or has been said not to be."""
+        """Return whether an extension is supported, or already reported as unsupported."""
         return extension.startswith(UNDERSTOOD) or extension in self.unknown_extensions()
 
     def section(self, name: str, of: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -265,7 +265,7 @@ class Document:
         return data
 
     def view(self, index: object) -> tuple[Array, int]:
-        """The bytes of a buffer view, and its stride (0: none said)."""
+        """The bytes of a buffer view, and its stride (0 if not stated)."""
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
         packed = any(name in self.section("extensions", view) for name in COMPRESSED)

@@ -58,7 +58,9 @@ def moved(document: Document, uv: npt.NDArray[np.float64], texture: dict[str, An
     return np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1).astype(np.float32)
 
 
-def materials_of(document: Document, used: list[int], said: list[Message]) -> tuple[Material, ...]:
+def materials_of(
+    document: Document, used: list[int], messages: list[Message]
+) -> tuple[Material, ...]:
     images: dict[object, tuple[Path | None, str | None]] = {}
     result = []
     extra = False
@@ -77,7 +79,7 @@ def materials_of(document: Document, used: list[int], said: list[Message]) -> tu
                 images[source] = _image(document, source, name)
             texture, problem = images[source]
             if problem:
-                said.append(
+                messages.append(
                     tr(
                         "Texture of material '{material}': {problem}.",
                         material=name,
@@ -86,7 +88,7 @@ def materials_of(document: Document, used: list[int], said: list[Message]) -> tu
                 )
         result.append(Material(name, texture, _diffuse(document, entry)))
     if extra:
-        said.append(
+        messages.append(
             tr("Only the colour textures are used. Normal, occlusion and emission maps are not.")
         )
     return tuple(result)

@@ -38,9 +38,9 @@ class Piece:
     fields: dict[str, Array] = field(default_factory=dict)
 
 
-def pieces_of(document: Document, said: list[Message]) -> Iterator[Piece]:
+def pieces_of(document: Document, messages: list[Message]) -> Iterator[Piece]:
     placed = []
-    for place in _placed_meshes(document, said):
+    for place in _placed_meshes(document, messages):
         document.budget.take(_PLACE_BYTES, "nodes")
         placed.append(place)
     uses: dict[object, int] = {}
@@ -65,7 +65,7 @@ def pieces_of(document: Document, said: list[Message]) -> Iterator[Piece]:
                 continue
             key = document.section("attributes", primitive).get("POSITION")
             shared = uses[_key(key)] > 1
-            piece = _piece(document, primitive, matrix, weights, shared, said)
+            piece = _piece(document, primitive, matrix, weights, shared, messages)
             total += len(piece.positions)
             if total > MAX_VERTICES:
                 raise InputError(
@@ -81,7 +81,7 @@ def pieces_of(document: Document, said: list[Message]) -> Iterator[Piece]:
                 yield piece
     progress.step(steps)
     if lines:
-        said.append(tr("Lines in the file are left out."))
+        messages.append(tr("Lines in the file are left out."))
 
 
 def _key(index: object) -> object:
@@ -94,7 +94,7 @@ def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
 
 
 def _placed_meshes(
-    document: Document, said: list[Message]
+    document: Document, messages: list[Message]
 ) -> Iterator[tuple[object, Array, object]]:
     """Each mesh of the scene with the 4x4 matrix of its place, and the weights of its shapes."""
     n = document.count("nodes")
@@ -121,15 +121,15 @@ def _placed_meshes(
         seen.add(index)
         matrix = above @ _local_matrix(document, node, index)
         if "skin" in node:
-            said.append(tr("The file has a skeleton. The model is shown without its pose."))
+            messages.append(tr("The file has a skeleton. The model is shown without its pose."))
         for name in document.section("extensions", node):
             sentence = tr(
                 "Parts of the scene use the extension '{extension}', which is not supported. Check "
                 "whether the model is complete.",
                 extension=name,
             )
-            if not document.is_understood(name) and sentence not in said:
-                said.append(sentence)
+            if not document.is_understood(name) and sentence not in messages:
+                messages.append(sentence)
         if "mesh" in node:
             weights = node.get("weights", document.item("meshes", node["mesh"]).get("weights"))
             for place in _instances(document, node, index):
@@ -230,7 +230,7 @@ def _piece(
     matrix: Array,
     weights: object,
     shared: bool,
-    said: list[Message],
+    messages: list[Message],
 ) -> Piece:
     attributes = document.section("attributes", primitive)
     if "POSITION" not in attributes:
@@ -239,7 +239,7 @@ def _piece(
     mode = primitive.get("mode", TRIANGLES)
     faces = None
     if mode != POINTS:
-        faces = _faces(document, primitive, mode, len(stored), said)
+        faces = _faces(document, primitive, mode, len(stored), messages)
     material = primitive.get("material", -1)
     if material != -1:
         document.item("materials", material)
@@ -293,7 +293,7 @@ def _piece(
 
 
 def _faces(
-    document: Document, primitive: dict[str, Any], mode: object, n: int, said: list[Message]
+    document: Document, primitive: dict[str, Any], mode: object, n: int, messages: list[Message]
 ) -> Array:
     corners: Array
     if "indices" in primitive:
@@ -322,6 +322,6 @@ def _faces(
     if len(faces) and faces.max() >= n:
         sound: Array = np.asarray((faces < n).all(axis=1))
         bad = int(len(sound) - np.count_nonzero(sound))
-        said.append(faces_without_vertices(bad))
+        messages.append(faces_without_vertices(bad))
         faces = faces[sound]
     return faces

@@ -37,12 +37,12 @@ class Table:
     lists: dict[str, tuple[npt.NDArray[np.int64], Array]] = field(default_factory=dict)
 
 
-def _missing(element: Element, found: int, said: list[Message]) -> None:
+def _missing(element: Element, found: int, messages: list[Message]) -> None:
     """The header promised more than there is."""
     if element.name == "vertex":
-        said.append(points_missing(found, element.count))
+        messages.append(points_missing(found, element.count))
         return
-    said.append(
+    messages.append(
         tr(
             "The file is cut short: it has {found:,} of the {promised:,} records '{element}' its "
             "header promises.",
@@ -57,7 +57,7 @@ def read_binary(
     buffer: npt.NDArray[np.uint8],
     header: Header,
     budget: Budget,
-    said: list[Message],
+    messages: list[Message],
     progress: Progress,
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
@@ -70,7 +70,7 @@ def read_binary(
             n = min(element.count, (len(buffer) - at) // least)
             table, at = _binary_table(buffer, at, element, n, header.order, budget)
             if table.n < element.count:
-                _missing(element, table.n, said)
+                _missing(element, table.n, messages)
                 at = len(buffer)
         else:
             table = Table(0)
@@ -184,7 +184,7 @@ def read_text(
     header: Header,
     path: Path,
     budget: Budget,
-    said: list[Message],
+    messages: list[Message],
     progress: Progress,
 ) -> dict[str, Table]:
     from vomstudio.io.models.formats import _ply_kernels as k
@@ -204,7 +204,7 @@ def read_text(
     at = header.body
     wrong = 0
     first_wrong: int | None = None
-    said_before = len(said)
+    message_count = len(messages)
     progress.stage(tr("Reading the model"), len(buffer))
     for element in header.elements:
         if not element.count or not element.properties:
@@ -236,15 +236,15 @@ def read_text(
         if row < element.count:
             if cut and at >= len(buffer) and row:
                 row -= 1  # its last number may have lost digits
-            _missing(element, row, said)
+            _missing(element, row, messages)
             at = len(buffer)
-        tables.setdefault(element.name, rows.table(row, said))
-    if cut and len(said) == said_before:
-        said.append(tr("The last line has no line end: its last number may be incomplete."))
+        tables.setdefault(element.name, rows.table(row, messages))
+    if cut and len(messages) == message_count:
+        messages.append(tr("The last line has no line end: its last number may be incomplete."))
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
         refuse_decimal_commas(path, bytes(buffer[first_wrong : first_wrong + 60]).split()[0], line)
-        said.append(values_not_numbers(wrong, line))
+        messages.append(values_not_numbers(wrong, line))
     return tables
 
 
@@ -302,11 +302,11 @@ class _TextRows:
                 self._columns.add(f"{j}", _as_type(column, p.type))
         self.n += n
 
-    def table(self, n: int, said: list[Message]) -> Table:
+    def table(self, n: int, messages: list[Message]) -> Table:
         """The first n of the rows."""
         short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
         if short:
-            said.append(
+            messages.append(
                 tr_n(
                     "{count:,} line has too few values.",
                     "{count:,} lines have too few values.",

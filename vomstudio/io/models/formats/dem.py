@@ -27,7 +27,7 @@ from vomstudio.words import to_translate, tr, tr_n
 Array = npt.NDArray[Any]
 
 MOST_VERTICES = 4_000_000
-"""Of one surface: eight million triangles. Larger grids are thinned, which is said."""
+"""Of one surface: eight million triangles. Larger grids are thinned, with a message."""
 PIXELS_PER_STEP = 4_000_000
 HIGHEST_M = 1e5
 # What programs write for "nothing" without saying so in the file.
@@ -73,7 +73,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     require_regular_beside(path)
     check_raster(path)
     progress.stage(tr("Reading the heights"))
-    said: list[Message] = []
+    messages: list[Message] = []
     try:
         with (
             libtiff_silent(),
@@ -81,10 +81,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             utf8_name(path) as named,
             _opened(named) as dataset,
         ):
-            _check_is_dem(dataset, path, said)
-            crs, stated = _crs_of(dataset, path, said)
-            step = _step_of(dataset, said)
-            heights, unit = _heights(dataset, step, path, progress, said)
+            _check_is_dem(dataset, path, messages)
+            crs, stated = _crs_of(dataset, path, messages)
+            step = _step_of(dataset, messages)
+            heights, unit = _heights(dataset, step, path, progress, messages)
             transform = dataset.transform
     except MemoryError as error:
         raise InputError(
@@ -102,9 +102,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(tr("No pixel has a height. Export the file again."), file=path)
     mesh = _surface(heights, transform, step)
     del heights
-    model = drop_unsound(mesh, said, path)
+    model = drop_unsound(mesh, messages, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, crs, tuple(said), path, height_unit=unit or stated)
+    return LoadedModel(model, kind, crs, tuple(messages), path, height_unit=unit or stated)
 
 
 def _opened(path: Path) -> Any:
@@ -116,7 +116,7 @@ def _opened(path: Path) -> Any:
         return rasterio.open(path, driver="GTiff")
 
 
-def _check_is_dem(dataset: Any, path: Path, said: list[Message]) -> None:
+def _check_is_dem(dataset: Any, path: Path, messages: list[Message]) -> None:
     kind = np.dtype(dataset.dtypes[0])
     colors = {"red", "green", "blue", "palette", "cyan"}
     first = dataset.colorinterp[0].name
@@ -154,10 +154,12 @@ def _check_is_dem(dataset: Any, path: Path, said: list[Message]) -> None:
     if dataset.transform.determinant == 0:
         raise InputError(tr("The pixels have no area. Export the file again."), file=path)
     if dataset.count > 1:
-        said.append(tr("Only the first of {count} bands is read as heights.", count=dataset.count))
+        messages.append(
+            tr("Only the first of {count} bands is read as heights.", count=dataset.count)
+        )
 
 
-def _crs_of(dataset: Any, path: Path, said: list[Message]) -> tuple[str | None, str | None]:
+def _crs_of(dataset: Any, path: Path, messages: list[Message]) -> tuple[str | None, str | None]:
     """The CRS as WKT, and what the file says of the unit of heights beside it; a depth picture of
     an oblique view is refused."""
     if dataset.crs is None:
@@ -177,16 +179,16 @@ def _crs_of(dataset: Any, path: Path, said: list[Message]) -> tuple[str | None, 
     named = name_keys(keys)
     if stated_axes(text).kind != "local":
         return text, named.height_unit
-    said += named.warnings
+    messages += named.warnings
     return named.crs, named.height_unit
 
 
-def _step_of(dataset: Any, said: list[Message]) -> int:
+def _step_of(dataset: Any, messages: list[Message]) -> int:
     width, height, step = dataset.width, dataset.height, 1
     while -(-width // step) * -(-height // step) > MOST_VERTICES:
         step += 1
     if step > 1:
-        said.append(
+        messages.append(
             tr(
                 "Of {width:,} x {height:,} pixels, {columns:,} x {rows:,} are read (one in {step} "
                 "in both directions). Open a part of the file to have all of them.",
@@ -201,7 +203,7 @@ def _step_of(dataset: Any, said: list[Message]) -> int:
 
 
 def _heights(
-    dataset: Any, step: int, path: Path, progress: Progress, said: list[Message]
+    dataset: Any, step: int, path: Path, progress: Progress, messages: list[Message]
 ) -> tuple[npt.NDArray[np.float64], str | None]:
     """Every step-th height, NaN where there is none, and the unit that the band states."""
     from rasterio.windows import Window
@@ -210,7 +212,7 @@ def _heights(
     scale, offset = dataset.scales[0], dataset.offsets[0]
     if scale == 0:
         scale = 1.0
-        said.append(tr("The scale of the heights is 0, which cannot be. It is not used."))
+        messages.append(tr("The scale of the heights is 0, which cannot be. It is not used."))
     if not np.isfinite([scale, offset]).all():
         raise InputError(
             tr("The scale or offset of the heights is not a number. Export the file again."),
@@ -235,7 +237,7 @@ def _heights(
             n = int(np.count_nonzero(empty))
             if n:
                 heights[empty] = np.nan
-                said.append(
+                messages.append(
                     tr_n(
                         "{count:,} pixel with the value {value:g} is taken as no data.",
                         "{count:,} pixels with the value {value:g} are taken as no data.",
@@ -246,7 +248,7 @@ def _heights(
     written = (dataset.units[0] or "").strip()
     unit = unit_of(written)
     if written and unit is None:
-        said.append(
+        messages.append(
             tr(
                 "The unit of the heights ({unit}) is unknown. It is taken to be that of the "
                 "coordinate reference system.",
@@ -259,7 +261,7 @@ def _heights(
     n = int(np.count_nonzero(wild))
     if n:
         heights[wild] = np.nan
-        said.append(
+        messages.append(
             tr_n(
                 "{count:,} pixel left out: it is beyond 100 km and cannot be a height.",
                 "{count:,} pixels left out: they are beyond 100 km and cannot be heights.",

@@ -1,8 +1,8 @@
 """DXF drawings as models: points as a cloud, or faces as a mesh.
 
 Faces are 3DFACE, polyface and polygon meshes (POLYLINE) and MESH; each layer becomes a material
-(AutoCAD DXF Reference). Read here and not by a library for the reasons in `vomstudio.io.gis.dxf`;
-the file is read in blocks, of which only one is held as text.
+(AutoCAD DXF Reference). Parsed here and not by a library for the reasons in `vomstudio.io.gis.dxf`,
+in blocks, of which only one is in memory as text.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 _UNITS: dict[int, str] = {2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 21: "us-ft"}
-"""Names of `vomstudio.geometry.units.METRES` by the number of $INSUNITS."""
+"""Unit names of `vomstudio.geometry.units.METRES` by the value of $INSUNITS."""
 _FROZEN, _INVISIBLE, _PAPER = 1, 1, 1
 _BY_LAYER = 256
 _CLOSED_M, _CLOSED_N = 1, 32
@@ -50,7 +50,7 @@ _GROUPS_PER_BLOCK = 400_000
 
 @dataclass
 class _Block:
-    """Groups of a part of the drawing that begins and ends with whole entities."""
+    """Groups of a part of the drawing that contains whole entities only."""
 
     codes: Ints
     values: list[bytes]
@@ -64,37 +64,37 @@ class _Block:
         return cls(codes, values, starts, kinds[: len(starts)])
 
     def groups(self, entity: int) -> Iterator[tuple[int, bytes]]:
-        """Yield the groups of one entity behind the first."""
+        """Yield the groups of one entity after the first."""
         begin = int(self.starts[entity]) + 1
         end = int(self.starts[entity + 1]) if entity + 1 < len(self.starts) else len(self.codes)
         return zip(self.codes[begin:end].tolist(), self.values[begin:end], strict=True)
 
     def numbers(self, entities: Ints, codes: tuple[int, ...], default: float = np.nan) -> Floats:
-        """Return the values (n, k) of groups of ascending entities, the first of each code."""
-        found = np.full((len(entities), len(codes)), default)
-        at, row = self._groups_of(entities)
+        """Return the first value (n, k) of each code for ascending entities."""
+        numbers = np.full((len(entities), len(codes)), default)
+        at, row = self._group_rows(entities)
         slot_of = np.full(1 + max(codes), -1, np.int64)
         slot_of[list(codes)] = np.arange(len(codes))
         group = self.codes[at]
-        wanted = (group >= 0) & (group < len(slot_of))
-        wanted[wanted] = slot_of[group[wanted]] >= 0
-        at, row = at[wanted], row[wanted]
+        selected = (group >= 0) & (group < len(slot_of))
+        selected[selected] = slot_of[group[selected]] >= 0
+        at, row = at[selected], row[selected]
         values = np.array([_number(self.values[i]) for i in at.tolist()], np.float64)
-        # Backwards, so that the first counts.
-        found[row[::-1], slot_of[self.codes[at[::-1]]]] = values[::-1]
-        return found
+        # Assigned backwards, so that the first value of a code is kept.
+        numbers[row[::-1], slot_of[self.codes[at[::-1]]]] = values[::-1]
+        return numbers
 
     def layers(self, entities: Ints) -> list[bytes]:
         """Return the layer of each of ascending entities, "0" if it has none."""
-        found = [b"0"] * len(entities)
-        at, row = self._groups_of(entities)
+        layers = [b"0"] * len(entities)
+        at, row = self._group_rows(entities)
         named = self.codes[at] == 8
         for group, entity in zip(at[named].tolist(), row[named].tolist(), strict=True):
-            found[entity] = self.values[group]
-        return found
+            layers[entity] = self.values[group]
+        return layers
 
-    def _groups_of(self, entities: Ints) -> tuple[Ints, Ints]:
-        """Return the groups of entities, and the row in `entities` that each belongs to."""
+    def _group_rows(self, entities: Ints) -> tuple[Ints, Ints]:
+        """Return the group numbers of entities, and for each its row in `entities`."""
         if not len(entities):
             return np.empty(0, np.int64), np.empty(0, np.int64)
         ends = np.append(self.starts, len(self.codes))
@@ -112,19 +112,19 @@ def _number(value: bytes) -> float:
 
 
 def _integer(value: bytes, default: int = 0) -> int:
-    """Return an integer of 32 bits, the default for anything else."""
+    """Return a 32-bit integer, the default for anything else."""
     number = _number(value)
     return int(number) if abs(number) < 2.0**31 else default
 
 
 def _integers(values: Floats) -> Ints:
-    """Return values as integers, 0 if they are not of 32 bits."""
+    """Return values as integers, 0 if they exceed 32 bits."""
     return np.asarray(np.where(np.abs(values) < 2.0**31, values, 0.0), np.int64)
 
 
 @dataclass
 class _Drawing:
-    """What has been read so far. colors : number of each layer; hidden : layers off or frozen"""
+    """Content read so far. colors : colour number of each layer; hidden : layers off or frozen"""
 
     colors: dict[bytes, int] = field(default_factory=dict)
     hidden: set[bytes] = field(default_factory=set)
@@ -165,8 +165,8 @@ def matches(path: Path, head: bytes) -> bool:
 def read(path: Path, progress: Progress) -> LoadedModel:
     """Read the points or faces of a drawing.
 
-    Points become a cloud if there are no faces. Faces are triangulated, equal corners joined, and
-    each layer is a material with its colour.
+    Faces become a mesh: triangulated, with equal corners joined and one material per layer. Without
+    faces, points become a cloud.
 
     Raises
     ------
@@ -180,31 +180,31 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         _read_block(block, drawing)
         progress.step(done)
     del data
-    said: list[Message] = []
+    messages: list[Message] = []
     if not drawing.corners and not drawing.points:
-        entities = _counted(drawing.left_out) or [tr("nothing")]
+        entities = _entity_counts(drawing.left_out) or [tr("nothing")]
         raise InputError.of_finding(Finding("model.no-entities", entities=entities), file=path)
     model: Mesh | PointCloud
     if drawing.corners:
         if drawing.points:
             drawing.left_out["POINT"] += sum(map(len, drawing.points))
-        model = drop_unsound(_mesh(drawing), said, path)
+        model = drop_unsound(_mesh(drawing), messages, path)
     else:
-        model = drop_unsound_points(_cloud(drawing), said, path)
+        model = drop_unsound_points(_cloud(drawing), messages, path)
     if drawing.left_out:
-        said.append(
+        messages.append(
             Finding(
                 "model.entities-left-out",
                 count=sum(drawing.left_out.values()),
-                entities=_counted(drawing.left_out),
+                entities=_entity_counts(drawing.left_out),
             )
         )
     units: Units = UNKNOWN if drawing.unit is None else (drawing.unit,) * 3
     kind = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, None, tuple(said), path, units=units)  # type: ignore[arg-type]
+    return LoadedModel(model, kind, None, tuple(messages), path, units=units)  # type: ignore[arg-type]
 
 
-def _counted(entities: Counter[str]) -> list[str]:
+def _entity_counts(entities: Counter[str]) -> list[str]:
     return [f"{count} {name}" for name, count in sorted(entities.items())]
 
 
@@ -212,7 +212,7 @@ def _counted(entities: Counter[str]) -> list[str]:
 
 
 def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
-    """Yield the groups in blocks of whole entities, and how many bytes have been read."""
+    """Yield the groups in blocks of whole entities, and the number of bytes read."""
     codes: list[int] = []
     values: list[bytes] = []
     last = 0
@@ -234,7 +234,7 @@ def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
 
 
 def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], int]]:
-    """Yield codes and values, and how many bytes have been read. Raises InputError."""
+    """Yield codes and values, and the number of bytes read. Raises InputError."""
     if is_binary(data):
         codes, values = [], []
         for code, value in binary_groups(data):
@@ -259,18 +259,18 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
             lines.pop()
         if len(lines) % 2 and at < len(data):
             rest = lines.pop() + b"\n" + rest
-        odd = lines[0::2]
+        code_lines = lines[0::2]
         try:
-            codes = list(map(int, odd[: len(lines) // 2]))
+            codes = list(map(int, code_lines[: len(lines) // 2]))
         except ValueError as error:
-            wrong = next(i for i, code in enumerate(odd) if not code.strip().isdigit())
+            wrong = next(i for i, code in enumerate(code_lines) if not code.strip().isdigit())
             if any(line.strip() for line in lines[2 * wrong :]):
                 raise InputError(
-                    tr("This line is not a group code of DXF. Save the drawing again."),
+                    tr("This line is not a DXF group code. Save the drawing again."),
                     file=path,
                     line=lines_before + 2 * wrong + 1,
                 ) from error
-            codes = list(map(int, odd[:wrong]))
+            codes = list(map(int, code_lines[:wrong]))
         yield codes, [v.strip() for v in lines[1 : 2 * len(codes) : 2]], min(at, len(data))
         lines_before += len(lines)
 
@@ -356,7 +356,7 @@ def _read_faces(block: _Block, entities: Ints, drawing: _Drawing) -> None:
 
 
 def _add_quads(corners: Floats, layers: list[bytes], entities: Ints, drawing: _Drawing) -> None:
-    """Add faces (n, 4, 3), whose last corner is repeated in triangles."""
+    """Add faces (n, 4, 3); in triangles, the last corner is repeated."""
     pairs = corners[:, [[0, 1, 2], [0, 2, 3]]]
     keep = np.ones((len(corners), 2), np.bool_)
     keep[:, 1] = (corners[:, 3] != corners[:, 2]).any(axis=1)
@@ -370,12 +370,14 @@ def _read_points(block: _Block, entities: Ints, drawing: _Drawing) -> None:
         return
     points = block.numbers(entities, (10, 20, 30))
     points[np.isnan(points[:, 2]) & ~np.isnan(points[:, 0]), 2] = 0.0
-    own = block.numbers(entities, (62,), _BY_LAYER)[:, 0]
-    colors = _integers(np.where((own > 0) & (own < _BY_LAYER), own, _BY_LAYER))
+    point_colors = block.numbers(entities, (62,), _BY_LAYER)[:, 0]
+    colors = _integers(
+        np.where((point_colors > 0) & (point_colors < _BY_LAYER), point_colors, _BY_LAYER)
+    )
     by_layer = np.flatnonzero(colors == _BY_LAYER)
     if len(by_layer):
         layers = block.layers(entities)
-        # Negative where no point has a colour of its own.
+        # Negative for the colour of a layer, so that clouds without point colours are recognised.
         colors[by_layer] = [-drawing.colors.get(layers[i], WHITE) for i in by_layer.tolist()]
     drawing.points.append(points)
     drawing.point_colors.append(colors)
@@ -397,12 +399,12 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
     if flags & POLYFACE_MESH:
         places = numbers[(kinds & _MESH_VERTEX) > 0, :3]
         is_face = ((kinds & _FACE_RECORD) > 0) & ((kinds & _MESH_VERTEX) == 0)
-        # A negative number marks an edge that is not drawn.
+        # A negative number marks an invisible edge.
         rows = np.abs(_integers(numbers[is_face, 4:]))
         rows[:, 3] = np.where(rows[:, 3] > 0, rows[:, 3], rows[:, 2])
         valid = ((rows > 0) & (rows <= len(places))).all(axis=1)
         if not valid.all():
-            drawing.left_out[tr("faces without corners")] += int((~valid).sum())
+            drawing.left_out[tr("faces without vertices")] += int((~valid).sum())
         corners = places[rows[valid] - 1]
     else:
         places = numbers[(kinds & _CONTROL_POINT) == 0, :3]
@@ -414,7 +416,7 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
 
 
 def _grid(places: Floats, first: dict[int, bytes], flags: int) -> Floats:
-    """Return the quadrilaterals (n, 4, 3) of a mesh of M times N vertices."""
+    """Return the quadrilaterals (n, 4, 3) of a mesh of M × N vertices."""
     smooth = _integer(first.get(75, b"0")) != 0
     m, n = (_integer(first.get(code, b"0")) for code in ((73, 74) if smooth else (71, 72)))
     if m < 2 or n < 2 or m * n != len(places):
@@ -429,7 +431,7 @@ def _grid(places: Floats, first: dict[int, bytes], flags: int) -> Floats:
 
 
 def _read_mesh(block: _Block, entity: int, drawing: _Drawing) -> None:
-    """Read a MESH without its subdivision."""
+    """Read a MESH at subdivision level 0."""
     places: list[list[float]] = []
     list_of: list[int] = []
     expected = 0

@@ -59,12 +59,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         from pye57 import libe57
     except ImportError as error:
         raise InputError(NOT_INSTALLED, file=path) from error
-    said: list[Message] = []
+    messages: list[Message] = []
     try:
         with utf8_name(path) as named:
             image = libe57.ImageFile(str(named), "r")
         try:
-            cloud = _read_scans(libe57, image, path, progress, said)
+            cloud = _read_scans(libe57, image, path, progress, messages)
             crs = _crs(image)
         finally:
             image.close()
@@ -87,12 +87,17 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             file=path,
         ) from error
     return LoadedModel(
-        drop_unsound_points(cloud, said, path), "cloud", crs, tuple(said), path, units=METRIC
+        drop_unsound_points(cloud, messages, path),
+        "cloud",
+        crs,
+        tuple(messages),
+        path,
+        units=METRIC,
     )
 
 
 def _read_scans(
-    e57: Any, image: Any, path: Path, progress: Progress, said: list[Message]
+    e57: Any, image: Any, path: Path, progress: Progress, messages: list[Message]
 ) -> PointCloud:
     scans = list(image.root()["data3D"]) if image.root().isDefined("data3D") else []
     total = sum(int(scan["points"].childCount()) for scan in scans)
@@ -108,7 +113,9 @@ def _read_scans(
     for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
         place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
         if place is None:
-            said.append(tr("Scan {number} has no coordinates and is left out.", number=number + 1))
+            messages.append(
+                tr("Scan {number} has no coordinates and is left out.", number=number + 1)
+            )
             continue
         wanted = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
         flags = [name for name in INVALID if name in known and name[:4] == place[0][:4]]
@@ -140,7 +147,7 @@ def _read_scans(
     if n == 0:
         raise InputError(tr("The file has no valid points. Export it again."), file=path)
     if n_invalid:
-        said.append(
+        messages.append(
             tr_n(
                 "{count:,} point left out that the file marks as invalid.",
                 "{count:,} points left out that the file marks as invalid.",
@@ -148,9 +155,11 @@ def _read_scans(
             )
         )
     if done < total:
-        said.append(points_missing(done, total))
+        messages.append(points_missing(done, total))
     if unread:
-        said.append(tr("These fields are not read: {fields}.", fields=", ".join(sorted(unread))))
+        messages.append(
+            tr("These fields are not read: {fields}.", fields=", ".join(sorted(unread)))
+        )
     points = columns.take("points", n)
     assert points is not None
     fields: dict[str, Array] = {}

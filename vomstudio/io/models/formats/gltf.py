@@ -59,36 +59,36 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _read(document: Document) -> LoadedModel:
-    said: list[Message] = []
-    for name in document.unsaid_extensions():
-        said.append(
+    messages: list[Message] = []
+    for name in document.extensions_to_report():
+        messages.append(
             tr(
                 "The file uses the extension '{extension}', which is not supported. Check whether "
                 "the model is complete.",
                 extension=name,
             )
         )
-    pieces = list(pieces_of(document, said))
+    pieces = list(pieces_of(document, messages))
     solid = [p for p in pieces if p.faces is not None]
     if not pieces:
         raise document.wrong(tr("The scene has no triangles and no points"))
     if solid and len(solid) < len(pieces):
-        said.append(tr("Points that belong to no triangle are left out."))
-    origin, crs, declared = _origin(document, said)
+        messages.append(tr("Points that belong to no triangle are left out."))
+    origin, crs, declared = _origin(document, messages)
     data: Mesh | PointCloud
     if solid:
         if not declared:
-            _warn_if_z_looks_up(solid, said)
-        data = drop_unsound(_mesh(document, solid, origin, said), said, document.path)
+            _warn_if_z_looks_up(solid, messages)
+        data = drop_unsound(_mesh(document, solid, origin, messages), messages, document.path)
     else:
-        data = drop_unsound_points(_cloud(pieces, origin), said, document.path)
+        data = drop_unsound_points(_cloud(pieces, origin), messages, document.path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(data, Mesh) else "cloud"
     x, y, z = origin.tolist()
     return LoadedModel(
         data=data,
         kind=kind,
         crs=crs,
-        warnings=tuple(said),
+        warnings=tuple(messages),
         path=document.path,
         content_hash=document.content_hash,
         turned_about=(x, y, z),
@@ -98,7 +98,7 @@ def _read(document: Document) -> LoadedModel:
 
 
 def _origin(
-    document: Document, said: list[Message]
+    document: Document, messages: list[Message]
 ) -> tuple[npt.NDArray[np.float64], str | None, bool]:
     """What is added to the turned positions, the CRS, and whether the file says either."""
     path = document.path
@@ -107,12 +107,12 @@ def _origin(
     if "origin" in extras:
         inside = checked_origin(extras["origin"])
         if inside is None:
-            said.append(tr("The origin in asset.extras is not a position and is not added."))
+            messages.append(tr("The origin in asset.extras is not a position and is not added."))
     crs, problem = crs_or_problem(extras.get("crs"), path.name)
     beside = read_offset(path)
-    said.extend(text for text in (problem, beside.problem) if text)
+    messages.extend(text for text in (problem, beside.problem) if text)
     if inside is not None and beside.origin not in (None, inside):
-        said.append(
+        messages.append(
             tr(
                 "'{file}' has another origin than the model file. The origin in the model file is "
                 "used.",
@@ -181,7 +181,10 @@ def _faces(pieces: list[Piece]) -> npt.NDArray[np.int32]:
 
 
 def _mesh(
-    document: Document, pieces: list[Piece], origin: npt.NDArray[np.float64], said: list[Message]
+    document: Document,
+    pieces: list[Piece],
+    origin: npt.NDArray[np.float64],
+    messages: list[Message],
 ) -> Mesh:
     used = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
     pieces = sorted(pieces, key=lambda p: used.index(p.material))
@@ -189,7 +192,7 @@ def _mesh(
         sum(len(p.faces) for p in pieces if p.material == m and p.faces is not None) for m in used
     ]
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    materials = materials_of(document, used, said)
+    materials = materials_of(document, used, messages)
     if used == [-1]:
         materials, offsets = (), np.zeros(1, np.int64)
     return Mesh(
@@ -213,7 +216,7 @@ def _cloud(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> PointCloud:
     )
 
 
-def _warn_if_z_looks_up(pieces: list[Piece], said: list[Message]) -> None:
+def _warn_if_z_looks_up(pieces: list[Piece], messages: list[Message]) -> None:
     """Outcrops are looked at from above or the side, never from below: a surface that as a whole
     faces along the file's Z was most likely written with Z up."""
     total, area = np.zeros(3), 0.0
@@ -227,7 +230,7 @@ def _warn_if_z_looks_up(pieces: list[Piece], said: list[Message]) -> None:
             total += turned.sum(axis=0)
             area += float(np.sqrt((turned**2).sum(axis=1)).sum())
     if area > 0 and abs(total[2]) > 0.7 * area and abs(total[1]) < 0.3 * area:
-        said.append(
+        messages.append(
             tr(
                 "The surface faces along Z, as if Z were up in the file, where the format says Y. "
                 "If the model lies on its side, convert it with --up z."

@@ -67,10 +67,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     import laspy
     import lazrs
 
-    said: list[Message] = []
+    messages: list[Message] = []
     size = check_header(path)
     try:
-        cloud = _read(path, size, progress, said)
+        cloud = _read(path, size, progress, messages)
     except (Cancelled, InputError):
         raise
     except (
@@ -96,12 +96,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             raise
         raise _damaged(path, error) from error
     found = las_reference(path)
-    cloud = drop_unsound_points(cloud, said, path)
+    cloud = drop_unsound_points(cloud, messages, path)
     return LoadedModel(
         cloud,
         "cloud",
         found.text,
-        (*said, *found.warnings),
+        (*messages, *found.warnings),
         path,
         height_unit=found.height_unit,
     )
@@ -123,7 +123,7 @@ def _short(error: BaseException) -> str:
     return text[:160] or type(error).__name__
 
 
-def _read(path: Path, size: int, progress: Progress, said: list[Message]) -> PointCloud:
+def _read(path: Path, size: int, progress: Progress, messages: list[Message]) -> PointCloud:
     import laspy
 
     stream: Any = mended(path, size)
@@ -132,20 +132,20 @@ def _read(path: Path, size: int, progress: Progress, said: list[Message]) -> Poi
         check_layers(path, read_top(path))
     place = place_of_unsound_extra(path)
     if place is not None and stream is None:
-        said.append(tr("The fields of the points are described wrongly. They are not read."))
+        messages.append(tr("The fields of the points are described wrongly. They are not read."))
         stream = io.BufferedReader(WithoutRecord(path, place))
     if stream is None:
         with (
             open_regular(path) as file,
             laspy.open(file, laz_backend=laspy.LazBackend.LazrsParallel, read_evlrs=False) as r,
         ):
-            return _read_points(r, path, size, POINTS_PER_STEP, progress, said)
+            return _read_points(r, path, size, POINTS_PER_STEP, progress, messages)
     with laspy.open(stream, laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False) as reader:
-        return _read_points(reader, path, size, POINTS_PER_CAREFUL_STEP, progress, said)
+        return _read_points(reader, path, size, POINTS_PER_CAREFUL_STEP, progress, messages)
 
 
 def _read_points(
-    reader: Any, path: Path, size: int, at_once: int, progress: Progress, said: list[Message]
+    reader: Any, path: Path, size: int, at_once: int, progress: Progress, messages: list[Message]
 ) -> PointCloud:
     header = reader.header
     promised = int(header.point_count)
@@ -204,8 +204,8 @@ def _read_points(
             tr("The file holds no points that can be read. Copy or export it again."), file=path
         )
     if done < promised:
-        said.append(points_missing(done, promised))
-    colors = _colors(columns.take("colors", done), said)
+        messages.append(points_missing(done, promised))
+    colors = _colors(columns.take("colors", done), messages)
     fields: dict[str, Array] = {}
     for name in wanted:
         values = columns.take(f"field {name}", done)
@@ -222,15 +222,15 @@ def _read_points(
     assert points is not None
     cloud = PointCloud(points, colors, None, fields)
     withheld = columns.take("field withheld", done)
-    return cloud if withheld is None else _without(cloud, withheld != 0, path, said)
+    return cloud if withheld is None else _without(cloud, withheld != 0, path, messages)
 
 
-def _colors(rgb16: Array | None, said: list[Message]) -> npt.NDArray[np.uint8] | None:
+def _colors(rgb16: Array | None, messages: list[Message]) -> npt.NDArray[np.uint8] | None:
     if rgb16 is None:
         return None
     if rgb16.any():
         return scale_colors(rgb16)
-    said.append(tr("All colours are black. They are not used."))
+    messages.append(tr("All colours are black. They are not used."))
     return None
 
 
@@ -246,7 +246,7 @@ def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> Array:
     return without_no_data(values, chunk.array[name], gaps[name]) if name in gaps else values
 
 
-def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[Message]) -> PointCloud:
+def _without(cloud: PointCloud, withheld: Array, path: Path, messages: list[Message]) -> PointCloud:
     """Without the points that the file marks as not to be used. In a COPC file they stand at the
     place of others, so that rows are the same when it is streamed."""
     count = int(np.count_nonzero(withheld))
@@ -258,11 +258,11 @@ def _without(cloud: PointCloud, withheld: Array, path: Path, said: list[Message]
             file=path,
         )
     if is_copc(path):
-        said.append(withheld_hidden())
+        messages.append(withheld_hidden())
         rows = stand_ins(withheld)
         assert rows is not None
         return cloud.of_rows(rows)
-    said.append(
+    messages.append(
         tr_n(
             "{count:,} point left out that the file marks as withheld.",
             "{count:,} points left out that the file marks as withheld.",

@@ -99,7 +99,7 @@ class _Reading:
     path: Path
     data: npt.NDArray[np.uint8]  # ends with a line end that is not in the file
     progress: Progress
-    said: list[Message] = field(default_factory=list)
+    messages: list[Message] = field(default_factory=list)
     joined: list[int] = field(default_factory=list)
 
     def model(self) -> LoadedModel:
@@ -109,7 +109,7 @@ class _Reading:
             raise InputError(self._why_nothing(), file=self.path)
         self._fill_left_over()
         mesh = self._mesh()
-        warnings = tuple(self.said)
+        warnings = tuple(self.messages)
         if isinstance(mesh, PointCloud):
             return LoadedModel(mesh, "cloud", None, warnings, self.path)
         return LoadedModel(mesh, "mesh", None, warnings, self.path)
@@ -145,7 +145,7 @@ class _Reading:
         if not np.any(data[: min(size, HEAD)] == 10) and np.any(data[:HEAD] == 13):
             data[data == 13] = 10
         if size and data[size - 1] != 10:
-            self.said.append(
+            self.messages.append(
                 tr(
                     "The last line has no line end, so the file may be cut short. Compare its "
                     "number of faces with the program that wrote it."
@@ -248,9 +248,9 @@ class _Reading:
 
     def _say_left_out(self, short_faces: int, line_elements: int) -> None:
         if short_faces:
-            self.said.append(faces_without_area(short_faces))
+            self.messages.append(faces_without_area(short_faces))
         if line_elements:
-            self.said.append(
+            self.messages.append(
                 tr_n(
                     "{count:,} line or point element ('l', 'p') left out.",
                     "{count:,} line or point elements ('l', 'p') left out.",
@@ -258,7 +258,7 @@ class _Reading:
                 )
             )
         if self.n_odd:
-            self.said.append(_not_understood(self.n_odd))
+            self.messages.append(_not_understood(self.n_odd))
 
     def _wait(self, jobs: list[Future[None]], before: int) -> None:
         try:
@@ -301,10 +301,10 @@ class _Reading:
                 targets[target][at] = value
         if where:
             self._refuse_decimal_commas(min(where))
-            self.said.append(values_not_numbers(wrong, self._line(min(where))))
+            self.messages.append(values_not_numbers(wrong, self._line(min(where))))
         bad, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
         if bad:
-            self.said.append(
+            self.messages.append(
                 tr_n(
                     "{count:,} face left out: it refers to vertices that the file does not have "
                     "(line {line}).",
@@ -316,7 +316,7 @@ class _Reading:
             )
         bad, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
         if bad:
-            self.said.append(
+            self.messages.append(
                 tr_n(
                     "{count:,} corner of a face without texture: it refers to texture coordinates "
                     "that the file does not have (line {line}).",
@@ -364,7 +364,7 @@ class _Reading:
         if not names:
             offsets = np.zeros(1, np.int64)
         mesh = Mesh(vertices, faces, materials, offsets, uv, colors)
-        return drop_unsound(mesh, self.said, self.path)
+        return drop_unsound(mesh, self.messages, self.path)
 
     def _words(self) -> tuple[list[str], tuple[list[int], list[int]], list[str]]:
         """Names of materials in order of use, runs of triangles (start, material), libraries."""
@@ -393,7 +393,7 @@ class _Reading:
                 starts.append(triangle)
                 ids.append(id_)
         if odd:
-            self.said.append(_not_understood(odd))
+            self.messages.append(_not_understood(odd))
         n = len(self.corners)
         if starts[-1] == n and len(starts) > 1:
             starts.pop()
@@ -410,7 +410,7 @@ class _Reading:
         folder = self.path.parent
         found: dict[str, Material] = {}
         if len(libraries) > MOST_LIBRARIES:
-            self.said.append(
+            self.messages.append(
                 tr(
                     "The file names {count:,} material files; the first {kept:,} are read.",
                     count=len(libraries),
@@ -419,12 +419,12 @@ class _Reading:
             )
         for entry in libraries[:MOST_LIBRARIES]:
             for path in self._library_paths(entry):
-                materials, said = read_library(path, folder)
+                materials, messages = read_library(path, folder)
                 for name, material in materials.items():
                     found.setdefault(name, material)
-                self.said.extend(said)
+                self.messages.extend(messages)
         if not libraries and any(names):
-            self.said.append(
+            self.messages.append(
                 tr("The file uses materials but names no material file (mtllib). They are grey.")
             )
         by_case = {name.casefold(): material for name, material in found.items()}
@@ -439,7 +439,7 @@ class _Reading:
             listed = ", ".join(f"'{n}'" for n in missing[:LISTED])
             if len(missing) > LISTED:
                 listed = tr("{names} and {count} more", names=listed, count=len(missing) - LISTED)
-            self.said.append(
+            self.messages.append(
                 tr("These materials are in no material file and are grey: {names}.", names=listed)
             )
         return tuple(result)
@@ -449,19 +449,19 @@ class _Reading:
         found, problem = find_beside(self.path.parent, entry)
         if found is not None:
             if problem:
-                self.said.append(tr("Material file: {problem}.", problem=problem))
+                self.messages.append(tr("Material file: {problem}.", problem=problem))
             return [found]
         paths = []
         words = entry.split()
         for name in words[:MOST_LIBRARIES]:
-            found, said = find_beside(self.path.parent, name)
+            found, warning = find_beside(self.path.parent, name)
             if found is not None:
                 paths.append(found)
-            if said:
-                self.said.append(
+            if warning:
+                self.messages.append(
                     tr(
                         "Material file: {problem}.",
-                        problem=said if len(words) > 1 else problem,
+                        problem=warning if len(words) > 1 else problem,
                     )
                 )
         return paths

@@ -66,16 +66,16 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if not matches(path, data[:4].tobytes()):
         data = np.frombuffer(as_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
-    said: list[Message] = []
+    messages: list[Message] = []
     budget = Budget(path, len(data))
     if header.order == "":
-        tables = read_text(bytearray(data), header, path, budget, said, progress)
+        tables = read_text(bytearray(data), header, path, budget, messages, progress)
     else:
-        tables = read_binary(data, header, budget, said, progress)
+        tables = read_binary(data, header, budget, messages, progress)
     del data
-    model = _assemble(header, tables, path, said)
+    model = _assemble(header, tables, path, messages)
     kind: Literal["mesh", "cloud"] = "cloud" if isinstance(model, PointCloud) else "mesh"
-    return LoadedModel(model, kind, None, tuple(said), path)
+    return LoadedModel(model, kind, None, tuple(messages), path)
 
 
 def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[Array] | None:
@@ -87,7 +87,7 @@ def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[Array] |
 
 
 def _assemble(
-    header: Header, tables: Mapping[str, Table], path: Path, said: list[Message]
+    header: Header, tables: Mapping[str, Table], path: Path, messages: list[Message]
 ) -> Mesh | PointCloud:
     vertex = tables.get("vertex")
     if vertex is None:
@@ -119,7 +119,7 @@ def _assemble(
             colors = scale_colors(np.stack(found, axis=1))
             break
     normals = _take(vertex, NORMAL_NAMES, used)
-    face = _with_strips(header, tables, said)
+    face = _with_strips(header, tables, messages)
     if face is None:
         fields = {n: v for n, v in vertex.plain.items() if n not in used}
         return drop_unsound_points(
@@ -129,7 +129,7 @@ def _assemble(
                 None if normals is None else np.stack(normals, axis=1).astype(np.float32),
                 fields,
             ),
-            said,
+            messages,
             path,
         )
     uv = None
@@ -144,22 +144,26 @@ def _assemble(
         face,
         Mesh(points, np.empty((0, 3), np.int32), (), uv=uv, colors=colors, fields=fields),
         path,
-        said,
+        messages,
     )
 
 
-def _with_strips(header: Header, tables: Mapping[str, Table], said: list[Message]) -> Table | None:
-    """The faces, those of triangle strips among them; None where the file has neither. What other
-    elements there are is said."""
+def _with_strips(
+    header: Header, tables: Mapping[str, Table], messages: list[Message]
+) -> Table | None:
+    """Return the faces, including triangle strips, None if the file has neither.
+
+    Appends a message about other elements.
+    """
     there = {e.name for e in header.elements if e.count and e.properties}
     face = tables["face"] if "face" in there else None
     if face is not None and any(name.endswith("red") for name in face.plain):
-        said.append(tr("The faces have colours of their own, which are not used."))
+        messages.append(tr("The faces have colours of their own, which are not used."))
     for name in sorted(there & STRIP_NAMES):
         lists = tables[name].lists
         key = next((n for n in FACE_NAMES if n in lists), None)
         if key is None:
-            said.append(tr("The faces have no list 'vertex_indices' and are left out."))
+            messages.append(tr("The faces have no list 'vertex_indices' and are left out."))
             continue
         triangles = _unrolled(*lists[key])
         counts = np.full(len(triangles), 3, np.int64)
@@ -172,7 +176,7 @@ def _with_strips(header: Header, tables: Mapping[str, Table], said: list[Message
             face = Table(face.n + len(triangles), {}, {old: (np.append(known, counts), joined)})
     unread = sorted(there - STRIP_NAMES - {"vertex", "face"})
     if unread:
-        said.append(
+        messages.append(
             tr("These elements of the file are not read: {elements}.", elements=", ".join(unread))
         )
     return face
@@ -205,21 +209,21 @@ def _indices(raw: Array) -> npt.NDArray[np.int64]:
 
 
 def _mesh(
-    header: Header, face: Table, bare: Mesh, path: Path, said: list[Message]
+    header: Header, face: Table, bare: Mesh, path: Path, messages: list[Message]
 ) -> Mesh | PointCloud:
     """Faces, their own texture coordinates and textures, onto bare vertices."""
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
-    faces = _triangles(face, uv_counts, len(uv_values), bare.vertices, path, said)
+    faces = _triangles(face, uv_counts, len(uv_values), bare.vertices, path, messages)
     materials: tuple[Material, ...] = ()
     offsets = np.zeros(1, np.int64)
     if header.textures:
-        faces, materials, offsets = _dressed(header, face, faces, path, said)
+        faces, materials, offsets = _dressed(header, face, faces, path, messages)
     mesh = Mesh(
         bare.vertices, faces.corners, materials, offsets, bare.uv, bare.colors, dict(bare.fields)
     )
     if faces.have_uv and len(faces.corners):
         mesh = _with_own_uv(mesh, faces.uv_corners, uv_values)
-    return drop_unsound(mesh, said, path)
+    return drop_unsound(mesh, messages, path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,14 +247,14 @@ def _triangles(
     uv_values: int,
     vertices: npt.NDArray[np.float64],
     path: Path,
-    said: list[Message],
+    messages: list[Message],
 ) -> _Triangles:
     """The polygons of a table cut into triangles. uv_counts: numbers in each face's own list of
     texture coordinates; uv_values: of them altogether."""
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: npt.NDArray[Any]
     if key is None:
-        said.append(tr("The faces have no list 'vertex_indices' and are left out."))
+        messages.append(tr("The faces have no list 'vertex_indices' and are left out."))
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
     else:
         counts, raw = face.lists[key]
@@ -298,9 +302,9 @@ def _triangles(
         found = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
         polygons = polygons[:p]
     if out_of_range:
-        said.append(faces_without_vertices(out_of_range))
+        messages.append(faces_without_vertices(out_of_range))
     if short:
-        said.append(faces_without_area(short))
+        messages.append(faces_without_area(short))
     if len(polygons):
         from vomstudio.io.models.formats import _polygons
 
@@ -322,17 +326,17 @@ def _only_triangles(triples: npt.NDArray[Any], n_vertices: int) -> tuple[_Triang
 
 
 def _dressed(
-    header: Header, face: Table, faces: _Triangles, path: Path, said: list[Message]
+    header: Header, face: Table, faces: _Triangles, path: Path, messages: list[Message]
 ) -> tuple[_Triangles, tuple[Material, ...], npt.NDArray[np.int64]]:
     """The triangles in the order of their textures, these, and where each one's begin."""
-    materials = tuple(_texture(name, i, path, said) for i, name in enumerate(header.textures))
+    materials = tuple(_texture(name, i, path, messages) for i, name in enumerate(header.textures))
     ids = np.zeros(len(faces.corners), np.int64)
     if "texnumber" in face.plain:
         ids = face.plain["texnumber"].astype(np.int64)[faces.face_of]
         odd = (ids < 0) | (ids >= len(materials))
         wrong = odd & (ids != -1)  # -1 is how a face without texture is written
         if wrong.any():
-            said.append(
+            messages.append(
                 tr_n(
                     "{count:,} face without texture: the header has no texture of its number.",
                     "{count:,} faces without texture: the header has no textures of their numbers.",
@@ -343,7 +347,7 @@ def _dressed(
             ids[odd] = len(materials)
             materials = (*materials, Material("no texture"))
     elif len(materials) > 1:
-        said.append(
+        messages.append(
             tr("There are several textures but no 'texnumber' per face. The first is used.")
         )
     if np.any(np.diff(ids) < 0):
@@ -376,14 +380,14 @@ def _with_own_uv(mesh: Mesh, uv_corners: npt.NDArray[np.int32], uv_values: Array
     return replace(mesh, vertices=vertices, faces=faces, uv=uv, colors=colors, fields=fields)
 
 
-def _texture(name: str, index: int, path: Path, said: list[Message]) -> Material:
+def _texture(name: str, index: int, path: Path, messages: list[Message]) -> Material:
     found, problem = find_beside(path.parent, name)
     if found is not None:
         wrong = check_image(found)
         if wrong:
             found, problem = None, wrong
     if problem:
-        said.append(tr("Texture {number}: {problem}.", number=index + 1, problem=problem))
+        messages.append(tr("Texture {number}: {problem}.", number=index + 1, problem=problem))
     return Material(name, found)
 
 

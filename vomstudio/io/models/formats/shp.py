@@ -1,7 +1,7 @@
 """Shapefiles as models: points with heights as a cloud, multipatches as a mesh.
 
-By ESRI's white paper of 1998 and dBase III. Read here and not by a library because attributes keep
-every digit, as they are written (`vomstudio.io.gis.shapefile`).
+Formats: ESRI Shapefile Technical Description (1998) and dBase III. Parsed here and not by a
+library, so that attributes keep every digit (written by `vomstudio.io.gis.shapefile`).
 """
 
 from __future__ import annotations
@@ -78,26 +78,26 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if len(data) < _HEADER_BYTES or data[:4].tobytes() != _MAGIC:
         raise InputError(tr("This is not a shapefile. Export it again."), file=path)
     (kind,) = struct.unpack_from("<i", data.data, 32)
-    said: list[Message] = []
+    messages: list[Message] = []
     if kind in _SHAPES:
         finding = Finding("model.other-shapes", shapes=tr(_SHAPES[kind]))
         raise InputError.of_finding(finding, file=path)
     if kind == _MULTI_PATCH:
-        corners = _patch_corners(data, said)
+        corners = _patch_corners(data, messages)
         if not len(corners):
             raise InputError(tr("The shapefile has no faces. Export it again."), file=path)
-        mesh = drop_unsound(Mesh(*join_corners(corners.reshape(-1, 3))), said, path)
+        mesh = drop_unsound(Mesh(*join_corners(corners.reshape(-1, 3))), messages, path)
         is_mesh = isinstance(mesh, Mesh)
-        return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(said), path)
+        return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(messages), path)
     if kind not in (POINT_Z, _MULTI_POINT_Z):
         finding = Finding("model.other-shapes", shapes=tr("an unknown kind ({kind})", kind=kind))
         raise InputError.of_finding(finding, file=path)
-    points, rows = _points(data, said)
+    points, rows = _points(data, messages)
     if not len(points):
         raise InputError(tr("The shapefile has no points. Export it again."), file=path)
-    fields: Fields = {} if rows is None else _attributes(path, rows, said)
-    cloud = drop_unsound_points(_cloud(points, fields), said, path)
-    return LoadedModel(cloud, "cloud", None, tuple(said), path)
+    fields: Fields = {} if rows is None else _attributes(path, rows, messages)
+    cloud = drop_unsound_points(_cloud(points, fields), messages, path)
+    return LoadedModel(cloud, "cloud", None, tuple(messages), path)
 
 
 def _cloud(points: Floats, fields: Fields) -> PointCloud:
@@ -107,7 +107,7 @@ def _cloud(points: Floats, fields: Fields) -> PointCloud:
     if fields.keys() >= set(_NORMALS):
         normals = np.stack([fields.pop(name) for name in _NORMALS], -1).astype(np.float32)
     if list(fields) == ["id"] and np.array_equal(fields["id"], np.arange(1, len(points) + 1)):
-        # The format requires a column; this one has no information.
+        # Written because the format requires a column.
         fields = {}
     return PointCloud(points, colors, normals, fields)
 
@@ -116,9 +116,9 @@ def _cloud(points: Floats, fields: Fields) -> PointCloud:
 
 
 def _points(
-    data: npt.NDArray[np.uint8], said: list[Message]
+    data: npt.NDArray[np.uint8], messages: list[Message]
 ) -> tuple[Floats, npt.NDArray[np.int64] | None]:
-    """Return points (n, 3) and the row of the table of each, None for several points a row."""
+    """Return points (n, 3) and their rows in the table, None if a row has several points."""
     body = data[_HEADER_BYTES:]
     if len(body) % POINT_BYTES == 0:
         records = body.view(_RECORD)
@@ -127,7 +127,7 @@ def _points(
     places: list[Floats] = []
     rows: list[int] = []
     is_single = True
-    for row, record in enumerate(_records(data, said)):
+    for row, record in enumerate(_records(data, messages)):
         if record.kind == POINT_Z and len(record.content) >= 28:
             places.append(np.array([struct.unpack_from("<3d", record.content, 4)]))
             rows.append(row)
@@ -143,24 +143,24 @@ def _points(
     return points, np.array(rows, np.int64) if is_single else None
 
 
-def _records(data: npt.NDArray[np.uint8], said: list[Message]) -> Iterator[_Record]:
+def _records(data: npt.NDArray[np.uint8], messages: list[Message]) -> Iterator[_Record]:
     view, at, number = data.data, _HEADER_BYTES, 0
     while at + 12 <= len(data):
         _, words = struct.unpack_from(">2i", view, at)
         end = at + 8 + 2 * words
         if words < 2 or end > len(data):
-            said.append(Finding("model.cut-short", count=number))
+            messages.append(Finding("model.cut-short", count=number))
             return
         (kind,) = struct.unpack_from("<i", view, at + 8)
         yield _Record(kind, view[at + 8 : end])
         at, number = end, number + 1
 
 
-def _patch_corners(data: npt.NDArray[np.uint8], said: list[Message]) -> Floats:
+def _patch_corners(data: npt.NDArray[np.uint8], messages: list[Message]) -> Floats:
     """Return the triangles (n, 3, 3) of multipatches."""
-    found: list[Floats] = []
+    patches: list[Floats] = []
     left_out = 0
-    for record in _records(data, said):
+    for record in _records(data, messages):
         content = record.content
         if record.kind != _MULTI_PATCH or len(content) < 44:
             continue
@@ -176,14 +176,14 @@ def _patch_corners(data: npt.NDArray[np.uint8], said: list[Message]) -> Floats:
         for begin, end, kind in zip(starts.tolist(), ends.tolist(), kinds.tolist(), strict=True):
             triangles = _part_triangles(points[begin:end], kind)
             left_out += triangles is None
-            found += [] if triangles is None else [triangles]
+            patches += [] if triangles is None else [triangles]
     if left_out:
-        said.append(Finding("model.rings-left-out", count=left_out))
-    return np.concatenate(found) if found else np.empty((0, 3, 3))
+        messages.append(Finding("model.rings-left-out", count=left_out))
+    return np.concatenate(patches) if patches else np.empty((0, 3, 3))
 
 
 def _part_triangles(points: Floats, kind: int) -> Floats | None:
-    """Return the triangles of a strip, a fan or a ring of up to four corners, else None."""
+    """Return the triangles of a strip, a fan or a ring of at most four corners, else None."""
     if kind not in (_STRIP, _FAN):
         if len(points) > 1 and (points[0] == points[-1]).all():
             points = points[:-1]
@@ -192,7 +192,7 @@ def _part_triangles(points: Floats, kind: int) -> Floats | None:
     n = max(len(points) - 2, 0)
     k = np.arange(n)
     if kind == _STRIP:
-        # Every second triangle of a strip is turned.
+        # Every second triangle of a strip has the opposite orientation.
         rows = np.stack([k, k + 1 + k % 2, k + 2 - k % 2], -1)
     else:
         rows = np.stack([np.zeros(n, np.int64), k + 1, k + 2], -1)
@@ -202,15 +202,18 @@ def _part_triangles(points: Floats, kind: int) -> Floats | None:
 # --- attributes --------------------------------------------------------------------------------
 
 
-def _attributes(path: Path, rows: npt.NDArray[np.int64], said: list[Message]) -> Fields:
-    """Return the numeric columns of the table beside the shapes, one value a point."""
+def _attributes(path: Path, rows: npt.NDArray[np.int64], messages: list[Message]) -> Fields:
+    """Return the numeric columns of the table beside the shapes, one value per point."""
     table = _table_beside(path)
     if table is None or len(table) < 33:
         return {}
     count, header, width = struct.unpack_from("<IHH", table, 4)
     if width < 1 or len(table) < header + width * (int(rows.max(initial=-1)) + 1):
-        said.append(
-            tr("The attributes (.dbf) do not fit the shapes. They are left out; copy all files.")
+        messages.append(
+            tr(
+                "The attribute table (.dbf) does not match the shapes and was ignored. Copy all "
+                "files."
+            )
         )
         return {}
     count = min(count, (len(table) - header) // width)
@@ -230,14 +233,14 @@ def _attributes(path: Path, rows: npt.NDArray[np.int64], said: list[Message]) ->
         else:
             fields[name] = values
     if others:
-        said.append(Finding("model.columns-left-out", columns=others))
+        messages.append(Finding("model.columns-left-out", columns=others))
     return fields
 
 
 def _values(
     cells: npt.NDArray[np.uint8], kind: bytes, decimals: int
 ) -> npt.NDArray[np.generic] | None:
-    """Return the numbers of a column (n,), NaN where it is blank; None if it has words."""
+    """Return the numbers of a column (n,), NaN if blank; None if the column contains text."""
     width = cells.shape[1]
     if kind == b"L":
         return np.isin(cells[:, 0], tuple(b"TtYy"))
@@ -256,8 +259,8 @@ def _values(
 
 
 def _table_beside(path: Path) -> bytes | None:
-    for ending in (".dbf", ".DBF"):
-        beside = path.with_suffix(ending)
+    for suffix in (".dbf", ".DBF"):
+        beside = path.with_suffix(suffix)
         if regular.is_regular(beside):
             try:
                 return regular.read_whole(beside)

@@ -52,8 +52,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """The triangles of an STL file, corners at the same place joined; the origin of
     `NAME.offset.txt` added in float64. Raises InputError where there is no sound triangle."""
     data = read_whole(path, progress)
-    said: list[Message] = []
-    corners = _binary(data, path, said) if _is_binary(data) else _text(data, path, progress, said)
+    messages: list[Message] = []
+    corners = (
+        _binary(data, path, messages) if _is_binary(data) else _text(data, path, progress, messages)
+    )
     del data
     if len(corners) == 0:
         raise InputError(tr("The file has no triangles. Export it again."), file=path)
@@ -62,10 +64,10 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if offset.origin is not None:
         vertices += offset.origin
     if offset.problem:
-        said.append(offset.problem)
-    model = drop_unsound(Mesh(vertices, faces), said, path)
+        messages.append(offset.problem)
+    model = drop_unsound(Mesh(vertices, faces), messages, path)
     kind: Literal["mesh", "cloud"] = "mesh" if isinstance(model, Mesh) else "cloud"
-    return LoadedModel(model, kind, offset.crs, tuple(said), path)
+    return LoadedModel(model, kind, offset.crs, tuple(messages), path)
 
 
 def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
@@ -82,7 +84,7 @@ def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
 
 
 def _binary(
-    data: npt.NDArray[np.uint8], path: Path, said: list[Message]
+    data: npt.NDArray[np.uint8], path: Path, messages: list[Message]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
         raise InputError(tr("This is not an STL file, or it ends within its header."), file=path)
@@ -97,7 +99,7 @@ def _binary(
             file=path,
         )
     if there < promised:
-        said.append(
+        messages.append(
             tr(
                 "The file is cut short: it has {found:,} of the {promised:,} faces its header "
                 "promises.",
@@ -106,7 +108,7 @@ def _binary(
             )
         )
     elif there > promised:
-        said.append(
+        messages.append(
             tr_n(
                 "The bytes after the {count:,} face that the header promises are not read.",
                 "The bytes after the {count:,} faces that the header promises are not read.",
@@ -115,12 +117,14 @@ def _binary(
         )
     records = data[HEADER_BYTES : HEADER_BYTES + count * RECORD_BYTES].view(RECORD)
     if records["attribute"].any():
-        said.append(tr("The faces have attributes (colours in some programs), which are not used."))
+        messages.append(
+            tr("The faces have attributes (colours in some programs), which are not used.")
+        )
     return np.ascontiguousarray(records["corners"]).reshape(-1, 3)
 
 
 def _text(
-    data: npt.NDArray[np.uint8], path: Path, progress: Progress, said: list[Message]
+    data: npt.NDArray[np.uint8], path: Path, progress: Progress, messages: list[Message]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords part the loops: a corner too many or too few must not shift all that follow.
     text = in_utf8(data)
@@ -151,7 +155,7 @@ def _text(
     whole = (counts == 3) & (loop[first] > 0)
     odd = int(len(first) - np.count_nonzero(whole))
     if odd:
-        said.append(
+        messages.append(
             tr_n(
                 "{count:,} face left out that does not have three corners.",
                 "{count:,} faces left out that do not have three corners.",
@@ -159,7 +163,7 @@ def _text(
             )
         )
     if b"endsolid" not in text[-4096:].tobytes().lower():
-        said.append(tr("The file is cut short: it does not end with 'endsolid'."))
+        messages.append(tr("The file is cut short: it does not end with 'endsolid'."))
     if odd:
         corners = corners[(first[whole][:, None] + np.arange(3)).reshape(-1)]
     return corners

@@ -107,15 +107,15 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if b"\r" in data and b"\n" not in data:
         data = data.replace(b"\r", b"\n")
     require_text(path, data)
-    said: list[Message] = []
+    messages: list[Message] = []
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
-    columns = _columns(layout, path, said)
+    columns = _columns(layout, path, messages)
     table = _numbers(data, layout, path, progress)
     _refuse_ragged(table, data, layout, path)
     del data
-    cloud = _cloud(table, columns, layout, path, said)
-    cloud = drop_unsound_points(cloud, said, path)
-    return LoadedModel(cloud, "cloud", crs_in_comments(layout.comments).text, tuple(said), path)
+    cloud = _cloud(table, columns, layout, path, messages)
+    cloud = drop_unsound_points(cloud, messages, path)
+    return LoadedModel(cloud, "cloud", crs_in_comments(layout.comments).text, tuple(messages), path)
 
 
 def _layout(head: bytes, more: bool, path: Path) -> Layout:
@@ -176,9 +176,9 @@ def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[lis
     return None, 0
 
 
-def _columns(layout: Layout, path: Path, said: list[Message]) -> ColumnUses:
+def _columns(layout: Layout, path: Path, messages: list[Message]) -> ColumnUses:
     if layout.header is None:
-        return _columns_by_value(layout, path, said)
+        return _columns_by_value(layout, path, messages)
     text = TextRows(
         layout.header, layout.header_line, layout.width, layout.delimiter, [], None, [], [], [], []
     )
@@ -218,7 +218,7 @@ def _columns(layout: Layout, path: Path, said: list[Message]) -> ColumnUses:
     return columns
 
 
-def _columns_by_value(layout: Layout, path: Path, said: list[Message]) -> ColumnUses:
+def _columns_by_value(layout: Layout, path: Path, messages: list[Message]) -> ColumnUses:
     """Without names: x, y, z first; then colours and normals are known by their values."""
     if layout.width < 3:
         raise InputError(
@@ -244,7 +244,7 @@ def _columns_by_value(layout: Layout, path: Path, said: list[Message]) -> Column
             columns.others[at] = f"column {at + 1}"
             at += 1
             continue
-        said.append(
+        messages.append(
             tr(
                 "Columns {first} to {last} have no names. They are taken as red, green and blue."
                 if columns.rgb[:1] == [at]
@@ -381,7 +381,11 @@ def _column(cells: Sequence[str]) -> Array:
 
 
 def _cloud(
-    table: dict[int, Array], columns: ColumnUses, layout: Layout, path: Path, said: list[Message]
+    table: dict[int, Array],
+    columns: ColumnUses,
+    layout: Layout,
+    path: Path,
+    messages: list[Message],
 ) -> PointCloud:
     def numeric(i: int) -> Array | None:
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
@@ -405,7 +409,7 @@ def _cloud(
         column[beyond] = np.nan
         far |= beyond
     if far.any():
-        said.append(
+        messages.append(
             tr_n(
                 "{count:,} point too far away to be in metres.",
                 "{count:,} points too far away to be in metres.",
@@ -422,11 +426,11 @@ def _cloud(
         else:
             fields[name] = np.ascontiguousarray(values)
     if columns.rgb and colors is None:
-        said.append(tr("The colours are not used: some of them are not numbers."))
+        messages.append(tr("The colours are not used: some of them are not numbers."))
     if columns.normals and normals is None:
-        said.append(tr("The normals are not used: some of them are not numbers."))
+        messages.append(tr("The normals are not used: some of them are not numbers."))
     if words:
-        said.append(
+        messages.append(
             tr(
                 "These columns are left out, for they hold more than numbers: {columns}.",
                 columns=", ".join(words[:8]),

@@ -34,11 +34,13 @@ def positions_of(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
 
 
 def field_names(
-    fields: Mapping[str, Array], taken: Iterable[str], said: list[Message]
+    fields: Mapping[str, Array], used_names: Iterable[str], messages: list[Message]
 ) -> dict[str, str]:
-    """A name without blanks and odd signs for each field, none of them in `taken` (compared without
-    case); says which had to change."""
-    used = {name.casefold() for name in taken}
+    """Return a unique ASCII name for each field, none of them in `used_names` (case-insensitive).
+
+    Appends a message for each renamed field.
+    """
+    used = {name.casefold() for name in used_names}
     result: dict[str, str] = {}
     for name in fields:
         plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "field"
@@ -51,12 +53,12 @@ def field_names(
         used.add(free.casefold())
         result[name] = free
         if free != name:
-            said.append(renamed(name, free))
+            messages.append(renamed(name, free))
     return result
 
 
 def renamed(name: str, new: str) -> str:
-    """What is said of a field whose name does not fit."""
+    """Return the message about a field that the format cannot store under its name."""
     return tr("The field '{field}' is named '{new}' in this format.", field=name, new=new)
 
 
@@ -68,11 +70,11 @@ def lost_textures(names: Iterable[str]) -> str:
     return tr("This format has no textures. Left out: {images}.", images=", ".join(names))
 
 
-def bare_points(data: Mesh | PointCloud, said: list[Message]) -> None:
-    """Says what of a mesh is lost where only its corners are written."""
+def bare_points(data: Mesh | PointCloud, messages: list[Message]) -> None:
+    """Append a message about the faces of a mesh that a format of points cannot store."""
     if not isinstance(data, Mesh):
         return
-    said.append(
+    messages.append(
         tr_n(
             "This format has no faces. The {count:,} face of the mesh is left out, its vertices "
             "are written.",
@@ -83,7 +85,7 @@ def bare_points(data: Mesh | PointCloud, said: list[Message]) -> None:
     )
     images = [m.texture.name for m in data.materials if m.texture is not None]
     if images:
-        said.append(lost_textures(images))
+        messages.append(lost_textures(images))
 
 
 def step_rows(n: int, out: Outgoing, title: str) -> Iterator[slice]:
@@ -205,13 +207,15 @@ def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
     )
 
 
-def prj_beside(out: Outgoing, said: list[Message], esri: bool = False) -> list[tuple[Path, str]]:
+def prj_beside(
+    out: Outgoing, messages: list[Message], esri: bool = False
+) -> list[tuple[Path, str]]:
     """`NAME.prj` with the CRS, for formats that have no place for one; nothing where it stands
     there already. esri : in the words of ESRI, as a shapefile has it"""
     path = out.path.with_suffix(".prj")
     if out.crs is None:
         if path.exists():
-            said.append(
+            messages.append(
                 tr(
                     "'{file}' names a coordinate reference system that this model does not have. "
                     "Remove that file.",

@@ -23,22 +23,22 @@ from vomstudio.words import to_translate, tr
 def write(out: Outgoing) -> list[Message]:
     """Points in the nearest of the 255 colours that the format has; faces by material, each on a
     layer of its own; coordinates exact; the CRS in NAME.prj."""
-    said: list[Message] = []
+    messages: list[Message] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) and len(data.faces) else None
     if data.fields:
-        said.append(lost_fields(data.fields))
+        messages.append(lost_fields(data.fields))
     if not isinstance(data, Mesh) and data.normals is not None:
-        said.append(tr("This format has no normals. They are left out."))
+        messages.append(tr("This format has no normals. They are left out."))
     if mesh is not None:
         images = [m.texture.name for m in mesh.materials if m.texture is not None]
         if images:
-            said.append(lost_textures(images))
+            messages.append(lost_textures(images))
         if mesh.colors is not None:
-            said.append(tr("This format has no colours of mesh vertices. They are left out."))
+            messages.append(tr("This format has no colours of mesh vertices. They are left out."))
     elif data.colors is not None:
-        said.append(tr("Colours are reduced to the 255 colours of DXF release 12."))
-    beside = prj_beside(out, said)
+        messages.append(tr("Colours are reduced to the 255 colours of DXF release 12."))
+    beside = prj_beside(out, messages)
     materials = [] if mesh is None else [m.name or "mesh" for m in mesh.materials]
     names = layer_names(materials or ["mesh" if mesh is not None else "points"])
     shades = dict.fromkeys(names.values(), 7)
@@ -77,7 +77,7 @@ def write(out: Outgoing) -> list[Message]:
                         layer = names[materials[number]] if materials else names["mesh"]
                         drawing.faces(corners[owner[rows] == number], layer)
             drawing.close()
-    return said
+    return messages
 
 
 WRITER = Writer(to_translate("DXF drawing"), (".dxf",), write)

@@ -40,9 +40,9 @@ ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
 def write(out: Outgoing) -> list[Message]:
     """One primitive per material. Origin and CRS in `asset.extras` and NAME.offset.txt; fields as
     `_NAME` attributes in float32."""
-    said: list[Message] = []
+    messages: list[Message] = []
     origin = _origin(out.data)
-    scene = _Scene(out, origin, said)
+    scene = _Scene(out, origin, messages)
     scene.build()
     chunks = scene.chunks(origin)
     text = offset_text(origin.tolist(), out.crs, _axes(out))
@@ -67,7 +67,7 @@ def write(out: Outgoing) -> list[Message]:
             for done, part in enumerate(scene.parts):
                 file.write(part)
                 out.progress.step(done + 1)
-    return said
+    return messages
 
 
 def _axes(out: Outgoing) -> str:
@@ -84,8 +84,10 @@ def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
 
 
 class _Scene:
-    def __init__(self, out: Outgoing, origin: npt.NDArray[np.float64], said: list[Message]) -> None:
-        self.out, self.origin, self.said = out, origin, said
+    def __init__(
+        self, out: Outgoing, origin: npt.NDArray[np.float64], messages: list[Message]
+    ) -> None:
+        self.out, self.origin, self.messages = out, origin, messages
         self.parts: list[bytes] = []
         self._at = 0
         self.json: dict[str, Any] = {
@@ -124,7 +126,7 @@ class _Scene:
                 extra["NORMAL"] = self._accessor(turned.astype("<f4"), FLOAT)
             self._add(self.out.path.stem, slice(None), extra, {"mode": 0})
         if self._error > ROUNDING_M:
-            self.said.append(
+            self.messages.append(
                 tr(
                     "The model is too large for float32: positions are rounded by up to "
                     "{error:.2g} mm.",
@@ -133,7 +135,7 @@ class _Scene:
             )
         for name, values in data.fields.items():
             if not _fits_float32(values):
-                self.said.append(tr("The field '{field}' is rounded to float32.", field=name))
+                self.messages.append(tr("The field '{field}' is rounded to float32.", field=name))
 
     def _add_mesh(self, mesh: Mesh) -> None:
         materials = mesh.materials or (None,)
@@ -173,7 +175,7 @@ class _Scene:
             self._add(name, rows, extra, primitive)
         loose = len(mesh.vertices) - len(np.unique(mesh.faces))
         if loose:
-            self.said.append(
+            self.messages.append(
                 tr_n(
                     "{count:,} vertex that no face uses is left out.",
                     "{count:,} vertices that no face uses are left out.",

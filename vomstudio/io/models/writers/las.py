@@ -47,18 +47,18 @@ def write(out: Outgoing) -> list[Message]:
     their places or as extra dimensions of their own types."""
     import laspy
 
-    said: list[Message] = []
+    messages: list[Message] = []
     data = out.data
-    bare_points(data, said)
+    bare_points(data, messages)
     points = positions_of(data)
     grids = [_grid(points[:, k]) for k in range(3)]
     offset, scales = np.array(grids).T
     rounding = _rounding(points, offset, scales)
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
-        said.append(tr("Coordinates are rounded to {step:g} mm.", step=scales.max() * 1000))
+        messages.append(tr("Coordinates are rounded to {step:g} mm.", step=scales.max() * 1000))
     header = laspy.LasHeader(version="1.4", point_format=7 if data.colors is not None else 6)
     header.scales, header.offsets = scales, offset
-    columns = _columns(data, header, said)
+    columns = _columns(data, header, messages)
     if out.crs is not None:
         from pyproj import CRS
 
@@ -88,7 +88,7 @@ def write(out: Outgoing) -> list[Message]:
             for name, values in columns:
                 record[name] = values[rows]
             writer.write_points(record)
-    return said
+    return messages
 
 
 class _Remembering(io.FileIO):
@@ -147,7 +147,9 @@ def _rounding(points: Array, offset: Array, scales: Array) -> float:
     return float(np.abs(back - points).max(initial=0.0))
 
 
-def _columns(data: Mesh | PointCloud, header: Any, said: list[Message]) -> list[tuple[str, Array]]:
+def _columns(
+    data: Mesh | PointCloud, header: Any, messages: list[Message]
+) -> list[tuple[str, Array]]:
     import laspy
 
     columns: list[tuple[str, Array]] = []
@@ -162,11 +164,11 @@ def _columns(data: Mesh | PointCloud, header: Any, said: list[Message]) -> list[
         else:
             rest[name] = values
     if isinstance(data, PointCloud) and data.normals is not None:
-        said.append(tr("Normals are written as the fields normal_x, normal_y and normal_z."))
+        messages.append(tr("Normals are written as the fields normal_x, normal_y and normal_z."))
         for k, axis in enumerate("xyz"):
             rest.setdefault(f"normal_{axis}", data.normals[:, k])
-    short = _short_names(rest, said)
-    names = field_names(short, header.point_format.dimension_names, said)
+    short = _short_names(rest, messages)
+    names = field_names(short, header.point_format.dimension_names, messages)
     extra = []
     for name, label in names.items():
         values = short[name]
@@ -186,7 +188,7 @@ def _fits(values: Array, kind: Any) -> bool:
         return bool((values.astype(kind).astype(values.dtype) == values).all())
 
 
-def _short_names(fields: dict[str, Array], said: list[Message]) -> dict[str, Array]:
+def _short_names(fields: dict[str, Array], messages: list[Message]) -> dict[str, Array]:
     """Names that fit into the 32 bytes which the format has for them."""
     result: dict[str, Array] = {}
     for name, values in fields.items():
@@ -196,7 +198,7 @@ def _short_names(fields: dict[str, Array], said: list[Message]) -> dict[str, Arr
         while label in result or (label != name and label in fields):
             label, number = f"{short}_{number}", number + 1
         if label != name:
-            said.append(renamed(name, label))
+            messages.append(renamed(name, label))
         result[label] = values
     return result
 

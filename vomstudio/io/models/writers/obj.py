@@ -30,15 +30,15 @@ from vomstudio.words import to_translate, tr
 def write(out: Outgoing) -> list[Message]:
     """Coordinates in the shortest decimals that give back the same float64; colours per vertex as
     `v x y z r g b` in 0..1; the CRS in NAME.prj."""
-    said: list[Message] = []
+    messages: list[Message] = []
     data = out.data
     if data.fields:
-        said.append(lost_fields(data.fields))
+        messages.append(lost_fields(data.fields))
     mesh = data if isinstance(data, Mesh) else None
     if mesh is None and data.normals is not None:  # type: ignore[union-attr]
-        said.append(tr("This format has no normals of points. They are left out."))
+        messages.append(tr("This format has no normals of points. They are left out."))
     images = plan_images(mesh, out) if mesh else Images([], [])
-    beside = prj_beside(out, said)
+    beside = prj_beside(out, messages)
     library = out.path.with_suffix(".mtl") if mesh and mesh.materials else None
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
     if library is not None:
@@ -53,7 +53,7 @@ def write(out: Outgoing) -> list[Message]:
         if library is not None and mesh is not None:
             _write_library(temporaries[-1], mesh, names, images)
         _write_model(temporaries[0], out, names, None if library is None else library.name)
-    return said
+    return messages
 
 
 def _material_names(mesh: Mesh) -> list[str]:

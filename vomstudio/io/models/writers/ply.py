@@ -46,20 +46,20 @@ RESERVED = (
 def write(out: Outgoing) -> list[Message]:
     """Vertices with doubles, colours, normals and fields of their own types; textured faces with
     `texcoord` and `texnumber`, the images beside; the CRS in NAME.prj."""
-    said: list[Message] = []
+    messages: list[Message] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) else None
     images = plan_images(mesh, out) if mesh else Images([], [])
     if mesh is not None and any(m.texture is None for m in mesh.materials):
         bare = [m.name or "untextured" for m in mesh.materials if m.texture is None]
-        said.append(
+        messages.append(
             tr(
                 "This format has no materials without a texture. Left out: {materials}.",
                 materials=", ".join(bare),
             )
         )
-    beside = prj_beside(out, said)
-    columns = _columns(out, said)
+    beside = prj_beside(out, messages)
+    columns = _columns(out, messages)
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
     with atomic_group(paths, out.force, out.inputs) as temporaries:
         copy_images(images, temporaries[1 : 1 + len(images.copies)])
@@ -76,10 +76,10 @@ def write(out: Outgoing) -> list[Message]:
                 file.write(block.tobytes())
             if mesh is not None:
                 _write_faces(file, out, mesh, images)
-    return said
+    return messages
 
 
-def _columns(out: Outgoing, said: list[Message]) -> list[tuple[str, Array]]:
+def _columns(out: Outgoing, messages: list[Message]) -> list[tuple[str, Array]]:
     data = out.data
     points = positions_of(data)
     columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
@@ -88,12 +88,12 @@ def _columns(out: Outgoing, said: list[Message]) -> list[tuple[str, Array]]:
         columns += [(name, normals[:, k]) for k, name in enumerate(("nx", "ny", "nz"))]
     if data.colors is not None:
         columns += [(name, data.colors[:, k]) for k, name in enumerate(("red", "green", "blue"))]
-    for name, label in field_names(data.fields, RESERVED, said).items():
-        columns.append((label, _storable(data.fields[name], name, said)))
+    for name, label in field_names(data.fields, RESERVED, messages).items():
+        columns.append((label, _storable(data.fields[name], name, messages)))
     return columns
 
 
-def _storable(values: Array, name: str, said: list[Message]) -> Array:
+def _storable(values: Array, name: str, messages: list[Message]) -> Array:
     """In a type that PLY has."""
     if values.dtype.kind == "b":
         return values.astype(np.uint8)
@@ -101,7 +101,7 @@ def _storable(values: Array, name: str, said: list[Message]) -> Array:
         return values
     wide = values.astype(np.float64)
     if values.dtype.kind in "iu" and not (wide.astype(values.dtype) == values).all():
-        said.append(tr("The field '{field}' is rounded to 53 bits.", field=name))
+        messages.append(tr("The field '{field}' is rounded to 53 bits.", field=name))
     return wide
 
 

@@ -28,11 +28,11 @@ Array = npt.NDArray[Any]
 def write(out: Outgoing) -> list[Message]:
     """POINTZ with colours (red, green, blue), normals and fields as attributes; the CRS in
     NAME.prj. Raises TargetError for more points than the format holds."""
-    said: list[Message] = []
+    messages: list[Message] = []
     data = out.data
-    bare_points(data, said)
+    bare_points(data, messages)
     points = positions_of(data)
-    columns = _columns(out, said)
+    columns = _columns(out, messages)
     if is_too_large(len(points), columns):
         raise TargetError(
             tr(
@@ -41,7 +41,7 @@ def write(out: Outgoing) -> list[Message]:
             ),
             file=out.path,
         )
-    beside = prj_beside(out, said, esri=True)
+    beside = prj_beside(out, messages, esri=True)
     parts = [out.path.with_suffix(ending) for ending in (".shx", ".dbf", ".cpg")]
     paths = [out.path, *parts, *(path for path, _ in beside)]
     with atomic_group(paths, out.force, out.inputs) as (shp, shx, dbf, cpg, *rest):
@@ -50,10 +50,10 @@ def write(out: Outgoing) -> list[Message]:
             temporary.write_text(text, encoding="utf-8")
         blocks = step_rows(len(points), out, tr("Writing points"))
         write_points(shp, shx, dbf, points, columns, blocks)
-    return said
+    return messages
 
 
-def _columns(out: Outgoing, said: list[Message]) -> list[Column]:
+def _columns(out: Outgoing, messages: list[Message]) -> list[Column]:
     data = out.data
     values: dict[str, Array] = {}
     if data.colors is not None:
@@ -65,7 +65,7 @@ def _columns(out: Outgoing, said: list[Message]) -> list[Column]:
     names = short_names([*values, *own])
     for name in own:
         if names[name] != name:
-            said.append(renamed(name, names[name]))
+            messages.append(renamed(name, names[name]))
     values |= own
     if not values:
         # The format wants at least one attribute.

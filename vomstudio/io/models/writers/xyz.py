@@ -32,18 +32,18 @@ RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
 def write(out: Outgoing) -> list[Message]:
     """Floats in the shortest decimals that give back the same value; `.csv` with commas, the others
     with blanks; the CRS in NAME.prj."""
-    said: list[Message] = []
+    messages: list[Message] = []
     data = out.data
-    bare_points(data, said)
+    bare_points(data, messages)
     points = positions_of(data)
     columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
     if data.colors is not None:
         columns += [(name, data.colors[:, k]) for k, name in enumerate("rgb")]
-    for name, label in field_names(data.fields, RESERVED, said).items():
+    for name, label in field_names(data.fields, RESERVED, messages).items():
         columns.append((label, data.fields[name]))
     if not isinstance(data, Mesh) and data.normals is not None:
         columns += [(name, data.normals[:, k]) for k, name in enumerate(NAMES[6:])]
-    beside = prj_beside(out, said)
+    beside = prj_beside(out, messages)
     mark = "," if out.path.suffix.lower() == ".csv" else " "
     form = mark.join("%r" for _ in columns)
     paths = [out.path, *(path for path, _ in beside)]
@@ -54,7 +54,7 @@ def write(out: Outgoing) -> list[Message]:
             file.write(mark.join(name for name, _ in columns) + "\n")
             for rows in step_rows(len(points), out, tr("Writing points")):
                 write_lines(file, [_plain(values[rows]) for _, values in columns], form)
-    return said
+    return messages
 
 
 def _plain(values: Array) -> list[Any]:
