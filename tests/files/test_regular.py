@@ -14,12 +14,12 @@ import rasterio
 import shapely
 from rasterio import Affine
 
+from tests.drawings import read_lines
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.inside import refuse_links
 from vomstudio.files.lock import ProjectLock
 from vomstudio.files.regular import open_regular, read_small, require_regular_beside
 from vomstudio.io.control.formats.micmac import marks_beside
-from vomstudio.io.gate.drawn_layers import read_lines
 from vomstudio.io.gis.raster import size_and_bands
 from vomstudio.io.gis.raster_place import place_on_map
 from vomstudio.io.models.opening import read_model

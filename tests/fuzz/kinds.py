@@ -100,13 +100,13 @@ _lines = _of("vomstudio.io.gis.line_reading", "read_gis_lines")
 
 
 def _layer(path: Path) -> object:
-    from vomstudio.io.gate.drawn_layers import read_lines
+    from tests.drawings import read_lines
 
     return read_lines(path), _lines(path)
 
 
 def _area(path: Path) -> object:
-    from vomstudio.io.gate.drawn_layers import read_area
+    from tests.drawings import read_area
 
     return read_area(path)
 

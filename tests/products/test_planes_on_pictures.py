@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.drawings import read_lines
 from vomstudio.geology.orientation import planes_to_normals
-from vomstudio.io.gate.drawn_layers import read_lines
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 from vomstudio.products.ortho.interpretation import Flat, Item, flattened

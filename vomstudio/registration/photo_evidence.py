@@ -61,7 +61,7 @@ def positions_in(photos: Mapping[str, Path]) -> Positions:
         True,
         unstated,
         heights=tuple(heights),
-        findings=tuple(altitude_findings(metadata)),
+        notes=tuple(altitude_findings(metadata)),
     )
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import shapely
 
+from tests.drawings import read_area, read_lines
 from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.network import Counted, fracture_network
 from vomstudio.geology.fractures.nodes import nodes_of
 from vomstudio.geology.fractures.pieces import circle_area, pieces_of
-from vomstudio.io.gate.drawn_layers import read_area, read_lines
 
 SQUARE = shapely.box(0, 0, 10, 10)
 

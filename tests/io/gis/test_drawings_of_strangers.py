@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.drawings import read_lines
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import InputError
-from vomstudio.io.gate.drawn_layers import read_lines
 from vomstudio.io.gis.dxf_blocks import MOST_UNFOLDED
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg

@@ -16,9 +16,9 @@ import pyogrio
 import pytest
 import shapely
 
+from tests.drawings import read_area, read_lines
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
-from vomstudio.io.gate.drawn_layers import read_area, read_lines
 from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.project.listed_import import read_listed

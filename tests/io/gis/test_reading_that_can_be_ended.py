@@ -14,10 +14,10 @@ import pyogrio
 import pytest
 import shapely
 
+from tests.drawings import read_area, read_lines
 from tests.tiers import first_in_default_tier
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import Cancelled, InputError
-from vomstudio.io.gate.drawn_layers import read_area, read_lines
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
 from vomstudio.io.project.listed_import import read_listed

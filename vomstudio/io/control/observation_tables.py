@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 from vomstudio.io.control.control_files import read_control
@@ -90,7 +90,7 @@ class Positions:
     crs : of x and y as the file states it, in `line`, None where it does not
     heights : what each is above: "ellipsoid", "sea level", "below sea level", or "" where that is
         not stated; () where it is for none
-    findings : on what the photos state
+    notes : messages about the table, or about what the photos state
     """
 
     photos: tuple[str, ...]
@@ -102,7 +102,6 @@ class Positions:
     file: Path | None = None
     line: int | None = None
     notes: tuple[Message, ...] = ()
-    findings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

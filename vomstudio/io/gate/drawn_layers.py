@@ -194,35 +194,6 @@ def raw_shapes(
     return RawLayer(path, shapes, rows, {}, placed.crs, placed.findings, field=name)
 
 
-def read_lines(
-    path: str | Path,
-    layer: str | None = None,
-    columns: Iterable[str] = (),
-    progress: Progress | None = None,
-) -> DrawnLayer:
-    """Read the lines of a file, heights dropped, with the named attributes (case-insensitive).
-
-    Raises
-    ------
-    InputError
-        If the file is not a drawing, contains no lines or is in degrees.
-    UsageError
-        If the layer must be named.
-    Cancelled
-    """
-    return extract_lines(read_raw_lines(path, layer, columns, progress))
-
-
-def read_area(
-    path: str | Path, layer: str | None = None, progress: Progress | None = None
-) -> tuple[Any, DrawnLayer]:
-    """Read all polygons of a file as one shapely area, and their layer.
-
-    Raises as `read_lines`.
-    """
-    return extract_area(read_raw_areas(path, layer, progress))
-
-
 def extract_lines(raw: RawLayer, *, with_rings: bool = True) -> DrawnLayer:
     """Return the lines of a layer as single parts, heights dropped.
 

@@ -354,7 +354,6 @@ def _evidence(
         messages += check_area(evidence.pairs.world, crs)
     if order.cameras is not None:
         positions = _positions(order.cameras, cameras)
-        messages += positions.findings
         evidence.positions, crs, place = in_metres(positions, crs, messages)
         messages += check_area(evidence.positions.places, crs, converted=place is not None)
     north = _north(order, evidence, crs, place)
