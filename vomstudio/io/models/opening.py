@@ -313,7 +313,7 @@ def with_axes(
         return _reprojected(loaded, axes, options, messages), None
     refused = refusal(axes, loaded.data.bounds)
     messages += unit_findings(axes) if refused is None else ()
-    named = axes.kind != "none" and refused is None
+    named = axes.kind not in ("none", "local") and refused is None
     if axes.crs is None and named and not axes.grows:
         messages.append(unreadable(loaded.path, loaded.crs or axes.kind))
     data = _scaled(loaded.data, axes)
