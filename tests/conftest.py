@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 
 from tests.guards import (  # noqa: F401 - hooks: what a test leaves behind fails it
+    pytest_collection_finish,
     pytest_runtest_call,
     pytest_runtest_setup,
     pytest_runtest_teardown,

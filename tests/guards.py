@@ -29,6 +29,7 @@ _PATIENCE_S = 20.0
 _MEMORY_PATIENCE_S = 5.0
 """A thread that was told to end may be in the middle of something, and one that arranges a large
 model for picking gives way to everybody else."""
+MODULES_PER_COLLECTION = 20
 
 _THREADS = (
     # Dask has one of each for the process, made with its first client.
@@ -78,6 +79,7 @@ class _Memory:
     shared : a window is in use by several tests; memory is checked when it is closed"""
 
     module: str = ""
+    modules: int = 0
     windows: set[int] = field(default_factory=set)
     shared: bool = False
 
@@ -92,13 +94,19 @@ _BEFORE = pytest.StashKey[_Before]()
 _memory = _Memory()
 
 
+def pytest_collection_finish() -> None:
+    """Hide the thousands of collected tests from the garbage collector."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
     before = _Before(set(threading.enumerate()), _Records(), str(item.path).startswith(_WINDOWS))
     item.stash[_BEFORE] = before
     logging.getLogger("vomstudio").addHandler(before.records)
     if before.in_windows and not _memory.shared:
-        _collect_once_per_module(str(item.path))
+        _collect_now_and_then(str(item.path))
         _memory.hide_existing()
     try:
         return (yield)
@@ -196,9 +204,14 @@ def end_sharing(*, check: bool = True) -> list[str]:
     return left
 
 
-def _collect_once_per_module(path: str) -> None:
-    if _memory.module != path:
-        _memory.module = path
+def _collect_now_and_then(path: str) -> None:
+    """Collect the garbage that was hidden, at the beginning of every few modules: going through all
+    objects, most of which belong to pytest, takes a second or more."""
+    if _memory.module == path:
+        return
+    _memory.module = path
+    _memory.modules += 1
+    if _memory.modules % MODULES_PER_COLLECTION == 0:
         gc.unfreeze()
         gc.collect()
 

@@ -7,6 +7,7 @@ GeoPackages and large files are read in a separate process
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -218,4 +219,7 @@ class _Unreadable(InputError):
 
 
 if __name__ == "__main__":
+    # pyogrio imports these if it finds them, which takes longer than reading most files.
+    for unused in ("pandas", "pyarrow", "pyproj"):
+        sys.modules[unused] = None  # type: ignore[assignment]
     raise SystemExit(reader_process.serve(_answer))
