@@ -98,6 +98,7 @@ def test_one_thread_is_no_thread():
     assert isinstance(make_executor(1), Inline)
 
 
+@pytest.mark.full  # ten seconds until the connection is given up
 def test_a_scheduler_that_is_not_there_is_named():
     with pytest.raises(UsageError, match=r"127\.0\.0\.1:1"):
         make_executor(None, "tcp://127.0.0.1:1")

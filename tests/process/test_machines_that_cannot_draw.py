@@ -37,6 +37,7 @@ def test_no_screen(tmp_path: Path, display: str | None) -> None:
     assert "vomstudio --help" in done.stderr
 
 
+@pytest.mark.full  # the window waits ten seconds for another driver
 @pytest.mark.skipif(not os.environ.get("DISPLAY"), reason="needs a screen")
 def test_an_opengl_that_is_too_old(tmp_path: Path) -> None:
     done = window(

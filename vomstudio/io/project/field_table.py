@@ -26,7 +26,10 @@ from vomstudio.words import tr
 
 @dataclass(frozen=True, eq=False)
 class FieldTable:
-    """The cells of a text file. ragged: rows that have too many or too few, by index, and why."""
+    """Cells of a text file.
+
+    ragged : why rows have too many or too few cells, by index; comments : without their mark
+    """
 
     path: Path
     names: tuple[str, ...] | None
@@ -36,6 +39,7 @@ class FieldTable:
     lines: list[int]
     ragged: Mapping[int, str]
     notes: tuple[str, ...]
+    comments: tuple[str, ...] = ()
 
     def label(self, column: int) -> str:
         return self.names[column] if self.names else f"column {column + 1}"
@@ -54,6 +58,9 @@ def read_field_table(path: str | Path) -> FieldTable:
         for i, line in enumerate(lines, 1)
         if not is_blank(line.strip()) and not line.lstrip().startswith("#")
     ]
+    comments = tuple(
+        line.strip().lstrip("#").strip() for line in lines if line.lstrip().startswith("#")
+    )
     if not kept:
         raise InputError(tr("The table has no rows. A table of readings needs some."), file=path)
     delimiter = sniff([line for _, line in kept[:200]])
@@ -94,7 +101,7 @@ def read_field_table(path: str | Path) -> FieldTable:
                 )
             )
             row[:] = (row + [""] * width)[:width]
-    return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes))
+    return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes), comments)
 
 
 def _cut(line: str, delimiter: str) -> list[str]:

@@ -8,16 +8,20 @@ that can be a strike as well as a dip direction waits for the user.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from vomstudio.core.findings import Finding
 from vomstudio.document.edits import new_id
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import Point
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import why_no_coordinate, why_not_on_earth
 from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.flag_words import is_overturned
 from vomstudio.io.text.orientation_reading import plane_of
@@ -29,6 +33,9 @@ NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/pl
 
 ToGrid = Callable[[float, float], tuple[float, float] | None]
 """From longitude and latitude to x and y of the project."""
+
+WITHOUT_CRS = ModelFrame()
+"""Frame of a project in local coordinates."""
 
 _EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
 
@@ -147,8 +154,12 @@ def understand(
     columns: Mapping[str, int],
     notation: str,
     to_grid: ToGrid | None = None,
+    model: ModelFrame = WITHOUT_CRS,
 ) -> FieldReadings:
     """The readings of a table, as written: no azimuth is turned here.
+
+    Positions are converted to World if the table states another CRS than the project, `model`; if
+    they cannot be, the readings have none.
 
     columns: role to column. Roles are `azimuth` and `inclination`, the two angles of the notation,
     `text`, both angles in one cell, `trend` and `plunge` of rows that are lines in a table of
@@ -199,8 +210,32 @@ def understand(
             )
         )
     in_degrees = "longitude" in columns and to_grid is None
+    findings: Sequence[Finding] = ()
+    if "x" in columns and "y" in columns:
+        try:
+            rows, findings = _rows_in_world(rows, table, model)
+        except (InputError, UsageError) as error:
+            nowhere += [(row.line, error.message) for row in rows if row.position is not None]
+            rows = [replace(row, position=None) for row in rows]
     remarks = [*table.notes, *_remarks(turned_over, placeless, in_degrees), *_nowhere(nowhere)]
-    return FieldReadings(tuple(rows), tuple(bad), tuple(remarks))
+    return FieldReadings(tuple(rows), tuple(bad), (*remarks, *map(str, findings)))
+
+
+def _rows_in_world(
+    rows: list[FieldRow], table: FieldTable, model: ModelFrame
+) -> tuple[list[FieldRow], Sequence[Finding]]:
+    """Convert positions from the CRS that the table states. Raises InputError and UsageError."""
+    placed = [row for row in rows if row.position is not None]
+    if not placed:
+        return rows, ()
+    world = points_to_world(
+        np.array([row.position for row in placed], np.float64),
+        file=table.path, comments=table.comments, model=model,
+    )  # fmt: skip
+    places: dict[int, Point] = {
+        row.line: (x, y, z) for row, (x, y, z) in zip(placed, world.points.tolist(), strict=True)
+    }
+    return [replace(row, position=places.get(row.line)) for row in rows], world.findings
 
 
 def _remarks(turned_over: list[int], placeless: list[int], in_degrees: bool) -> list[str]:

@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 from vomstudio.document.edits import suggest_type
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import FeatureType, Record
+from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.crs import convergence_deg, crs_name, from_degrees
 from vomstudio.io.project.field_columns import guess
 from vomstudio.io.project.field_table import FieldTable
@@ -256,7 +257,9 @@ class ReadingsDialog(QDialog):
         self._understood = (
             FieldReadings((), (), ())
             if self._missing
-            else understand(self._table, self.columns(), notation, self._to_grid)
+            else understand(
+                self._table, self.columns(), notation, self._to_grid, ModelFrame(self._place.crs)
+            )
         )
         self._ask_for_types()
         self._show_bad()

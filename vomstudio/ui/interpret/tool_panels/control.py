@@ -362,7 +362,7 @@ class ControlPanel(QWidget):
 
         try:
             pairs = read_points(path)
-            crs = None if np.isfinite(pairs.model).any() else crs_of(path)
+            crs = pairs.crs if np.isfinite(pairs.model).any() else crs_of(path)
         except VomError as error:
             self._studio.warn(str(error), "error")
             return
@@ -370,6 +370,8 @@ class ControlPanel(QWidget):
             return
         if crs:
             self.field.setText(crs)
+        if pairs.notes:
+            self._studio.warn(f"{path.name}: " + "\n".join(map(str, pairs.notes)))
         first = next((p.id for p in self._points if not p.vertices), "")
         self._tool.choose(first)
 

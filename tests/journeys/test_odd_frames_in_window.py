@@ -1,0 +1,129 @@
+"""The window answers every odd frame, as commands do (`tests/cli/test_parity_of_frames.py`).
+
+The table of answers is printed: ``pytest -s -m "" tests/journeys/test_odd_frames_in_window.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QFileDialog
+
+from tests import driver
+from tests.cli.test_parity_of_frames import (
+    FRAMES,
+    ZONE,
+    bed,
+    write_control,
+    write_model,
+    write_oriented,
+    write_points,
+)
+from tests.messages import shown_codes
+from vomstudio.ui.analyse.net.commands import import_readings
+from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
+from vomstudio.ui.interpret.tool_panels.control import ControlPanel
+from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
+from vomstudio.workspace.notices import Notice
+
+pytestmark = pytest.mark.full
+
+ASKED = "asked"
+"""The window asks for the frame."""
+TABLE: dict[tuple[str, str], set[str]] = {}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def table() -> Iterator[None]:
+    yield
+    for (door, frame), answer in TABLE.items():
+        print(f"\n{door:24} {frame:20} {', '.join(sorted(answer))}", end="")
+    print()
+
+
+def expect(door: str, frame: str, answer: set[str], *also: str) -> None:
+    TABLE[door, frame] = answer
+    *_, expected = FRAMES[frame]
+    assert answer & (expected | set(also)), f"{door}, {frame}: {answer}"
+
+
+@pytest.fixture
+def notices(window) -> Iterator[list[Notice]]:
+    """What the window shows in its message bar, as it comes."""
+    told: list[Notice] = []
+    window.studio.notice.connect(told.append)
+    yield told
+    window.studio.notice.disconnect(told.append)
+
+
+def shown(notices: list[Notice]) -> set[str]:
+    return shown_codes("\n".join(notice.text for notice in notices))
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_opening_a_model(window, notices, tmp_path: Path, frame: str) -> None:
+    change, crs, _ = FRAMES[frame]
+    path = write_model(tmp_path / "given", change(bed()), crs)
+    studio = window.studio
+    window.open_path(path)
+    driver.wait(lambda: studio.models or notices, "an answer")
+    driver.pause(300)
+    answer = shown(notices)
+    if studio.models and crs is None:
+        driver.wait(lambda: driver.dialog_of(window), "the frame dialog")
+        answer.add(ASKED)
+        driver.dialog_of(window).reject()
+    expect("open model", frame, answer, ASKED)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_table_of_three_points(window, notices, tmp_path: Path, monkeypatch, frame: str) -> None:
+    change, crs, _ = FRAMES[frame]
+    path = write_points(tmp_path / "given", change(bed()), crs)
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(path), ""))
+    window.actions_table.run("three_points")
+    panel = window.findChild(ThreePointsPanel)
+    panel._ask_for_table()
+    driver.wait(lambda: notices or panel.found, "an answer")
+    expect("three points", frame, shown(notices))
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_points_of_control(window, notices, tmp_path: Path, frame: str) -> None:
+    change, crs, _ = FRAMES[frame]
+    window.open_path(write_model(tmp_path / "model", bed(), ZONE))
+    driver.settled(window)
+    path = write_control(tmp_path / "given", change(bed()), crs)
+    window.actions_table.run("register_model")
+    panel = driver.tool_panel(window, ControlPanel)
+    panel.take_in(panel.model, path)
+    driver.pause(500)
+    answer = shown(notices) | shown_codes(panel.said.text())
+    expect("register by points", frame, answer)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_readings_of_a_field_book(window, notices, tmp_path: Path, frame: str) -> None:
+    change, crs, _ = FRAMES[frame]
+    window.open_path(write_model(tmp_path / "model", bed(), ZONE))
+    driver.settled(window)
+    path = write_oriented(tmp_path / "given", change(bed()), crs)
+    import_readings(window, window.studio, path)
+    driver.pause(300)
+    dialog = window.findChildren(ReadingsDialog)[-1]
+    answer = shown(notices) | shown_codes(dialog._says.text())
+    is_far = bool(dialog._far())
+    positions = [row.position for row in dialog._understood.rows]
+    dialog.reject()
+    if crs is None:
+        # They are in the CRS of the project, as those of `section --features`.
+        assert is_far == (frame != "not stated")
+    elif frame != "exchanged":
+        assert np.array(positions) == pytest.approx(bed()[:12], abs=0.01)
+        assert not is_far
+        expect("import readings", frame, answer, "frame.reprojected")
+    else:
+        expect("import readings", frame, answer)
