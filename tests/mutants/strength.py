@@ -30,6 +30,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.mutants.__main__ import ROOT, copied, drawn, equivalent
 from tests.mutants.draw import Mutant, mutant_of, places_of
 
@@ -274,7 +276,8 @@ def outcome(tree: Path, mutant: Mutant, tests: list[str]) -> dict[str, Any]:
     """Return the state of a mutant ("killed", "survived", "equivalent") and the tier it died in."""
     if (reason := equivalent().get(key_of(as_row(mutant)))) is not None:
         return {"state": "equivalent", "by": reason, "tests": len(tests)}
-    if not existing(tree, tests):
+    present = existing(tree, tests)
+    if not present:
         return {"state": "not reached", "by": None, "tests": 0}
     path = tree / mutant.file
     whole = path.read_text()
@@ -284,13 +287,15 @@ def outcome(tree: Path, mutant: Mutant, tests: list[str]) -> dict[str, Any]:
         path.write_text(mutant.text)
         try:
             for tier, marks in TIERS.items():
-                code = run_pytest(
-                    tree,
-                    ["-x", "-m", marks, "-p", "no:cacheprovider", *existing(tree, tests)],
-                    timeout_s=MAX_SECONDS,
-                    environment=more,
-                )
-                if code not in (0, 5):
+                words = ["-x", "-m", marks, "-p", "no:cacheprovider"]
+                code = pytest.ExitCode.USAGE_ERROR
+                for names in (present, functions(present)):
+                    # Parameters of a test may have other names by now.
+                    if code == pytest.ExitCode.USAGE_ERROR:
+                        code = run_pytest(
+                            tree, [*words, *names], timeout_s=MAX_SECONDS, environment=more
+                        )
+                if code not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
                     return {"state": "killed", "by": tier, "tests": len(tests)}
         finally:
             path.write_text(whole)
@@ -308,6 +313,11 @@ def existing(tree: Path, tests: list[str]) -> list[str]:
         if f"def {name.rpartition('::')[2].partition('[')[0]}(" in text:
             names.append(test)
     return names[:MAX_TESTS]
+
+
+def functions(tests: list[str]) -> list[str]:
+    """Return tests without their parameters, each once."""
+    return list(dict.fromkeys(test.partition("[")[0] for test in tests))
 
 
 def run_pytest(

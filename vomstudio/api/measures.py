@@ -59,7 +59,7 @@ def displacement(
     fault_error_deg, bed_error_deg : half-angles of the 95 % cones of the two normals
     rake_error_deg : 95 % of the rake
     crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
-        `.prj` count, and what is not in metres is converted or refused
+        `.prj` count; other units and systems are converted or refused
 
     Returns
     -------
@@ -126,7 +126,7 @@ def threepoint(
     sigma_m : standard deviation of each coordinate; without it more than three points tell it by
         their misfit
     crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
-        `.prj` count, and what is not in metres is converted or refused
+        `.prj` count; other units and systems are converted or refused
 
     Returns
     -------
@@ -183,7 +183,7 @@ def log(
     bed_error_deg : half-angle of the 95 % cone of the bedding's normal
     overturned : younger beds lie below
     crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
-        `.prj` count, and what is not in metres is converted or refused
+        `.prj` count; other units and systems are converted or refused
 
     Returns
     -------
