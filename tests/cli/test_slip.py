@@ -53,6 +53,16 @@ def test_conjugate_normal_faults_shorten_upright(run, write) -> None:
     assert ran.json["right_dihedra"]["compression"]["share"] == 1.0
 
 
+def test_a_rake_counted_from_a_named_end_of_the_strike(write) -> None:
+    head = "strike,dip,rake,sense\n"
+    for cell, slip in (("60NE", -60.0), ("60N", -60.0), ("60SW", -120.0), ("60 S", -120.0)):
+        found = read_slips(write(head + f"20,50,{cell},N\n"))
+        assert found.slip_rake_deg.tolist() == [slip], cell
+    with pytest.raises(vs.errors.InputError) as refused:
+        read_slips(write(head + "20,50,60SE,N\n"))
+    assert refused.value.line == 2
+
+
 def test_words_and_letters_mean_the_same(write) -> None:
     head = "strike,dip,rake,sense\n"
     for row in ("N", "normal", "NL", "NS"):

@@ -14,8 +14,10 @@ from vomstudio.geology.notation import (
     format_azimuth,
     format_line,
     format_plane,
+    parse_azimuth,
     parse_line,
     parse_plane,
+    parse_rake,
 )
 from vomstudio.geology.orientation import (
     Line,
@@ -31,7 +33,8 @@ SAME_PLANE = [
     "dd: 132; dip: 41", "042/41 RHR", "042/41 rhr", "42 41 RH", "222/41 LHR", "042/41 SE",
     "042/41SE", "222/41 SE", "042,41 SE", "strike 042 dip 41", "strike 042 dip 41 SE",
     "strike 222, dip 41 SE", "N42E 41SE", "N42E41SE", "N 42° E, 41° SE", "S42W/41SE",
-    "n42e / 41 se", "N42E 41 S", "N42E 41 E", "N42E 41 SSE", "N42E/41 RHR", "N42E at 41 SE",
+    "E48N 41SE", "W48S / 41 SE", "n42e / 41 se", "N42E 41 S", "N42E 41 E", "N42E 41 SSE",
+    "N42E/41 RHR", "N42E at 41 SE",
 ]  # fmt: skip
 
 
@@ -59,6 +62,12 @@ def test_one_plane_in_every_usual_notation(text: str) -> None:
         ("7°30'/41°15'", 7.5, 41.25),
         ("132,5/41,25", 132.5, 41.25),
         ("N42E 90", 132, 90),
+        ("E10N 30S", 170, 30),
+        ("E10N/30N", 350, 30),
+        ("W30N 40NE", 30, 40),
+        ("strike W10S dip 20 S", 170, 20),
+        ("41 → E48S", 138, 41),
+        ("E 30 N", 0, 30),
         ("horizontal", 0, 0),
         ("000/00", 0, 0),
     ],
@@ -244,3 +253,24 @@ def test_no_near_miss_ends_in_anything_but_an_orientation_or_a_reason(text: str)
     for parse in (parse_plane, parse_line):
         with contextlib.suppress(InputError):
             assert parse(text) is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "azimuth"), [("E10N", 80), ("W30N", 300), ("W10S", 260), ("E0S", 90), ("N10E", 10)]
+)
+def test_azimuths_are_counted_from_any_compass_point(text: str, azimuth: float) -> None:
+    assert parse_azimuth(text) == azimuth
+    assert parse_line(f"{text} 25") == Line(azimuth, 25)
+
+
+@pytest.mark.parametrize(
+    ("text", "rake"), [("80", 80), ("80NE", 80), ("80 E", 80), ("80SW", 100), ("0S", 180)]
+)
+def test_a_rake_is_counted_from_the_end_of_the_strike_that_is_named(text: str, rake: float) -> None:
+    assert parse_rake(text, Plane(132, 41)) == rake
+
+
+@pytest.mark.parametrize("text", ["80SE", "95NE", "-10E", "80X", "E"])
+def test_a_rake_from_another_direction_is_refused(text: str) -> None:
+    with pytest.raises(InputError):
+        parse_rake(text, Plane(132, 41))

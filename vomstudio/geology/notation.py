@@ -6,10 +6,10 @@ Planes are printed in one of `NOTATIONS`:
     "quadrant"     N42E 41SE     strike counted from North, dip and the quadrant it dips to
 and read from those and their usual relatives: other separators (132-41, 132 41, 132°/41°), the
 left-hand rule (222/41 LHR: the plane dips to the left), either end of the strike with the side the
-plane dips to (042/41 SE, 222/41 SE), N 42° E, 41° SE; S42W/41SE; E-W 30N; strike 042 dip 41 SE;
-dip first with an arrow (41 → 132). Lines are trend/plunge (130/25, N50W 25) or plunge first with
-an arrow (25 → 130). Decimal commas and minutes (7°30') are forgiven. What can be read in two ways,
-or not at all, raises InputError with the reason: nothing is guessed.
+plane dips to (042/41 SE, 222/41 SE), N 42° E, 41° SE; S42W/41SE; E48N/41SE, counted from East or
+West; E-W 30N; strike 042 dip 41 SE; dip first with an arrow (41 → 132). Lines are trend/plunge
+(130/25, N50W 25) or plunge first with an arrow (25 → 130). Decimal commas and minutes (7°30') are
+accepted. Texts with no meaning, or with two, raise InputError with the reason.
 """
 
 from __future__ import annotations
@@ -174,10 +174,53 @@ def parse_line(text: str) -> Line:
 
 def parse_azimuth(text: str) -> float:
     """The azimuth that a text names, degrees: 45°, N45E, NW. Raises InputError."""
-    tokens = _tokens(text)
+    tokens = _tokens(text, is_azimuth=True)
     if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
         raise _unclear(text, tr("an azimuth is written as 045, N45E or NW"))
     return _azimuth(text, tokens[0])
+
+
+def parse_rake(text: str, plane: Plane) -> float:
+    """Parse the rake of a line in a plane.
+
+    Parameters
+    ----------
+    text : str
+        Degrees from the right-hand-rule strike (100), or from the end of the strike that a compass
+        point names (80SW).
+    plane : Plane
+
+    Returns
+    -------
+    float
+        Degrees from the right-hand-rule strike; from 0 to 180 if an end is named.
+
+    Raises
+    ------
+    InputError
+        For a text that is not a rake, an angle over 90 from an end, and a compass point that names
+        neither end of the strike.
+    """
+    tokens = _tokens(text)
+    kinds = _kinds(tokens)
+    if kinds == ["number"]:
+        return tokens[0].value
+    if kinds != ["number", "wind"] or tokens[0].signed:
+        raise _unclear(text, tr("write a rake as 100, or as 80E from the end of the strike"))
+    angle, end = tokens
+    if angle.value > 90.0:
+        raise _unclear(text, tr("a rake from one end of the strike is from 0 to 90"))
+    off = abs((end.value - plane.strike_rhr_deg + 180.0) % 360.0 - 180.0)
+    if plane.undefined or min(off, 180.0 - off) > SIDE_REACH_DEG[len(end.text)]:
+        raise _unclear(
+            text,
+            tr(
+                "{end} names neither end of the strike {strike}",
+                end=end.text,
+                strike=format_azimuth(plane.strike_rhr_deg),
+            ),
+        )
+    return angle.value if off < 90.0 else 180.0 - angle.value
 
 
 def parse_angle(text: str) -> float:
@@ -198,8 +241,8 @@ def _kinds(tokens: list[_Token]) -> list[str]:
     return [t.kind for t in tokens]
 
 
-def _tokens(text: str) -> list[_Token]:
-    """Numbers, bearings, winds, labels, rules and arrows; separators are used up on the way."""
+def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
+    """Split a text into numbers, bearings, winds, labels, rules and arrows, without separators."""
     if not text.strip():
         raise InputError(tr("The orientation is empty; write it as 132/41."))
     raw: list[_Token] = []
@@ -235,7 +278,7 @@ def _tokens(text: str) -> list[_Token]:
             raw.append(_Token("mark", found))
         else:
             raise _unclear(text, tr("“{found}” has no meaning here", found=found))
-    return _bearings(text, raw)
+    return _bearings(text, raw, is_azimuth=is_azimuth)
 
 
 def _number(match: re.Match[str]) -> _Token:
@@ -271,7 +314,7 @@ def _word(text: str, word: str) -> list[_Token]:
     raise _unclear(text, tr("“{word}” is no compass point, rule or name of an angle", word=word))
 
 
-def _bearings(text: str, raw: list[_Token]) -> list[_Token]:
+def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
     """Joins N 42 E to a bearing, NE - SW to a strike, dip direction to a label; drops marks."""
     out: list[_Token] = []
     i = 0
@@ -288,18 +331,13 @@ def _bearings(text: str, raw: list[_Token]) -> list[_Token]:
         ):
             out.append(_Token("bearing", f"{t.text}-{three[2].text}", min(t.value, three[2].value)))
             i += 3
-        elif (
-            _kinds(three) == ["wind", "number", "wind"]
-            and t.text in ("N", "S")
-            and three[2].text in ("E", "W")
-        ):
+        elif _kinds(three) == ["wind", "number", "wind"] and (is_azimuth or _is_bearing(raw, i)):
             angle = three[1].value
             name = f"{t.text}{three[1].text}{three[2].text}"
             if not 0.0 <= angle <= 90.0:
                 raise _unclear(text, tr("in {name} the angle must be from 0 to 90", name=name))
-            clockwise = (t.text == "N") == (three[2].text == "E")
-            start = 0.0 if t.text == "N" else 180.0
-            out.append(_Token("bearing", name, wrap360(start + (angle if clockwise else -angle))))
+            clockwise = t.text + three[2].text in ("NE", "ES", "SW", "WN")
+            out.append(_Token("bearing", name, wrap360(t.value + (angle if clockwise else -angle))))
             i += 3
         elif t.kind == "mark":
             i += 1
@@ -309,6 +347,18 @@ def _bearings(text: str, raw: list[_Token]) -> list[_Token]:
             out.append(t)
             i += 1
     return out
+
+
+def _is_bearing(raw: list[_Token], first: int) -> bool:
+    """Return whether a wind, a number and a wind are a bearing, such as N42E or E48N.
+
+    E 30 N alone is a plane that strikes East; beside another angle it is a bearing.
+    """
+    start, end = raw[first].text, raw[first + 2].text
+    if start in ("N", "S"):
+        return end in ("E", "W")
+    others = [each for each in raw[:first] + raw[first + 3 :] if each.kind != "mark"]
+    return start in ("E", "W") and end in ("N", "S") and bool(others)
 
 
 def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_Token]:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError
+from vomstudio.geology.notation import parse_rake
 from vomstudio.geology.orientation import (
     ANGLE_TOLERANCE_DEG,
     Line,
@@ -236,10 +237,17 @@ class _Row:
         return None if slip is None else (plane, slip, away)
 
     def _rake(self, plane: Plane, turn: float) -> tuple[float | None, float]:
-        trend, plunge, rake = (self._number(name) for name in ("trend", "plunge", "rake"))
+        trend, plunge = self._number("trend"), self._number("plunge")
         if trend is not None and plunge is not None:
             line = Line(trend, plunge)
             return rake_of(line, plane), angle_line_plane(line, plane)
+        cell = self.cells.get("rake", "")
+        if cell and cell[-1].isalpha() and parse_number(cell, decimal_comma=True) is None:
+            try:
+                return parse_rake(cell, plane), 0.0
+            except InputError as error:
+                raise self._error(error.message) from error
+        rake = self._number("rake")
         return (None if rake is None else _axial_from(plane, rake, turn)), 0.0
 
     def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
