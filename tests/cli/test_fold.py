@@ -162,6 +162,8 @@ def test_domains_have_their_own_axes(run, write) -> None:
     assert set(found["domains"]) == {"hw", "fw", "f"}
     assert found["domains"]["hw"]["axis"]["verdict"] == "homoclinal"
     assert found["one_axis"]["serves_all"] is False
+    assert found["one_axis"]["apart_deg"] is None
+    assert found["one_axis"]["beds_off_deg"] > 5.0
     assert found["valid"] == "no"
     assert found["leave_one_out"]["id"]
 

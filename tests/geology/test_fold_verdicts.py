@@ -242,6 +242,22 @@ def test_domains_with_axes_of_their_own_are_told_from_one_fold() -> None:
     _, one = domain_axes(beds, fold_axis(*planes(same)))
     assert one.serves_all
     assert one.p is not None
+    assert one.beds_off_deg is None
+
+
+def test_beds_of_one_dip_have_no_axis_to_compare() -> None:
+    rng = np.random.default_rng(31)
+    fold = folded.bent(rng, 30, 110, 2)
+    axis = fold_axis(*planes(fold)).beta
+    flank = planes(np.cross(axis.vector(), rng.normal([0.2, 0.3, 1.0], 0.02, (30, 3))))
+    beds = {"fold": planes(fold), "flank": flank}
+    pooled = fold_axis(*np.hstack([beds["fold"], beds["flank"]]))
+    figures, one = domain_axes(beds, pooled)
+    assert figures["flank"].axis is not None
+    assert figures["flank"].axis.verdict == "homoclinal"
+    assert one.apart_deg is None
+    assert one.beds_off_deg is not None
+    assert one.beds_off_deg < 2.0
 
 
 def test_known_waviness_decides_in_place_of_the_usual_limits() -> None:

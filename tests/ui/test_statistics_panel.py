@@ -63,7 +63,7 @@ def test_a_type_is_described_first_with_n_and_methods(panel) -> None:
         assert word in text
     # Its two sets, each with its own axis.
     assert "Its sets as domains" in text
-    assert "axes of their own" in text
+    assert "different axes" in text
 
 
 def test_each_set_has_its_own_verdict(panel) -> None:

@@ -137,6 +137,8 @@ def _domains(domains: dict[str, Any] | None) -> list[tuple[str, str]]:
         axis = domain["axis"]
         if axis is None:
             said = tr("n = {n}: {reason}", n=domain["n"], reason=domain["reason"])
+        elif axis["verdict"] == "homoclinal":
+            said = tr("n = {n}: one dip, no axis of its own", n=domain["n"])
         else:
             said = tr(
                 "n = {n}: beta {line}; {verdict}; valid: {valid}",

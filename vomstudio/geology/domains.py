@@ -40,14 +40,19 @@ class DomainFigures:
 
 @dataclass(frozen=True)
 class OneAxisFigures:
-    """Whether one axis serves all domains. F, p: of the extra sum of squares, None where there is
-    nothing to test. apart_deg: the largest angle between the axes of two domains, or between the
-    common axis and the bed of a domain of one dip."""
+    """Test whether one axis serves all domains.
+
+    F, p : of the extra sum of squares, None if there is nothing to test
+    apart_deg : largest angle between the axes of two domains, None if fewer than two have one
+    beds_off_deg : largest angle between the common axis and the mean bed of a domain of one dip,
+        None without such domains
+    """
 
     serves_all: bool
     F: float | None
     p: float | None
     apart_deg: float | None
+    beds_off_deg: float | None
     reasons: tuple[str, ...]
 
 
@@ -61,7 +66,7 @@ def domain_axes(
     figures: dict[str, DomainFigures] = {}
     own: dict[str, FoldAxis] = {}
     separate, parameters, n = 0.0, 0, 0
-    together, off = 0.0, [0.0]
+    together, off_beds = 0.0, list[float]()
     for name, (azimuth, dip) in beds.items():
         poles = planes_to_poles(azimuth, dip).reshape(-1, 3)
         n += len(poles)
@@ -76,10 +81,17 @@ def domain_axes(
             along = flip_to(poles, axes[0]) @ beta
             separate += float(np.sum((along - along.mean()) ** 2))
             parameters += 1
-            off.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
+            off_beds.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
         figures[name] = DomainFigures(len(poles), None if found is None else found.figures, reason)
-    off += [angle_between_lines(a.beta, b.beta) for a, b in combinations(own.values(), 2)]
-    return figures, _judged(together, separate, parameters, n, max(off))
+    off_axes = [angle_between_lines(a.beta, b.beta) for a, b in combinations(own.values(), 2)]
+    return figures, _judged(
+        together,
+        separate,
+        parameters,
+        n,
+        max(off_axes, default=None),
+        max(off_beds, default=None),
+    )
 
 
 @dataclass(frozen=True)
@@ -139,7 +151,12 @@ def _square(along: Array) -> float:
 
 
 def _judged(
-    together: float, separate: float, parameters: int, n: int, apart: float
+    together: float,
+    separate: float,
+    parameters: int,
+    n: int,
+    apart_deg: float | None,
+    beds_off_deg: float | None,
 ) -> OneAxisFigures:
     extra, free = parameters - 2, n - parameters
     if extra <= 0 or free <= 0:
@@ -147,20 +164,32 @@ def _judged(
             "two domains of one dip each always share an axis, the line in which they meet; a "
             "fault between them is judged with --sets"
         )
-        return OneAxisFigures(True, None, None, apart, (said,))
+        return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (said,))
     variance = max(separate / free, 1e-12)
     ratio = max(together - separate, 0.0) / extra / variance
     p = f_tail(extra, free, ratio)
-    apart_words = tr(
-        "{apart:.0f} degrees apart at most; chance of that where one axis serves all: p {p}",
-        apart=apart,
-        p="< 0.001" if p < 0.001 else f"= {p:.3f}",
-    )
-    if p < APART_P and apart >= APART_DEG:
-        said = tr(
-            "the domains have axes of their own, {apart}: project each along its own",
-            apart=apart_words,
+    parts = []
+    if apart_deg is not None:
+        parts.append(tr("their axes differ by up to {angle:.0f} degrees", angle=apart_deg))
+    if beds_off_deg is not None:
+        parts.append(
+            tr(
+                "beds of one dip are up to {angle:.0f} degrees from the common axis",
+                angle=beds_off_deg,
+            )
         )
-        return OneAxisFigures(False, ratio, p, apart, (said,))
-    said = tr("one axis serves all domains, {apart}", apart=apart_words)
-    return OneAxisFigures(True, ratio, p, apart, (said,))
+    parts.append(
+        tr(
+            "probability of such differences under one axis: p {p}",
+            p="< 0.001" if p < 0.001 else f"= {p:.3f}",
+        )
+    )
+    differences = "; ".join(parts)
+    if p < APART_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= APART_DEG:
+        said = tr(
+            "the domains have different axes: project each along its own ({differences})",
+            differences=differences,
+        )
+        return OneAxisFigures(False, ratio, p, apart_deg, beds_off_deg, (said,))
+    said = tr("one axis serves all domains ({differences})", differences=differences)
+    return OneAxisFigures(True, ratio, p, apart_deg, beds_off_deg, (said,))

@@ -67,6 +67,8 @@ def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Ro
     for name, domain in domains.items():
         if domain.axis is None:
             said = tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
+        elif domain.axis.verdict == "homoclinal":
+            said = tr("n = {n}: one dip, no axis of its own", n=domain.n)
         else:
             beta = domain.axis.beta
             said = tr(
