@@ -23,6 +23,7 @@ from vomstudio.geology.slopes import (
     flexural_toppling,
     in_face_frame,
     pair_members,
+    pairs_of_sets,
     planar_sliding,
     wedge_sliding,
 )
@@ -221,3 +222,22 @@ def test_planes_of_critical_intersections_are_counted_one_by_one() -> None:
         assert members.toppling[i] == everything.toppling[0] - without.toppling[0]
     assert members.wedge.any()
     assert members.toppling.any()
+
+
+def test_planes_of_one_set_form_no_wedges() -> None:
+    azimuth, dip = many_planes(6, 50)
+    face = some_face(6, "curved")
+    normals = in_face_frame(face, planes_to_normals(azimuth, dip))
+    sets = np.random.default_rng(6).integers(-1, 3, len(dip))
+    found = count_pairs(face, normals[None], sets=sets)
+    everything = count_pairs(face, normals[None])
+    # What remains is everything less the pairs within each set.
+    within = [count_pairs(face, normals[sets == one][None]) for one in range(3)]
+    for name in ("of", "wedge", "toppling", "oblique"):
+        left_out = sum(int(getattr(each, name)[0]) for each in within)
+        assert left_out > 0 or name != "of"
+        assert getattr(found, name)[0] == getattr(everything, name)[0] - left_out
+    assert found.of[0] + found.parallel[0] == pairs_of_sets(len(dip), sets)
+    assert count_pairs(face, normals[None], sets=np.zeros(len(dip), np.int64)).of[0] == 0
+    members = pair_members(face, normals, sets)
+    assert members.wedge.sum() == 2 * found.wedge[0]

@@ -231,6 +231,14 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
         ),
     ),
+    # --- slopes --------------------------------------------------------------------------------
+    "slope.pairs-of-one-set": (
+        "info",
+        to_translate(
+            "{pairs:,} of {all_pairs:,} pairs are planes of one set; their intersections do not"
+            " count as wedges."
+        ),
+    ),
     # --- photos --------------------------------------------------------------------------------
     "photo.altitude-sign": (
         "warning",

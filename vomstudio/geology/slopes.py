@@ -35,6 +35,8 @@ from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Array, Flags, Pla
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
+Ints = npt.NDArray[np.int64]
+
 LIMITS = ("curved", "straight")
 LATERAL_DEG = 20.0
 """As Goodman (1980) and Wyllie & Mah (2004) have it for planes."""
@@ -208,21 +210,29 @@ class PairCounts(NamedTuple):
     """Intersections of all pairs: how many, and how many of them are in the zones; one number for
     each of k drawings of the planes. parallel : pairs that do not meet"""
 
-    of: npt.NDArray[np.int64]
-    parallel: npt.NDArray[np.int64]
-    wedge: npt.NDArray[np.int64]
-    wedge_secondary: npt.NDArray[np.int64]
-    toppling: npt.NDArray[np.int64]
-    oblique: npt.NDArray[np.int64]
+    of: Ints
+    parallel: Ints
+    wedge: Ints
+    wedge_secondary: Ints
+    toppling: Ints
+    oblique: Ints
 
 
-def count_pairs(face: SlopeFace, normals: Array, progress: Progress | None = None) -> PairCounts:
-    """Of upward normals (k, n, 3) in the frame of the face; k times n (n - 1) / 2 intersections
-    are looked at, in portions, which are the steps of `progress`."""
+def count_pairs(
+    face: SlopeFace,
+    normals: Array,
+    progress: Progress | None = None,
+    sets: Ints | None = None,
+) -> PairCounts:
+    """Count the intersections in each zone, of upward normals (k, n, 3) in the frame of the face.
+
+    `intersections` defines `sets`; the intersections that were computed are the steps of
+    `progress`.
+    """
     progress = progress or Silent()
     counts = np.zeros((6, len(normals)), np.int64)
     done = 0
-    for lines, sound, _ in intersections(normals):
+    for lines, sound, _ in intersections(normals, sets):
         wedge, topple = wedge_sliding(face, lines), direct_toppling(face, lines)
         flags = (sound, ~sound, *(zone & sound for zone in (*wedge, *topple)))
         for row, flag in enumerate(flags):
@@ -232,7 +242,7 @@ def count_pairs(face: SlopeFace, normals: Array, progress: Progress | None = Non
     return PairCounts(*counts)
 
 
-def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> npt.NDArray[np.int64]:
+def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> Ints:
     """(faces, 2): how many of downward unit vectors (m, 3), World, are critical at each face, by
     `wedge_sliding` and by `direct_toppling`. The faces have the same friction and limits; all are
     looked at together, as products of matrices, for there may be thousands of them."""
@@ -261,26 +271,53 @@ def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> npt.NDArray[np.i
 class PairMembers(NamedTuple):
     """In how many critical intersections each of n planes takes part."""
 
-    wedge: npt.NDArray[np.int64]
-    toppling: npt.NDArray[np.int64]
+    wedge: Ints
+    toppling: Ints
 
 
-def pair_members(face: SlopeFace, normals: Array) -> PairMembers:
-    """Of upward normals (n, 3) in the frame of the face, in the intersections of all pairs."""
+def pair_members(face: SlopeFace, normals: Array, sets: Ints | None = None) -> PairMembers:
+    """Count the critical intersections of each plane, of upward normals (n, 3) in the frame of the
+    face. `intersections` defines `sets`."""
     n = len(normals)
     counts = np.zeros((2, n), np.int64)
-    for lines, sound, pairs in intersections(normals[None]):
+    for lines, sound, pairs in intersections(normals[None], sets):
         zones = (wedge_sliding(face, lines), direct_toppling(face, lines))
         for row, zone in enumerate(zones):
             counts[row] += np.bincount(pairs[:, (zone.critical & sound)[0]].ravel(), minlength=n)
     return PairMembers(*counts)
 
 
-def intersections(
-    normals: Array,
-) -> Iterator[tuple[Array, Flags, npt.NDArray[np.int64]]]:
-    """Downward unit vectors (k, m, 3) of the pairs, in portions, which of them are lines, and the
-    planes (2, m) that meet."""
+def pairs_of_sets(n: int, sets: Ints | None) -> int:
+    """Return the number of pairs of n planes that can meet: those not of one set."""
+    total = n * (n - 1) // 2
+    if sets is None:
+        return total
+    sizes = np.bincount(sets[sets >= 0])
+    return total - int(np.sum(sizes * (sizes - 1) // 2))
+
+
+def intersections(normals: Array, sets: Ints | None = None) -> Iterator[tuple[Array, Flags, Ints]]:
+    """Compute the intersections of all pairs of planes, in portions.
+
+    Two planes of one set do not form a wedge: where they meet follows from their scatter about the
+    mean of the set.
+
+    Parameters
+    ----------
+    normals : (k, n, 3) float64
+        Unit normals of k drawings of n planes.
+    sets : (n,) int64, optional
+        Set of each plane, negative for none. Pairs of one set are left out.
+
+    Yields
+    ------
+    lines : (k, m, 3) float64
+        Downward unit vectors.
+    is_line : (k, m) bool
+        False for parallel planes.
+    planes : (2, m) int64
+        Rows of the two planes.
+    """
     n = normals.shape[1]
     first = 0
     while first < n - 1:
@@ -293,6 +330,9 @@ def intersections(
         a = np.concatenate([np.full(n - 1 - i, i) for i in range(first, last)])
         b = np.concatenate([np.arange(i + 1, n) for i in range(first, last)])
         first = last
+        if sets is not None:
+            different = (sets[a] != sets[b]) | (sets[a] < 0)
+            a, b = a[different], b[different]
         x1, y1, z1 = np.moveaxis(normals[:, a], -1, 0)
         x2, y2, z2 = np.moveaxis(normals[:, b], -1, 0)
         x, y, z = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2

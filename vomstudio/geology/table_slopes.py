@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, planes_to_normals
@@ -22,6 +22,7 @@ from vomstudio.geology.slopes import (
     flexural_toppling,
     in_face_frame,
     pair_members,
+    pairs_of_sets,
     planar_sliding,
 )
 from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
@@ -61,9 +62,14 @@ class PlanesMode(Mode):
 
 @dataclass(frozen=True)
 class PairsMode(Mode):
-    """parallel : pairs of planes that do not meet, which are not counted in `of`"""
+    """Figures of intersections of pairs of planes.
+
+    Not counted in `of` are `parallel` pairs, which do not meet, and pairs of `same_set`, whose
+    intersection is not a wedge.
+    """
 
     parallel: int
+    same_set: int
 
 
 @dataclass(frozen=True)
@@ -143,9 +149,11 @@ def table_slope(
     ids = [table.ids[row] for row in rows]
     normals = in_face_frame(face, planes.normals)
     zones = _plane_zones(face, normals)
-    progress.stage(tr("Intersecting pairs of planes"), len(rows) * (len(rows) - 1) // 2)
-    pairs = count_pairs(face, normals[None], progress)
-    expected = _expected(face, planes, progress)
+    sets = set_numbers(table)
+    meeting = pairs_of_sets(len(rows), sets)
+    progress.stage(tr("Intersecting pairs of planes"), meeting)
+    pairs = count_pairs(face, normals[None], progress, sets)
+    expected = _expected(face, planes, sets, progress)
     of_planes = [
         PlanesMode(
             int(zone.critical.sum()), len(rows), float(zone.critical.mean()), share,
@@ -155,6 +163,7 @@ def table_slope(
     ]  # fmt: skip
     planar, flexural, bases = of_planes
     of, parallel = int(pairs.of[0]), int(pairs.parallel[0])
+    same_set = pairs_of_sets(len(rows), None) - meeting
     known = int(planes.known.sum())
     wedge, topple = int(pairs.wedge[0]), int(pairs.toppling[0])
     return TableSlope(
@@ -168,19 +177,32 @@ def table_slope(
         limits=face.limits,
         planar=planar,
         wedge=PairsMode(
-            wedge, of, _share(wedge, of), expected.pairs[0], int(pairs.wedge_secondary[0]), parallel
+            wedge, of, _share(wedge, of), expected.pairs[0], int(pairs.wedge_secondary[0]),
+            parallel, same_set,
         ),
         flexural_toppling=flexural,
         direct_toppling=TopplingMode(
             topple, of, _share(topple, of), expected.pairs[1], int(pairs.oblique[0]), parallel,
-            bases,
+            same_set, bases,
         ),
         with_error=known,
         draws=expected.draws,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
-        warnings=(*table.warnings, *_noticed(face, len(rows), len(table), known, of, parallel)),
+        warnings=(
+            *table.warnings,
+            *_noticed(face, len(rows), len(table), known, of, parallel, same_set),
+        ),
     )  # fmt: skip
+
+
+def set_numbers(table: OrientationRows) -> npt.NDArray[np.int64] | None:
+    """Return the number of the set of each plane (n,), -1 for none; None without sets."""
+    if table.sets is None:
+        return None
+    names = [table.sets[row] for row in np.flatnonzero(table.is_plane)]
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(names)) if name}
+    return np.array([numbers.get(name, -1) for name in names], np.int64)
 
 
 @dataclass(frozen=True)
@@ -199,7 +221,7 @@ def critical_planes(
     critical, in the order of the table, or take part in critical intersections, most first."""
     rows = np.flatnonzero(table.is_plane)
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
-    members = pair_members(face, in_face_frame(face, normals))
+    members = pair_members(face, in_face_frame(face, normals), set_numbers(table))
     made = {
         "planar": found.planar.ids,
         "flexural_toppling": found.flexural_toppling.ids,
@@ -236,7 +258,12 @@ class _Expected:
     draws: tuple[int, int] | None = None
 
 
-def _expected(face: SlopeFace, planes: TiltedPlanes, progress: Progress) -> _Expected:
+def _expected(
+    face: SlopeFace,
+    planes: TiltedPlanes,
+    sets: npt.NDArray[np.int64] | None,
+    progress: Progress,
+) -> _Expected:
     """By drawing the planes with their errors, with a fixed seed: many times where they are few.
     Planes without a known error stay as they are."""
     if not planes.known.any():
@@ -253,13 +280,15 @@ def _expected(face: SlopeFace, planes: TiltedPlanes, progress: Progress) -> _Exp
     a, b, c = (critical / (draws * n)).tolist()
     if n < 2:
         return _Expected((a, b, c), draws=(draws, 0))
-    pairs = n * (n - 1) // 2
+    pairs = pairs_of_sets(n, sets)
+    if not pairs:
+        return _Expected((a, b, c), draws=(draws, 0))
     pair_draws = _draws(_PAIRS, pairs)
     of = wedge = topple = 0
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
     for done, portion in _portions(pair_draws, n):
         drawn = in_face_frame(face, planes.drawn(portion, generator))
-        found = count_pairs(face, drawn, Ahead(progress, done * pairs))
+        found = count_pairs(face, drawn, Ahead(progress, done * pairs), sets)
         of += int(found.of.sum())
         wedge += int(found.wedge.sum())
         topple += int(found.toppling.sum())
@@ -276,9 +305,13 @@ def _portions(draws: int, n: int) -> list[tuple[int, int]]:
     return [(start, min(most, draws - start)) for start in range(0, draws, most)]
 
 
-def _noticed(face: SlopeFace, n: int, rows: int, known: int, of: int, parallel: int) -> list[str]:
-    """What a reader of the figures must know of them."""
-    said = []
+def _noticed(
+    face: SlopeFace, n: int, rows: int, known: int, of: int, parallel: int, same_set: int
+) -> list[Message]:
+    """Return the messages about the figures."""
+    said: list[Message] = []
+    if same_set:
+        said.append(Finding("slope.pairs-of-one-set", pairs=same_set, all_pairs=n * (n - 1) // 2))
     if rows > n:
         said.append(tr_n("{count} line is not used.", "{count} lines are not used.", rows - n))
     if not face.slides:

@@ -22,9 +22,10 @@ from vomstudio.geology.slopes import (
     flexural_toppling,
     in_face_frame,
     intersections,
+    pairs_of_sets,
     planar_sliding,
 )
-from vomstudio.geology.table_slopes import Face
+from vomstudio.geology.table_slopes import Face, set_numbers
 from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
@@ -132,14 +133,15 @@ def facet_slopes(
     if not slopes:
         raise GeometryError(tr("There is no facet with a dip direction among these planes."))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
-    of_planes, of_pairs = _counts([slope for _, slope in slopes], normals, report)
+    sets = set_numbers(table)
+    of_planes, of_pairs = _counts([slope for _, slope in slopes], normals, sets, report)
     place = {table.ids[row]: i for i, row in enumerate(rows)}
     facets = []
     for k, (facet, slope) in enumerate(slopes):
         own = place.get(facet.id)
         of = len(rows)
         if own is not None and _is_face(slope, normals[own]):
-            _take_out(own, slope, normals, of_planes[k], of_pairs[k])
+            _take_out(own, slope, normals, sets, of_planes[k], of_pairs[k])
             of -= 1
         planar, flexural = (_share(int(count), of) for count in of_planes[k])
         pairs = int(of_pairs[k, 0])
@@ -175,14 +177,16 @@ def _faced(facet: FacetFace) -> Plane:
 
 
 def _counts(
-    slopes: Sequence[SlopeFace], normals: npt.NDArray[np.float64], progress: Progress
+    slopes: Sequence[SlopeFace],
+    normals: npt.NDArray[np.float64],
+    sets: npt.NDArray[np.int64] | None,
+    progress: Progress,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """(facets, 2) of planes: planar, flexural; (facets, 3) of pairs: all that meet, wedge,
     toppling."""
     of_planes = np.zeros((len(slopes), 2), np.int64)
     of_pairs = np.zeros((len(slopes), 3), np.int64)
-    n = len(normals)
-    progress.stage(tr("Analysing slopes"), max(n * (n - 1) // 2, 1))
+    progress.stage(tr("Analysing slopes"), max(pairs_of_sets(len(normals), sets), 1))
     for k, slope in enumerate(slopes):
         turned = in_face_frame(slope, normals)
         of_planes[k] = (
@@ -191,7 +195,7 @@ def _counts(
         )
     # The intersections are the same for all facets, so each is worked out once.
     done = 0
-    for lines, sound, pairs in intersections(normals[None]):
+    for lines, sound, pairs in intersections(normals[None], sets):
         known = lines[0][sound[0]]
         of_pairs[:, 0] += len(known)
         of_pairs[:, 1:] += critical_lines(slopes, known)
@@ -209,6 +213,7 @@ def _take_out(
     own: int,
     slope: SlopeFace,
     normals: npt.NDArray[np.float64],
+    sets: npt.NDArray[np.int64] | None,
     of_planes: npt.NDArray[np.int64],
     of_pairs: npt.NDArray[np.int64],
 ) -> None:
@@ -221,7 +226,10 @@ def _take_out(
             flexural_toppling(slope, turned).critical.sum(),
         ]
     )
-    lines = np.cross(normals[own], np.delete(normals, own, axis=0))
+    others = np.arange(len(normals)) != own
+    if sets is not None and sets[own] >= 0:
+        others &= sets != sets[own]
+    lines = np.cross(normals[own], normals[others])
     length = np.linalg.norm(lines, axis=1)
     sound = length > math.radians(ANGLE_TOLERANCE_DEG)
     lines = lines[sound] / length[sound, None]

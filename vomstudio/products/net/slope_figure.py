@@ -20,7 +20,7 @@ from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Array, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import Margins, SlopeFace, Zones
-from vomstudio.geology.table_slopes import Mode, TableSlope
+from vomstudio.geology.table_slopes import Mode, TableSlope, set_numbers
 from vomstudio.products.net.plain_net import FONT_PT, INK, PAPER, SOFT, draw_frame, save_figure
 from vomstudio.words import tr
 
@@ -98,7 +98,7 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
     normals = slopes.in_face_frame(
         face, planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     )
-    lines = _some_intersections(normals)
+    lines = _some_intersections(normals, set_numbers(table))
     dip, friction = face.plane.dip_deg, face.friction_deg
     sides = _lateral_lines(face)
     planes = tr("poles of planes")
@@ -129,8 +129,9 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
     ]  # fmt: skip
 
 
-def _some_intersections(normals: Array) -> Array:
-    """Downward unit vectors (m, 3) of at most `MOST_LINES` pairs, spread evenly over all."""
+def _some_intersections(normals: Array, sets: slopes.Ints | None) -> Array:
+    """Return downward unit vectors (m, 3) of at most `MOST_LINES` pairs, spread evenly over all,
+    without pairs of one set."""
     n = len(normals)
     pairs = n * (n - 1) // 2
     chosen = np.unique(np.linspace(0, max(pairs - 1, 0), min(pairs, MOST_LINES)).astype(np.int64))
@@ -140,6 +141,9 @@ def _some_intersections(normals: Array) -> Array:
     starts = np.concatenate([[0], np.cumsum(np.arange(n - 1, 0, -1))])
     first = np.searchsorted(starts, chosen, side="right") - 1
     second = chosen - starts[first] + first + 1
+    if sets is not None:
+        different = (sets[first] != sets[second]) | (sets[first] < 0)
+        first, second = first[different], second[different]
     cross = np.cross(normals[first], normals[second])
     length = np.linalg.norm(cross, axis=1)
     lines = cross[length > 1e-9] / length[length > 1e-9, None]
