@@ -100,10 +100,29 @@ def test_words_and_figure_state_what_angles_are_counted_from(run, tmp_path: Path
     assert ran.code == 0, ran.err
     assert "/90, scatter" in ran.out
     assert "from up" in ran.out
-    assert ">from up, %" in picture.read_text()
+    assert ">pitch on the face, %" in picture.read_text()
     # On the face the first trace is level and the second upright.
     sets = run("fractures", path, "--strikes", "350-010,080-100", "--json").json["sets"]
     assert {s["name"]: s["n"] for s in sets} == {"080-100": 1, "350-010": 2, "unassigned": 3}
+
+
+@pytest.mark.parametrize("dip_deg", [15.0, 30.0, 44.0])
+def test_traces_on_a_slope_have_their_strikes(dip_deg: float) -> None:
+    """Each trace is a set of its own, with the azimuth of its ends in World."""
+    slope = Rotation.from_euler("xz", [dip_deg - 90.0, 25.0], degrees=True)
+    rows = [slope.apply(np.array(row, float)) for row in PLANAR]
+    for turn_deg in (0.0, 30.0):
+        turned = [Rotation.from_euler("z", -turn_deg, degrees=True).apply(row) for row in rows]
+        found = vs.fractures([row + AT for row in turned], by=[str(i) for i in range(len(rows))])
+        plane = found.plane
+        if plane is not None:
+            assert plane.azimuths_from == "north"
+            assert plane.dip_deg == pytest.approx(dip_deg, abs=1e-6)
+        for one in found.sets:
+            first, last = turned[int(one.name)][[0, -1]]
+            east, north, _ = last - first
+            strike = np.degrees(np.arctan2(east, north))
+            assert np.sin(np.radians(one.strike_deg - strike)) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_turning_a_cliff_about_the_vertical_changes_nothing() -> None:

@@ -21,7 +21,7 @@ from vomstudio.geology.fractures.scanlines import (
     crossings_of,
     spacing_of,
 )  # fmt: skip
-from vomstudio.geology.fractures.trace_plane import TracePlane
+from vomstudio.geology.fractures.trace_plane import TracePlane, trace_azimuths_deg
 from vomstudio.geology.fractures.windows import (
     BEYOND,
     CircleEstimates,
@@ -209,7 +209,7 @@ def fracture_network(
         mended=nodes.mended,
         snap_m=snap_m,
         length=length_figures(pieces, area),
-        sets=_sets(names, set_of, pieces, lengths, size, crossings, terzaghi_cap),
+        sets=_sets(names, set_of, pieces, lengths, size, crossings, terzaghi_cap, plane),
         P21_by_size=() if area is None else intensity_by_size(pieces, area),
         circle=None if counted.circle is None else circle_estimates(pieces, counted.circle[2]),
         scanline=whole,
@@ -396,9 +396,9 @@ def _sets(
     size: float | None,
     crossings: Crossings | None,
     cap: float | None,
+    plane: TracePlane | None,
 ) -> tuple[FractureSet, ...]:
-    x, y = directions_of(pieces).T
-    azimuth = np.degrees(np.arctan2(x, y)) % 180.0
+    azimuth = trace_azimuths_deg(directions_of(pieces), plane)
     own = set_of[pieces.trace]
     found = []
     for i, name in enumerate(names):

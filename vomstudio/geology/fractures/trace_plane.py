@@ -25,8 +25,22 @@ MIN_FLATNESS = 3.0
 MAX_MAP_DIP_DEG = 80.0
 """Map positions are projected vertically onto planes up to this dip; steeper ones are edge-on."""
 
+MAX_STRIKE_DIP_DEG = 45.0
+"""Angles of traces are strikes on planes with a lower dip, else they are counted from up."""
+
 _THIN = 1e-6
 _LINES = (1, 2, 5)
+
+
+def map_azimuths_deg(directions: Floats) -> Floats:
+    """Return the angles (n,) of lines (n, 2) in [0, 180), clockwise from y."""
+    x, y = directions.T
+    return np.asarray(np.degrees(np.arctan2(x, y)) % 180.0)
+
+
+def trace_azimuths_deg(directions: Floats, plane: TracePlane | None) -> Floats:
+    """Return the angles (n,) of traces (n, 2) in [0, 180), on a plane or on the map."""
+    return map_azimuths_deg(directions) if plane is None else plane.azimuths_deg(directions)
 
 
 @dataclass(frozen=True)
@@ -49,8 +63,9 @@ class TracePlane:
         Shortening of the lines by the projection: traces on a rough face are not straight.
     azimuths_from : {"up", "north"}
         Direction from which angles of traces (`strike_deg`, ranges of strikes, the rose) are
-        counted clockwise on the plane: up the dip (the rake is this angle - 90), or north on a
-        horizontal plane.
+        counted clockwise. On planes that dip less than `MAX_STRIKE_DIP_DEG` they are the strikes
+        of the traces from north, on steeper ones angles on the plane from up the dip (the rake is
+        this angle - 90).
     """
 
     dip_direction_deg: float
@@ -90,12 +105,21 @@ class TracePlane:
             scatter_m=float(np.sqrt(np.mean(distance**2))),
             max_distance_m=float(np.abs(distance).max()),
             shortening_percent=100.0 * (1.0 - on_plane / in_space) if in_space > 0 else 0.0,
-            azimuths_from="north" if plane.undefined else "up",
+            azimuths_from="north" if plane.dip_deg < MAX_STRIKE_DIP_DEG else "up",
         )
 
     @property
     def is_horizontal(self) -> bool:
-        return self.azimuths_from == "north"
+        return Plane(self.dip_direction_deg, self.dip_deg).undefined
+
+    def azimuths_deg(self, directions: Floats) -> Floats:
+        """Return the angles (n,) of lines in [0, 180), clockwise as `azimuths_from` states.
+
+        directions : (n, 2) x and y on the plane
+        """
+        if self.azimuths_from == "north" and not self.is_horizontal:
+            directions = directions @ np.stack([self.right, self.up])[:, :2]
+        return map_azimuths_deg(directions)
 
     @property
     def name(self) -> str:

@@ -12,6 +12,7 @@ from vomstudio.geology.fractures.length_laws import Fit, law_of
 from vomstudio.geology.fractures.network import Lengths, Mapped
 from vomstudio.geology.fractures.nodes import NodeCounts
 from vomstudio.geology.fractures.pieces import segments_of
+from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
 from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.rose import rings_of
@@ -139,9 +140,13 @@ def _round_length(length: float) -> float:
 
 def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     start, end, _ = segments_of(mapped.pieces.lines)
-    dx, dy = (end - start).T
+    plane = mapped.found.plane
+    directions = end - start
     rose = rose_of(
-        np.degrees(np.arctan2(dx, dy)), axial=True, bin_deg=BIN_DEG, weights=np.hypot(dx, dy)
+        trace_azimuths_deg(directions, plane),
+        axial=True,
+        bin_deg=BIN_DEG,
+        weights=np.hypot(*directions.T),
     )
     ax.set_xlim(-1.25, 1.25)
     ax.set_ylim(-1.14, 1.3)
@@ -149,16 +154,15 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     ax.set_axis_off()
     if rose.total <= 0:
         return
-    plane = mapped.found.plane
-    on_map = plane is None or plane.is_horizontal
+    has_strikes = plane is None or plane.azimuths_from == "north"
     rings = rings_of(float(rose.shares.max()))
-    draw_rose(ax, rose, rings, True, _color(1, style), style, up="N" if on_map else tr("up"))
-    if plane is None or on_map:
-        words = tr("strike, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
-    else:
-        words = tr("from up, % of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
+    draw_rose(ax, rose, rings, True, _color(1, style), style, up="N" if has_strikes else tr("up"))
+    quantity = tr("strike") if has_strikes else tr("pitch on the face")
     ax.set_title(
-        words,
+        tr(
+            "{quantity}, % of {length:,.0f} m in {step:g}°",
+            quantity=quantity, length=rose.total, step=BIN_DEG,
+        ),
         fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
     )  # fmt: skip
 

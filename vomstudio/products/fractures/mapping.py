@@ -18,6 +18,7 @@ from vomstudio.geology.fractures.scanlines import in_ranges
 from vomstudio.geology.fractures.trace_plane import (
     TracePlane,
     find_trace_plane,
+    trace_azimuths_deg,
     vertices_in_space,
 )
 from vomstudio.geology.fractures.windows import directions_of
@@ -89,6 +90,7 @@ def map_fractures(
     scanlines: Shapes | None = None,
     counted: Counted | None = None,
     sets: Sequence[str] | None = None,
+    plane: TracePlane | None = None,
     progress: Progress | None = None,
 ) -> Mapped:
     """Compute the figures of a map of traces, or of three-dimensional traces on their plane.
@@ -105,6 +107,8 @@ def map_fractures(
         Area or scanlines in the coordinates in which the traces are analysed.
     sets : (n,) sequence of str or None
         Set of each trace, in place of an attribute.
+    plane : TracePlane or None
+        Plane on which `lines` have their coordinates.
 
     Raises
     ------
@@ -122,7 +126,7 @@ def map_fractures(
         columns = _attributes(order) if sets is None else (_REPEAT,)
         raw = read_raw_lines(order.traces, order.layer, columns, progress, order.frame)
     placed = _placed(raw, order.plane)
-    drawn, plane = placed.drawn, placed.plane
+    drawn, plane = placed.drawn, plane or placed.plane
     warnings: list[Message] = list(drawn.warnings)
     if order.circle is not None:
         circle = placed.circle(order.circle)
@@ -144,7 +148,7 @@ def map_fractures(
         shapes = placed.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
         counted = Counted(scanlines=shapes)
     if sets is None:
-        sets = sets_of(drawn, order.set_column, order.strikes)
+        sets = sets_of(drawn, order.set_column, order.strikes, plane)
     elif lines is None or len(sets) != len(lines):
         raise UsageError(
             tr("Every trace needs its set: there are {count} sets.", count=len(sets)), field="by"
@@ -272,15 +276,17 @@ def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
 
 
 def sets_of(
-    drawn: DrawnLayer, column: str | None, strikes: Sequence[tuple[float, float]]
+    drawn: DrawnLayer,
+    column: str | None,
+    strikes: Sequence[tuple[float, float]],
+    plane: TracePlane | None = None,
 ) -> list[str] | None:
     """Return the set of each trace (n,), by an attribute or ranges of strikes.
 
     Without both, by the attribute `set` if there is one, else None.
     """
     if strikes:
-        x, y = directions_of(pieces_of(drawn.shapes)).T
-        row = in_ranges(np.degrees(np.arctan2(x, y)) % 180.0, strikes)
+        row = in_ranges(trace_azimuths_deg(directions_of(pieces_of(drawn.shapes)), plane), strikes)
         names = [f"{low:03g}-{high:03g}" for low, high in strikes]
         return ["" if i < 0 else names[i] for i in row]
     if column is not None:

@@ -97,14 +97,14 @@ def _plane_in_words(plane: TracePlane) -> str:
         plane=plane.name, scatter=figures(plane.scatter_m, 2),
         largest=figures(plane.max_distance_m, 2), percent=number(plane.shortening_percent, 1),
     )  # fmt: skip
-    if plane.is_horizontal:
+    if plane.azimuths_from == "north":
         return words
-    return tr("{plane}; strikes are angles on it, clockwise from up", plane=words)
+    return tr("{plane}; angles of traces are clockwise from up on it", plane=words)
 
 
 def _set_in_words(of_set: dict[str, Any], plane: TracePlane | None) -> str:
     strike = azimuth(of_set["strike_deg"], 0)
-    if plane is None or plane.is_horizontal:
+    if plane is None or plane.azimuths_from == "north":
         text = tr_n(
             "{count} piece, strike {strike}", "{count} pieces, strike {strike}", of_set["n"],
             strike=strike,

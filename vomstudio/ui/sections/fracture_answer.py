@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,13 +89,6 @@ class FractureAnswer:
     mapped: Mapped | None
     why: str = ""
 
-    @property
-    def labelled(self) -> Mapped | None:
-        """The figures with their plane, by which angles are labelled."""
-        if self.mapped is None:
-            return None
-        return replace(self.mapped, found=replace(self.mapped.found, plane=self.plane))
-
 
 def numbers_of(text: str) -> tuple[float, ...] | None:
     """Numbers between commas, semicolons or blanks; None for what is none."""
@@ -175,6 +168,7 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
                 lines=_shapes(lines),
                 counted=counted,
                 sets=[trace.set for trace in q.traces],
+                plane=placed,
             )
             return FractureAnswer(q, face, placed, lines, counted, drawing, mark, mapped)
         except VomError as error:

@@ -322,16 +322,24 @@ class FracturesPanel(SeenPanel):
                 assert plane is not None
                 from vomstudio.geology.notation import format_plane
 
-                level = plane.undefined
-                notes = [
-                    tr("{count} traces, seen from above.", count=len(made.lines))
-                    if level
-                    else tr(
+                shown = format_plane(plane, self._studio.settings.notation, 0)
+                if plane.undefined:
+                    text = tr("{count} traces, seen from above.", count=len(made.lines))
+                elif made.plane.azimuths_from == "north":
+                    text = tr(
+                        "{count} traces on the face {plane}, with their strikes.",
+                        count=len(made.lines),
+                        plane=shown,
+                    )
+                else:
+                    text = tr(
                         "{count} traces on the face {plane}; azimuths are angles on it, clockwise "
                         "from up.",
                         count=len(made.lines),
-                        plane=format_plane(plane, self._studio.settings.notation, 0),
-                    ),
+                        plane=shown,
+                    )
+                notes = [
+                    text,
                     *map(str, made.mapped.found.warnings),
                     *made.mapped.found.notes,
                     *self.of.left_out(),
@@ -372,7 +380,7 @@ class FracturesPanel(SeenPanel):
         if self.tabs.currentWidget() is not self.picture or answered is self._drawn:
             return
         self._drawn = answered
-        labelled = None if answered is None else answered.labelled
+        labelled = None if answered is None else answered.mapped
         if answered is None or labelled is None:
             self.picture.show_image(QImage())
         else:
@@ -393,7 +401,7 @@ class FracturesPanel(SeenPanel):
 
     def write_figure(self, path: Path) -> None:
         answered = self.answered
-        labelled = None if answered is None else answered.labelled
+        labelled = None if answered is None else answered.mapped
         if labelled is not None:
             done = partial(tell_written, self._studio, tr("Exported to {file}.", file=path))
             self._background.run(partial(write_figure, labelled, path), done)
@@ -459,7 +467,7 @@ def _is_line(feature: Record) -> bool:
 
 
 def _html(answered: FractureAnswer | None) -> str:
-    labelled = None if answered is None else answered.labelled
+    labelled = None if answered is None else answered.mapped
     if labelled is None:
         return ""
     from vomstudio.products.fractures.words import figure_rows
