@@ -124,11 +124,13 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
                   handlelength=1.2, labelcolor=style.ink, borderaxespad=0.0,
                   ncols=2 if len(mapped.sets) > 4 and is_short else 1)  # fmt: skip
     network = mapped.found
-    title = tr("{count:,} traces", count=network.traces)
+    title, separator = tr("{count:,} traces", count=network.traces), ", "
     if network.plane is not None and not network.plane.is_horizontal:
         title = tr("{count:,} traces on {plane}", count=network.traces, plane=network.plane.name)
+        # With the plane it is wider than the map.
+        separator = "\n"
     if network.P21_1_per_m is not None:
-        title = tr("{traces}, P21 = {p21:.3g} 1/m", traces=title, p21=network.P21_1_per_m)
+        title += separator + tr("P21 = {p21:.3g} 1/m", p21=network.P21_1_per_m)
     ax.set_title(title, fontsize=style.font_pt, weight="bold", color=style.ink, pad=4)
 
 
