@@ -16,8 +16,10 @@ from vomstudio.geology.orientation import (
     Line,
     Plane,
     angle_between_lines,
+    line_from_rake,
     lines_to_vectors,
 )
+from vomstudio.geometry.planes import fit_plane
 
 azimuths = st.floats(0, 360)
 steeps = st.floats(0, 90)
@@ -150,6 +152,28 @@ def test_the_ellipse_of_a_pole_reaches_its_semi_axes() -> None:
     far = lines[np.argmax(away)] - pole * (lines[np.argmax(away)] @ pole)
     toward = math.cos(math.radians(30)) * plane.strike_vector() + 0.5 * plane.dip_vector()
     assert abs(far @ toward) / np.linalg.norm(far) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("rake_deg", [0.0, 30.0, 90.0, 140.0])
+def test_the_ellipse_of_a_straight_trace_is_long_across_it(rake_deg: float) -> None:
+    """The plane turns about the trace, so that its normal stays perpendicular to it."""
+    plane = Plane(130, 40)
+    trace = line_from_rake(plane, rake_deg).vector()
+    across = np.cross(plane.normal(), trace)
+    rng = np.random.default_rng(round(rake_deg))
+    along, beside = rng.uniform([-5, -0.3], [5, 0.3], (60, 2)).T
+    points = np.outer(along, trace) + np.outer(beside, across)
+    points += np.outer(rng.normal(0, 0.01, 60), plane.normal())
+    fit = fit_plane(points)
+    assert (fit.error_rake_deg - rake_deg) % 180 == pytest.approx(90, abs=2)
+    fitted = Plane(fit.dip_direction_deg, fit.dip_deg)
+    (part,) = nets.pole_ellipse(
+        fitted, fit.max_confidence95_deg, fit.min_confidence95_deg, fit.error_rake_deg
+    )
+    lines = nets.unproject(part)
+    farthest = lines[np.argmin(np.abs(lines @ fitted.pole().vector()))]
+    off_trace = np.degrees(np.arcsin(np.abs(farthest @ trace)))
+    assert off_trace < 1.5 * fit.min_confidence95_deg < 0.3 * fit.max_confidence95_deg
 
 
 def test_the_ellipse_of_a_steep_plane_is_split_at_the_rim() -> None:

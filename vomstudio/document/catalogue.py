@@ -373,7 +373,7 @@ MIN_CONFIDENCE = _degrees(
 ERROR_RAKE = _degrees(
     "error_rake_deg",
     _("Error rake"),
-    _("Rake of the axis in the plane about which its attitude is least certain"),
+    _("Rake of the direction in which the plane tilts most"),
     _fit("error_rake_deg"),
     "angle",
     short="error_rake",
