@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+import pyogrio
 import pytest
+import shapely
 from scipy.spatial.transform import Rotation
 from scipy.stats import norm
 
+from tests.frames import ZONE, bed_grid, convert
 from tests.registration.rock_faces import Case, ledges, once, sampled, smooth
+from vomstudio.core.findings import as_finding
 from vomstudio.errors import Cancelled, GeometryError, InputError
 from vomstudio.progress import CancelToken, Silent
 from vomstudio.registration.by_model.reference import fit_to_reference
@@ -313,12 +317,27 @@ def test_polygons_are_a_mask_seen_from_above(tmp_path) -> None:
     path = tmp_path / "stable.geojson"
     path.write_text(json.dumps(layer))
     points = np.array([[1.0, 1, 90], [6, 1, 0], [4.9, 4.9, -5]])
-    flags, crs = in_polygons(points, path)
+    flags, messages = in_polygons(points, path, "EPSG:32633")
     assert flags.tolist() == [True, False, True]
-    assert crs == "EPSG:32633"
-    path.write_text(json.dumps({**layer, "features": []}))
-    with pytest.raises(InputError, match="no polygon"):
-        in_polygons(points, path)
-    path.write_text("nothing")
-    with pytest.raises(InputError, match="cannot be read as a layer"):
-        in_polygons(points, path)
+    assert {as_finding(each).code for each in messages} <= {"frame.outside-area"}
+    for wrong in (json.dumps({**layer, "features": []}), "nothing"):
+        path.write_text(wrong)
+        with pytest.raises(InputError) as refused:
+            in_polygons(points, path, "EPSG:32633")
+        assert refused.value.file == str(path)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:3857", "EPSG:32634"])
+def test_polygons_of_another_system_are_converted(tmp_path, crs: str) -> None:
+    places = bed_grid(side_m=60.0, step_m=3.0)
+    low, high = places.min(axis=0) + 14.0, places.max(axis=0) - 14.0
+    ring = np.array([[x, y, 0.0] for x, y in ((low[0], low[1]), (high[0], low[1]),
+                                               (high[0], high[1]), (low[0], high[1]))])  # fmt: skip
+    path = tmp_path / "mask.shp"
+    shape = shapely.Polygon(convert(ring, crs)[:, :2])
+    pyogrio.raw.write(path, shapely.to_wkb([shape]), [], [], geometry_type="Polygon", crs=crs)
+    flags, messages = in_polygons(places, path, ZONE)
+    inside = ((places > low) & (places < high))[:, :2].all(axis=1)
+    assert flags.tolist() == inside.tolist()
+    assert inside.any()
+    assert [as_finding(each).code for each in messages] == ["frame.reprojected"]

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from vomstudio.core.findings import Message
     from vomstudio.io.control.observation_tables import Pairs
 
     Array = npt.NDArray[np.float64]
@@ -104,14 +105,15 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
         start = similarity_of(register(evidence).matrix)
         if not asked.scale:
             start = with_scale(start, stands.scale, points.mean(axis=0))
+    flags, about_stable = _stable(there, asked, progress)
     fitted = fit_to_reference(
         points, there, start, spacing=(spacing * start.scale, its_spacing), scale=asked.scale,
-        stable=None if asked.stable is None else _stable(there, asked.stable, progress),
+        stable=flags,
         scale_error=None if registration is None else registration.scale_error,
         progress=progress,
     )  # fmt: skip
     evidence.reference = fitted.observation
-    placed = with_warnings(register(evidence), fitted.warnings)
+    placed = with_warnings(register(evidence), (*about_stable, *fitted.warnings))
     if not placed.known.all:
         raise GeometryError(
             tr(
@@ -139,11 +141,18 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
     )
 
 
-def _stable(there: Array, part: StablePart, progress: Progress) -> npt.NDArray[np.bool_]:
-    """(n,) which of the points (n, 3) of the reference count."""
+def _stable(
+    there: Array, order: FitOrder, progress: Progress
+) -> tuple[npt.NDArray[np.bool_] | None, tuple[Message, ...]]:
+    """Return which of the points (n, 3) of the reference count, None for all, and messages."""
     import numpy as np
 
     from vomstudio.registration.by_model import stable
+
+    part = order.stable
+    messages: tuple[Message, ...] = ()
+    if part is None:
+        return None, messages
 
     flags = np.ones(len(there), bool)
     if part.near_m is not None:
@@ -152,13 +161,14 @@ def _stable(there: Array, part: StablePart, progress: Progress) -> npt.NDArray[n
         low, high = np.array(part.box)
         flags &= ((there >= low) & (there <= high)).all(axis=1)
     if part.polygons is not None:
-        flags &= stable.in_polygons(there, part.polygons, progress)[0]
+        inside, messages = stable.in_polygons(there, part.polygons, order.reference.crs, progress)
+        flags &= inside
     if part.model is not None:
         from vomstudio.registration.by_model.starting import points_and_spacing
 
         mask = in_world(part.model, progress)
         flags &= stable.near_cloud(there, *points_and_spacing(mask, part.model.path))[0]
-    return flags
+    return flags, messages
 
 
 FIT_TO_REFERENCE = Job("fit_to_reference", Lane.PRODUCTS, FitOrder, FittedModel, _fit, _PART)

@@ -17,6 +17,7 @@ import pytest
 import shapely
 
 from tests.drawings import read_area, read_lines
+from tests.frames import convert
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.io.gis import vector_layers
@@ -148,10 +149,11 @@ def test_a_kml_says_what_has_stayed_where_it_was(tmp_path: Path) -> None:
     (tmp_path / "a.kml").write_text(
         '<?xml version="1.0"?>\n<!-- drawn by hand -->\n'
         '<kml xmlns="http://www.opengis.net/kml/2.2"><Placemark><Polygon><outerBoundaryIs>'
-        "<LinearRing><coordinates>-1,-1 1,-1 1,1 -1,-1</coordinates></LinearRing>"
+        "<LinearRing><coordinates>14,45 15,45 15,46 14,45</coordinates></LinearRing>"
         "</outerBoundaryIs></Polygon></Placemark></kml>"
     )
-    inside, _ = in_polygons(np.array([[0.5, 0.0, 0.0], [9.0, 9.0, 0.0]]), tmp_path / "a.kml")
+    places = convert(np.array([[14.7, 45.1, 0.0], [14.2, 45.9, 0.0]]), "EPSG:32633", "EPSG:4326")
+    inside, _ = in_polygons(places, tmp_path / "a.kml", "EPSG:32633")
     assert inside.tolist() == [True, False]
 
 

@@ -300,9 +300,7 @@ def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
                 Finding("drawing.only-bodies", **finding.values), file=raw.path
             )
     if kinds is _AREAS:
-        text = tr(
-            "The file contains no polygons. Draw one around the area in which traces were mapped."
-        )
+        text = tr("The file contains no polygons. Draw one around the area that is meant.")
     else:
         text = tr("The file contains no lines. Save the traces as lines, one for each trace.")
     return InputError(text, file=raw.path)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError
-from vomstudio.io.gis.layer_reading import names_no_crs
-from vomstudio.io.gis.vector_layers import VectorLayer, read_layers
+from vomstudio.core.findings import Message
+from vomstudio.io.gate.drawn_layers import extract_area, read_raw_areas
+from vomstudio.io.gate.points import ModelFrame
 from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -41,41 +39,34 @@ def near_places(points: Array, places: Array, reach: float) -> Flags:
 
 
 def in_polygons(
-    points: Array, path: Path, progress: Progress | None = None
-) -> tuple[Flags, str | None]:
-    """(n,) which of the points (n, 3) lie inside polygons of a layer, seen from above; and the CRS
-    that the layer states. Raises InputError where it cannot be read or has none."""
+    points: Array, path: Path, crs: str | None = None, progress: Progress | None = None
+) -> tuple[Flags, tuple[Message, ...]]:
+    """Find the points inside the polygons of a layer, seen from above.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        World.
+    path : Path
+        Layer of polygons, which is converted to `crs`.
+    crs : str or None
+        CRS of the points.
+    progress : Progress, optional
+
+    Returns
+    -------
+    inside : (n,) bool
+    messages : tuple of Message
+        About the frame and the shapes of the layer.
+
+    Raises
+    ------
+    InputError, UsageError
+        As `read_raw_areas` and `extract_area`.
+    """
     import shapely
 
-    layer = next(
-        iter(read_layers(path, [None], (), lambda: _unreadable(path), progress)),
-        VectorLayer("", None),
-    )
-    try:
-        shapes = shapely.from_wkb([] if layer.shapes is None else layer.shapes)
-    except shapely.GEOSException as error:
-        raise _unreadable(path) from error
-    found = [shape for shape in shapes if _is_area(shape)]
-    if not found:
-        raise InputError(
-            tr("The mask holds no polygon. Draw one around what has stayed where it was."),
-            file=path,
-            field="--stable",
-        )
-    area = shapely.union_all([shapely.make_valid(shape) for shape in found])
+    area, layer = extract_area(read_raw_areas(path, None, progress, model=ModelFrame(crs)))
     shapely.prepare(area)
-    return np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_), (
-        None if names_no_crs(path) else layer.crs
-    )
-
-
-def _unreadable(path: Path) -> InputError:
-    return InputError(
-        tr("The mask cannot be read as a layer of polygons. Save it as GeoJSON or GeoPackage."),
-        file=path,
-        field="--stable",
-    )
-
-
-def _is_area(shape: Any) -> bool:
-    return shape is not None and shape.geom_type in ("Polygon", "MultiPolygon")
+    inside = np.asarray(shapely.contains_xy(area, points[:, 0], points[:, 1]), np.bool_)
+    return inside, layer.warnings

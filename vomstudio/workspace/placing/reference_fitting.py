@@ -155,15 +155,16 @@ def fit_model(
 
 def _stable(
     points: Array, target: WorldModel, path: Path, progress: Progress
-) -> tuple[npt.NDArray[np.bool_], float | None, list[str]]:
+) -> tuple[npt.NDArray[np.bool_], float | None, list[Message]]:
     names = (tr("The mask"), tr("the reference"))
+    messages: list[Message]
     if path.suffix.lower() in POLYGONS:
-        flags, crs = in_polygons(points, path, progress)
         reach = None
-        messages = crs_doubts(crs, target.crs, names) if crs is not None else []
+        flags, about_layer = in_polygons(points, path, target.crs, progress)
+        messages = list(about_layer)
     else:
         mask = read_in_world(path, progress)
-        messages = crs_doubts(mask.crs, target.crs, names)
+        messages = list(crs_doubts(mask.crs, target.crs, names))
         places, spacing = points_and_spacing(mask.data, mask.loaded.path)
         flags, reach = near_cloud(points, places, spacing)
     if not flags.any():
