@@ -52,7 +52,9 @@ def hit(number):
 """
 TIERS = {"default": "not slow and not full", "full": "full and not slow"}
 MAX_SECONDS = 600
-"""A mutant that has not been killed by a tier within this time has survived it, or hangs."""
+"""A mutant that no test has killed within this time counts as survived."""
+TIMED_OUT = -1
+SURVIVED = (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED, TIMED_OUT)
 MAX_TESTS = 400
 """Tests of a tier that are run for one mutant, those that reach the fewest mutants first."""
 
@@ -215,7 +217,7 @@ def kill(folder: Path) -> list[dict[str, Any]]:
                         return
                     number, mutant = waiting.pop(0)
                 began = time.monotonic()
-                row = as_row(mutant) | outcome(tree, mutant, tests[number])
+                row = as_row(mutant) | outcome(tree, mutant, tests[number], tiers)
                 row["seconds"] = round(time.monotonic() - began, 1)
                 with lock:
                     rows.append(row)
@@ -225,6 +227,7 @@ def kill(folder: Path) -> list[dict[str, Any]]:
                           flush=True)  # fmt: skip
 
     tests = recorded_tests(folder)
+    tiers = {tier: collected(marks) for tier, marks in TIERS.items()}
     workers = [threading.Thread(target=work) for _ in range(os.cpu_count() or 1)]
     for worker in workers:
         worker.start()
@@ -248,9 +251,10 @@ def stored_mutants(folder: Path) -> list[tuple[int, Mutant]]:
             mutant
             for changes in places_of(text)
             for change in changes
-            if (mutant := mutant_of(row["file"], text, change)) is not None
+            if change.kind == row["kind"] and change.new in row["after"]
+            and (mutant := mutant_of(row["file"], text, change)) is not None
             and key_of(as_row(mutant)) == key_of(row)
-        ]
+        ]  # fmt: skip
         if same:
             found.append((number, min(same, key=lambda m: abs(m.line - row["line"]))))
         else:
@@ -272,8 +276,13 @@ def recorded_tests(folder: Path) -> dict[int, list[str]]:
     return tests
 
 
-def outcome(tree: Path, mutant: Mutant, tests: list[str]) -> dict[str, Any]:
-    """Return the state of a mutant ("killed", "survived", "equivalent") and the tier it died in."""
+def outcome(
+    tree: Path, mutant: Mutant, tests: list[str], tiers: dict[str, set[str]]
+) -> dict[str, Any]:
+    """Return the state of a mutant ("killed", "survived", "equivalent") and the tier it died in.
+
+    tiers : functions of the tests of each tier
+    """
     if (reason := equivalent().get(key_of(as_row(mutant)))) is not None:
         return {"state": "equivalent", "by": reason, "tests": len(tests)}
     present = existing(tree, tests)
@@ -287,23 +296,38 @@ def outcome(tree: Path, mutant: Mutant, tests: list[str]) -> dict[str, Any]:
         path.write_text(mutant.text)
         try:
             for tier, marks in TIERS.items():
+                chosen = [each for each in present if function_of(each) in tiers[tier]][:MAX_TESTS]
                 words = ["-x", "-m", marks, "-p", "no:cacheprovider"]
-                code = pytest.ExitCode.USAGE_ERROR
-                for names in (present, functions(present)):
+                code: int = pytest.ExitCode.USAGE_ERROR
+                for names in (chosen, list(dict.fromkeys(map(function_of, chosen)))):
                     # Parameters of a test may have other names by now.
-                    if code == pytest.ExitCode.USAGE_ERROR:
+                    if chosen and code == pytest.ExitCode.USAGE_ERROR:
                         code = run_pytest(
                             tree, [*words, *names], timeout_s=MAX_SECONDS, environment=more
                         )
-                if code not in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
+                if chosen and code not in SURVIVED:
                     return {"state": "killed", "by": tier, "tests": len(tests)}
         finally:
             path.write_text(whole)
     return {"state": "survived", "by": None, "tests": len(tests)}
 
 
+def function_of(test: str) -> str:
+    """Return the id of a test without its parameters."""
+    return test.partition("[")[0]
+
+
+def collected(marks: str) -> set[str]:
+    """Return the functions of the tests that an expression of marks selects."""
+    words = ["-m", "pytest", "--collect-only", "-q", "-m", marks, "-p", "no:cacheprovider"]
+    listed = subprocess.run(
+        [sys.executable, *words], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return {function_of(line) for line in listed.stdout.splitlines() if "::" in line}
+
+
 def existing(tree: Path, tests: list[str]) -> list[str]:
-    """Return the tests whose function is still in its file, at most `MAX_TESTS` of them."""
+    """Return the tests whose function is still in its file."""
     texts: dict[str, str] = {}
     names = []
     for test in tests:
@@ -312,12 +336,7 @@ def existing(tree: Path, tests: list[str]) -> list[str]:
         text = texts.setdefault(file, path.read_text() if path.exists() else "")
         if f"def {name.rpartition('::')[2].partition('[')[0]}(" in text:
             names.append(test)
-    return names[:MAX_TESTS]
-
-
-def functions(tests: list[str]) -> list[str]:
-    """Return tests without their parameters, each once."""
-    return list(dict.fromkeys(test.partition("[")[0] for test in tests))
+    return names
 
 
 def run_pytest(
@@ -327,7 +346,7 @@ def run_pytest(
     timeout_s: float | None,
     environment: dict[str, str] | None = None,
 ) -> int:
-    """Run pytest in a tree; return its exit code, or -1 if it did not end in time."""
+    """Run pytest in a tree; return its exit code, or `TIMED_OUT`."""
     data = os.environ.get("VOMSTUDIO_DATA", str(ROOT.parent / "shared" / "data"))
     own = {"PYTHONPATH": str(tree), "VOMSTUDIO_DATA": data, "QT_QPA_PLATFORM": "xcb"}
     command = [sys.executable, "-m", "pytest", "-q", *arguments]
@@ -344,7 +363,7 @@ def run_pytest(
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, 9)
         process.wait()
-        return -1
+        return TIMED_OUT
 
 
 def summary(rows: list[dict[str, Any]]) -> str:
