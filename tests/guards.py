@@ -15,6 +15,7 @@ import logging
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -213,7 +214,10 @@ def _collect_now_and_then(path: str) -> None:
     _memory.modules += 1
     if _memory.modules % MODULES_PER_COLLECTION == 0:
         gc.unfreeze()
-        gc.collect()
+        with warnings.catch_warnings():
+            # What earlier tests have left open is not the fault of this one.
+            warnings.simplefilter("ignore", ResourceWarning)
+            gc.collect()
 
 
 def _in_memory(item: pytest.Item) -> list[str]:

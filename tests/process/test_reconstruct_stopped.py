@@ -71,7 +71,7 @@ def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
     stop_at(photos, out, "program", "Computing depth maps", 4, *ONE)
     depths = {p.name: p.stat().st_mtime_ns for p in out.glob("work/depths-*.part/*.npz")}
     assert len(depths) >= 4
-    stop_at(photos, out, "interrupt", "Poisson", 0, *ONE)
+    stop_at(photos, out, "interrupt", "Computing the Poisson", 0, *ONE)
     assert "Detecting features" not in log_of(out)
     now = {p.name: p.stat().st_mtime_ns for p in out.glob("work/depths-*/*.npz")}
     assert {name: now[name] for name in depths} == depths, "photos are not done twice"

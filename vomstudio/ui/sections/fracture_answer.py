@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -143,6 +143,9 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     lines = on_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
     placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
+    if not placed.is_horizontal:
+        # As on the map of the panel, and in the command that is copied with it.
+        placed = replace(placed, azimuths_from="up")
     cells = _on_face(q.cells, face)
     drawing = _drawing(q, face, lines, cells)
     place = q.place

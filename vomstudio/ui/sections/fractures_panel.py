@@ -325,12 +325,6 @@ class FracturesPanel(SeenPanel):
                 shown = format_plane(plane, self._studio.settings.notation, 0)
                 if plane.undefined:
                     text = tr("{count} traces, seen from above.", count=len(made.lines))
-                elif made.plane.azimuths_from == "north":
-                    text = tr(
-                        "{count} traces on the face {plane}, with their strikes.",
-                        count=len(made.lines),
-                        plane=shown,
-                    )
                 else:
                     text = tr(
                         "{count} traces on the face {plane}; azimuths are angles on it, clockwise "
