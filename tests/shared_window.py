@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
 from tests import driver, guards
 from tests.driver import wait
 from vomstudio.io.settings import Settings
+from vomstudio.ui.analyse.group_box import GroupBox
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.widgets import ScrollingLater
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
@@ -61,6 +62,9 @@ class PanelDefaults:
         for field in panel.findChildren(QWidget):
             if isinstance(field, QSpinBox | QDoubleSpinBox):
                 self._restore.append((field, partial(field.setValue, field.value())))
+            elif isinstance(field, GroupBox):
+                # An empty one chooses as in a new panel.
+                self._restore.append((field, field.clear))
             elif isinstance(field, QComboBox) and not isinstance(field, TypeBox):
                 self._restore.append((field, partial(_choose, field, field.currentText())))
             elif isinstance(field, QCheckBox | QRadioButton):
