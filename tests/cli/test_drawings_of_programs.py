@@ -418,21 +418,23 @@ def test_lines_of_cad_are_named_after_their_layers_and_get_its_type(run, scene, 
     assert run(*back, "-o", table).code == 0
     rows = pd.read_csv(table, comment="#", dtype={"line": str})
     assert list(dict.fromkeys(rows["line"])) == ["FAULT", "Bedding", "Bedding-2", "4"]
-    project = tmp_path / "p.vom"
-    with vs.Project.create(project):
-        pass
-    assert run("project", project, "add-model", scene / "wall.obj").code == 0
+    projects = [tmp_path / "a.vom", tmp_path / "b.vom"]
+    for project in projects:
+        with vs.Project.create(project):
+            pass
+        assert run("project", project, "add-model", scene / "wall.obj").code == 0
     # One line lies on no layer of that kind.
-    ran = run(*back, "-o", table, "--force", "--into", project)
+    ran = run(*back, "-o", table, "--force", "--into", projects[0])
     assert ran.code == 2
     assert "--type" in ran.err
     assert "not: 0" in ran.err
-    assert run(*back, "-o", table, "--force", "--into", project, "--type", "vein").code == 0
+    assert run(*back, "-o", table, "--force", "--into", projects[0], "--type", "vein").code == 0
     document.modelspace()[-1].destroy()
     document.saveas(drawing)
-    ran = run(*back, "-o", table, "--force", "--into", project, "--json")
-    assert ran.code == 0, ran.err
-    listed = run("export", project, "--to", "csv", "-o", tmp_path / "f.csv")
-    assert listed.code == 0, listed.err
-    kinds = pd.read_csv(tmp_path / "f.csv", comment="#")["kind"].tolist()
-    assert sorted(kinds) == ["bedding"] * 2 + ["fault"] + ["vein"] * 4
+    # In the other project all lines are new.
+    for project, kinds in zip(projects, (["vein"] * 4, ["bedding"] * 2 + ["fault"]), strict=True):
+        ran = run(*back, "-o", table, "--force", "--into", project, "--json")
+        assert ran.code == 0, ran.err
+        listed = run("export", project, "--to", "csv", "-o", tmp_path / "f.csv", "--force")
+        assert listed.code == 0, listed.err
+        assert sorted(pd.read_csv(tmp_path / "f.csv", comment="#")["kind"]) == kinds

@@ -11,7 +11,7 @@ import rasterio
 import rasterio.transform
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog
+from PySide6.QtWidgets import QAbstractButton, QFileDialog
 
 from tests import driver
 from vomstudio.geology.orientation import planes_to_normals
@@ -44,8 +44,10 @@ def picture(window, outcrop, tmp_path) -> Path:
     return folder / "cliff.json"
 
 
-def draw(path: Path, sidecar: Path, lines: dict[str, np.ndarray]) -> Path:
-    """As a GIS writes what is digitised on the GeoTIFF. lines : (n, 3) World, by name"""
+def draw(
+    path: Path, sidecar: Path, lines: dict[str, np.ndarray], ids: dict[str, str] | None = None
+) -> Path:
+    """As a GIS writes what is digitised on the GeoTIFF. lines : (n, 3) World; both by name"""
     facts = json.loads(sidecar.read_text("utf-8"))
     to_pixel = np.linalg.inv(np.array(facts["pixel_to_world"]))
     with rasterio.open(sidecar.with_suffix(".tif")) as file:
@@ -55,7 +57,7 @@ def draw(path: Path, sidecar: Path, lines: dict[str, np.ndarray]) -> Path:
         pixels = (np.column_stack([points, np.ones(len(points))]) @ to_pixel.T)[:, :2]
         drawn = [rasterio.transform.xy(to_plane, r, c, offset="ul") for c, r in pixels]
         features.append({
-            "type": "Feature", "properties": {"name": name},
+            "type": "Feature", "properties": {"name": name, "id": (ids or {}).get(name, "")},
             "geometry": {"type": "LineString", "coordinates": drawn},
         })  # fmt: skip
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
@@ -67,6 +69,11 @@ def take_in(window, monkeypatch, *files: Path) -> None:
     asked = iter(files)
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(next(asked)), ""))
     window.actions_table.run("import_drawing")
+
+
+def buttons(window, text: str) -> list[QAbstractButton]:
+    found = window.message_bar.findChildren(QAbstractButton)
+    return [each for each in found if each.isVisible() and text in each.text().replace("&", "")]
 
 
 def said(window) -> str:
@@ -142,3 +149,31 @@ def test_of_two_pictures_in_a_folder_the_one_is_asked_for(
     take_in(window, monkeypatch, path, other)
     driver.wait(lambda: len(driver.traces(window)) == 1, "the trace")
     assert "other" in driver.traces(window)[0].notes
+
+
+def test_edited_traces_are_updated_by_the_button_beside_the_message(
+    window, picture, picks, monkeypatch
+) -> None:
+    names = ("B01", "B02")
+    path = draw(picture.parent / "lines.geojson", picture, {name: picks[name] for name in names})
+    take_in(window, monkeypatch, path)
+    driver.wait(lambda: len(driver.traces(window)) == 2, "the traces")
+    ids = {trace.name: trace.id for trace in driver.traces(window)}
+    before = {trace.id: np.array(trace.vertices) for trace in driver.traces(window)}
+    placed = {name: before[ids[name]] for name in names}
+    lines = {"B01": placed["B01"], "B02": placed["B02"] + [0.0, 0.0, 0.2]}
+    draw(path, picture, lines, ids)
+    take_in(window, monkeypatch, path)
+    driver.wait(lambda: buttons(window, "Update"), "the offer to update")
+    (button,) = buttons(window, "Update")
+    assert "1 trace is unchanged" in said(window)
+    assert len(driver.traces(window)) == 2
+    button.click()
+    driver.wait(lambda: window.studio.selection.ids == (ids["B02"],), "the update")
+    after = {trace.id: np.array(trace.vertices) for trace in driver.traces(window)}
+    assert np.array_equal(after[ids["B01"]], before[ids["B01"]])
+    raised = after[ids["B02"]].mean(axis=0) - before[ids["B02"]].mean(axis=0)
+    assert raised[2] == pytest.approx(0.2, abs=0.1)
+    driver.focus(window)
+    driver.key(window, Qt.Key.Key_Z, driver.CTRL)
+    assert np.array_equal(np.array(driver.traces(window)[1].vertices), before[ids["B02"]])

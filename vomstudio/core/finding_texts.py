@@ -239,6 +239,17 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " count as wedges."
         ),
     ),
+    "drawing.traces-unchanged": (
+        "info",
+        to_translate("{count} lines are traces of the project that were not edited."),
+    ),
+    "drawing.traces-edited": (
+        "warning",
+        to_translate(
+            "{count} traces of the project were edited in the drawing ({names}). Give --update to"
+            " change them."
+        ),
+    ),
     # --- photos --------------------------------------------------------------------------------
     "photo.altitude-sign": (
         "warning",

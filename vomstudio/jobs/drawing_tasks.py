@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vomstudio.core.findings import Message
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, read_standing
 from vomstudio.progress import Progress
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.products.ortho.drawing_back import Sidecar
 
 Point = tuple[float, float, float]
 
@@ -61,24 +65,69 @@ class DrawingOrder:
 
 
 @dataclass(frozen=True)
+class Picture:
+    """Size of an orthophoto, and the matrix from its pixels to World."""
+
+    width: int
+    height: int
+    matrix: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, sidecar: Sidecar) -> Picture:
+        """Return the picture of a sidecar."""
+        rows = tuple(tuple(float(value) for value in row) for row in sidecar.matrix)
+        return cls(sidecar.width, sidecar.height, rows)
+
+
+@dataclass(frozen=True)
 class DrawnLine:
-    """points : in the frame of the model's file; named : whether the drawing gives it that name"""
+    """Line that was brought back to the surface.
+
+    Parameters
+    ----------
+    name : str
+    named : bool
+        Whether the drawing states the name.
+    layer : str
+    points : tuple of (x, y, z)
+        In the frame of the model's file.
+    pixels : tuple of (column, row)
+        All vertices on the picture.
+    id, kind, set : str
+        Attributes of the shape, "" if the drawing has none.
+    """
 
     name: str
     named: bool
     layer: str
     points: tuple[Point, ...]
+    pixels: tuple[tuple[float, float], ...] = ()
+    id: str = ""
+    kind: str = ""
+    set: str = ""
 
 
 @dataclass(frozen=True)
 class DrawnLines:
-    """skipped : names of those that meet no surface; content_hash : of the model that the picture
-    shows, None where that is not said; warnings : sentences"""
+    """Lines of a drawing on the surface of a model.
+
+    Parameters
+    ----------
+    lines : tuple of DrawnLine
+    skipped : tuple of str
+        Names of lines that meet no surface.
+    content_hash : str or None
+        Of the model that the picture shows, None if the sidecar states none.
+    warnings : tuple of Message
+    picture : Picture or None
+        The picture on which the lines were drawn.
+    """
 
     lines: tuple[DrawnLine, ...]
     skipped: tuple[str, ...]
     content_hash: str | None
     warnings: tuple[Message, ...]
+    picture: Picture | None = None
 
 
 def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
@@ -103,15 +152,22 @@ def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
     return DrawnLines(
         tuple(
             DrawnLine(
-                line.name, line.name in own, line.layer,
-                tuple((float(x), float(y), float(z)) for x, y, z in line.points),
+                name=line.name,
+                named=line.name in own,
+                layer=line.layer,
+                points=tuple((float(x), float(y), float(z)) for x, y, z in line.points),
+                pixels=tuple((float(x), float(y)) for x, y in line.pixels),
+                id=line.words.id,
+                kind=line.words.kind,
+                set=line.words.set,
             )
             for line in brought.lines
         ),
         brought.skipped,
         picture.content_hash,
         (*said, *brought.warnings),
-    )  # fmt: skip
+        Picture.of(picture),
+    )
 
 
 READ_DRAWN_LINES = Job("read_drawn_lines", Lane.PRODUCTS, DrawingOrder, DrawnLines, _read_lines)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,25 +11,41 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message
 from vomstudio.document import edits
+from vomstudio.document.edit import Edit, change
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.jobs.drawing_tasks import DrawnLines
 from vomstudio.tools.local_surface import around
-from vomstudio.words import tr
+from vomstudio.words import tr, tr_n
+from vomstudio.workspace.redrawn import NEW, Comparison, compare_with_traces, traces_in_world
 
 Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class DrawnTraces:
-    """traces : not yet in the project; skipped : names of lines that give none, each with why;
-    warnings : sentences"""
+    """Traces from a drawing.
+
+    Parameters
+    ----------
+    traces : tuple of Trace
+        New ones, which are not in the project yet.
+    skipped : tuple of (name, reason)
+        Lines that give no trace.
+    warnings : tuple of Message
+    unchanged : int
+        Number of lines that are traces of the project as they are.
+    edited : tuple of Trace
+        Traces of the project with the vertices that the drawing has.
+    """
 
     traces: tuple[Trace, ...]
     skipped: tuple[tuple[str, str], ...]
     warnings: tuple[Message, ...]
+    unchanged: int = 0
+    edited: tuple[Trace, ...] = ()
 
 
 def trace_through(
@@ -52,8 +68,30 @@ def trace_through(
     return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)
 
 
+def with_vertices_of(trace: Trace, other: Trace) -> Trace:
+    """Return a trace with the vertices of another, and what follows from their place."""
+    return replace(
+        trace,
+        vertices=other.vertices,
+        resolution=other.resolution,
+        outcrop_normal=other.outcrop_normal,
+        rule=other.rule,
+    )
+
+
+def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawing: str) -> Edit:
+    """Return the edit that gives traces the vertices that a drawing has."""
+    label = tr_n(
+        "Update {count} trace from {drawing}",
+        "Update {count} traces from {drawing}",
+        len(edited),
+        drawing=drawing,
+    )
+    return change(records, label, {trace.id: trace for trace in edited})
+
+
 def type_of_layer(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
-    """The feature type that a layer of a drawing is named after, in whatever case."""
+    """Return the feature type with the name or id of a layer, in upper or lower case."""
     wanted = layer.strip().casefold()
     for kind in types:
         if wanted and wanted in (kind.id.casefold(), kind.name.casefold()):
@@ -71,10 +109,19 @@ def drawn_traces(
     type_id: str,
     set_name: str = "",
 ) -> DrawnTraces:
-    """Each line that was brought back and defines a plane as a trace.
+    """Compare the lines that were brought back with the project, and make traces of new ones.
 
-    type_id : of the lines whose layer is not called as a feature type of the project is. Raises
-    GeometryError where no line defines a plane.
+    Parameters
+    ----------
+    type_id : str
+        Feature type of new lines whose attribute `kind` and whose layer name none of the project.
+    set_name : str
+        Set of new lines without an attribute `set`.
+
+    Raises
+    ------
+    GeometryError
+        If no line defines a plane.
     """
     warnings = list(found.warnings)
     if found.content_hash not in (None, model.content_hash):
@@ -88,22 +135,33 @@ def drawn_traces(
     note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
               drawing=drawing.name)  # fmt: skip
     traces: list[Trace] = []
+    edited: list[Trace] = []
+    unchanged = 0
     types = [record for record in records.values() if isinstance(record, FeatureType)]
-    for line in found.lines:
+    for line, comparison in zip(found.lines, _compared(found, records), strict=True):
+        if comparison.state == "unchanged":
+            unchanged += 1
+            continue
+        if (reason := why_not_updated(comparison, model, records)) is not None:
+            skipped.append((line.name, reason))
+            continue
         # A line without a name was given its number; the project has names of its own.
         name = "" if line.name.isdecimal() and not line.named else line.name
-        kind = type_of_layer(line.layer, types)
+        kind = type_of_layer(line.kind, types) or type_of_layer(line.layer, types)
         own_type = type_id if kind is None else kind.id
         points = np.array(line.points, np.float64)
-        trace = trace_through(name, points, model, own_type, set_name, surface)
+        trace = trace_through(name, points, model, own_type, line.set or set_name, surface)
         trace = replace(trace, notes=note)
         try:
             edits.add_trace(records, trace)
         except GeometryError as error:
             skipped.append((line.name, error.message))
             continue
-        traces.append(trace)
-    if not traces:
+        if comparison.trace is None:
+            traces.append(trace)
+            continue
+        edited.append(with_vertices_of(comparison.trace, trace))
+    if not traces and not edited and not unchanged:
         name, reason = skipped[0]
         raise GeometryError(
             tr(
@@ -113,4 +171,27 @@ def drawn_traces(
             ),
             file=drawing,
         )
-    return DrawnTraces(tuple(traces), tuple(skipped), tuple(warnings))
+    return DrawnTraces(tuple(traces), tuple(skipped), tuple(warnings), unchanged, tuple(edited))
+
+
+def why_not_updated(
+    comparison: Comparison, model: Model, records: Mapping[str, Record]
+) -> str | None:
+    """Return why a line that was drawn on a model cannot be its trace, None if it can."""
+    trace = comparison.trace
+    if trace is None or trace.model_id == model.id:
+        return None
+    other = records.get(trace.model_id)
+    name = other.name if isinstance(other, Model) else trace.model_id
+    return tr("it was edited, but is a trace on {model}", model=name)
+
+
+def _compared(found: DrawnLines, records: Mapping[str, Record]) -> Sequence[Comparison]:
+    if found.picture is None:
+        return [NEW] * len(found.lines)
+    return compare_with_traces(
+        [np.array(line.pixels) for line in found.lines],
+        [line.id for line in found.lines],
+        traces_in_world(records),
+        found.picture,
+    )

@@ -50,7 +50,7 @@ from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import some_points
 from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
 from vomstudio.words import tr
-from vomstudio.workspace.drawn_traces import trace_through
+from vomstudio.workspace.drawn_traces import trace_through, update_traces, with_vertices_of
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
     add_reference_error,
@@ -72,13 +72,24 @@ Named = TypeVar("Named", Model, FeatureType)
 
 @dataclass(frozen=True, eq=False)
 class Picks:
-    """Points along one line on a model: (n, 3) in World. kind : where it is another than that of
-    most; domain : that they lie in, "" for none"""
+    """Points along one line on a model.
+
+    Parameters
+    ----------
+    name : str
+    points : (n, 3) float64
+        World.
+    kind : FeatureType or None
+        Feature type, None for that of most lines.
+    domain, set : str
+        Domain and set, "" for none and for that of most lines.
+    """
 
     name: str
     points: Array
     kind: FeatureType | None = None
     domain: str = ""
+    set: str = ""
 
 
 @dataclass(frozen=True)
@@ -238,7 +249,7 @@ class HeadlessProject:
             to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
             points = transform.apply(to_file, pick.points)
             own = pick.kind or kind
-            trace = trace_through(pick.name, points, model, own.id, set_name, surface)
+            trace = trace_through(pick.name, points, model, own.id, pick.set or set_name, surface)
             trace = replace(trace, name=trace.name or names.of(own), domain=pick.domain)
             try:
                 edit = edits.add_trace(records, trace)
@@ -265,6 +276,27 @@ class HeadlessProject:
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
         self.session.apply(change(self.session.records, f"Add {what}", after))
         return AddedPicks(tuple(traces), tuple(skipped), warnings)
+
+    def update_traces(
+        self, changed: Sequence[tuple[Trace, Array]], model: Model, drawing: str
+    ) -> None:
+        """Give traces of a model new vertices (n, 3) in World, all as one edit.
+
+        Raises
+        ------
+        GeometryError
+            If a line defines no plane.
+        """
+        surface, _ = self._surface(model)
+        to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
+        records = self.session.records
+        edited = []
+        for trace, line in changed:
+            points = transform.apply(to_file, line)
+            drawn = trace_through(trace.name, points, model, trace.type_id, trace.set_name, surface)
+            edits.add_trace(records, drawn)
+            edited.append(with_vertices_of(trace, drawn))
+        self.session.apply(update_traces(records, edited, drawing))
 
     def take_in(self, path: Path, model: Model) -> ImportedFeatures:
         """Add the stations, contact lines and rock areas of a file, all as one edit. Raises

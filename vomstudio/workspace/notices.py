@@ -10,6 +10,8 @@ from vomstudio.signals import Signal
 
 SAVE_AS = "save_as"
 """The command that helps where a project cannot be written."""
+UPDATE_DRAWN = "update_drawn_traces"
+"""The command that gives traces the vertices of an imported drawing."""
 CONVERT = "convert_model"
 """The command that converts a model that is not metric."""
 

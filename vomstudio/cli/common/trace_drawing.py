@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +13,18 @@ from vomstudio.cli.common.arguments import Parser, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
+    from vomstudio.document.kinds.trace import Trace
     from vomstudio.document.records import FeatureType
-    from vomstudio.products.ortho.drawing_back import Brought
+    from vomstudio.products.ortho.drawing_back import BackLine, Brought, Sidecar
     from vomstudio.workspace.headless_project import HeadlessProject
 
 
-OPTIONS = ("sidecar", "step", "into", "type", "on", "set")
+OPTIONS = ("sidecar", "step", "into", "type", "on", "set", "update")
 """That are for drawings alone."""
 
 
@@ -52,6 +55,11 @@ def add_options(parser: Parser) -> None:
     )
     parser.add_argument("--on", metavar="NAME", help=tr("the project's model that they lie on"))
     parser.add_argument("--set", default="", help=tr("the set that they belong to"))
+    parser.add_argument(
+        "--update",
+        action="store_true",
+        help=tr("change traces of the project that were edited in the drawing"),
+    )
     add_frame(parser)
     add_project(parser)
 
@@ -90,8 +98,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     result: dict[str, Any] = {**drawing_back.facts_of(brought, args.output)}
     if args.into is not None:
-        result["added"], left_out = _add(args, brought)
-        warnings += left_out
+        added = _add(args, brought, sidecar)
+        result |= {"added": added.new, "updated": added.updated, "unchanged": added.unchanged}
+        warnings += added.warnings
     write_line_table(
         args.output,
         [(line.name, line.points) for line in brought.lines],
@@ -118,19 +127,23 @@ def _type_wanted() -> str:
     return tr("A project needs the type of its features: --into PROJECT --type TYPE.")
 
 
-def _types(args: argparse.Namespace, brought: Brought, desk: HeadlessProject) -> list[FeatureType]:
-    """Of each line. Raises UsageError."""
+def _types(
+    args: argparse.Namespace, lines: Sequence[BackLine], desk: HeadlessProject
+) -> list[FeatureType]:
+    """Return the feature type of each line. Raises UsageError."""
     from vomstudio.document.records import FeatureType
     from vomstudio.workspace.drawn_traces import type_of_layer
 
     if args.type is not None:
-        return [desk.find_type(args.type)] * len(brought.lines)
+        return [desk.find_type(args.type)] * len(lines)
     types = desk.session.of(FeatureType)
-    found = [type_of_layer(line.layer, types) for line in brought.lines]
+    found = [
+        type_of_layer(line.words.kind, types) or type_of_layer(line.layer, types) for line in lines
+    ]
     kinds = [kind for kind in found if kind is not None]
     if len(kinds) < len(found):
         others = dict.fromkeys(
-            line.layer for line, kind in zip(brought.lines, found, strict=True) if kind is None
+            line.layer for line, kind in zip(lines, found, strict=True) if kind is None
         )
         layers = ", ".join(layer or "0" for layer in list(others)[:5])
         raise UsageError(
@@ -145,25 +158,69 @@ def _types(args: argparse.Namespace, brought: Brought, desk: HeadlessProject) ->
     return kinds
 
 
-def _add(args: argparse.Namespace, brought: Brought) -> tuple[list[dict[str, str]], list[Message]]:
-    """One undoable edit of the project. What was added, and what was left out in words."""
+@dataclass(frozen=True)
+class _Added:
+    """Traces of the project by what a drawing did to them, as objects of ``--json``."""
+
+    new: list[dict[str, str]]
+    updated: list[dict[str, str]]
+    unchanged: list[dict[str, str]]
+    warnings: list[Message]
+
+
+def _add(args: argparse.Namespace, brought: Brought, sidecar: Sidecar) -> _Added:
+    """Add the new lines to the project, and update edited traces if that is requested."""
     from vomstudio.io.settings import read_settings
-    from vomstudio.workspace.headless_project import HeadlessProject, Picks
+    from vomstudio.workspace.drawn_traces import why_not_updated
+    from vomstudio.workspace.headless_project import AddedPicks, HeadlessProject, Picks
     from vomstudio.workspace.layer_export import written_layers
+    from vomstudio.workspace.redrawn import compare_brought
 
     settings, problems = read_settings()
     with HeadlessProject.opened(Path(args.into), settings, progress_of(args)) as desk:
-        model, kinds = desk.find_model(args.on), _types(args, brought, desk)
-        picks = [
-            Picks(line.name, line.points, kind)
-            for line, kind in zip(brought.lines, kinds, strict=True)
+        model = desk.find_model(args.on)
+        comparisons = compare_brought(brought.lines, sidecar, desk.session.records)
+        new = [
+            line
+            for line, comparison in zip(brought.lines, comparisons, strict=True)
+            if comparison.trace is None
         ]
-        added = desk.add_picks(picks, model, kinds[0], args.set)
+        added = AddedPicks((), (), ())
+        if new:
+            kinds = _types(args, new, desk)
+            picks = [
+                Picks(line.name, line.points, kind, set=line.words.set)
+                for line, kind in zip(new, kinds, strict=True)
+            ]
+            added = desk.add_picks(picks, model, kinds[0], args.set)
+        edited, skipped = [], list(added.skipped)
+        for line, comparison in zip(brought.lines, comparisons, strict=True):
+            if comparison.state != "edited" or comparison.trace is None:
+                continue
+            reason = why_not_updated(comparison, model, desk.session.records)
+            if reason is None:
+                edited.append((comparison.trace, line.points))
+            else:
+                skipped.append((line.name, reason))
+        if edited and args.update:
+            desk.update_traces(edited, model, Path(args.from_ortho).name)
         desk.save()
         folder, has_features = desk.project.folder, bool(desk.session.features())
-    left_out = [
+    unchanged = [each.trace for each in comparisons if each.state == "unchanged" and each.trace]
+    messages: list[Message] = [*problems, *added.warnings]
+    if unchanged:
+        messages.append(Finding("drawing.traces-unchanged", count=len(unchanged)))
+    if edited and not args.update:
+        names = ", ".join(trace.name for trace, _ in edited[:5])
+        messages.append(Finding("drawing.traces-edited", count=len(edited), names=names))
+    messages += [
         tr("{feature} was left out: {reason}", feature=name, reason=reason)
-        for name, reason in added.skipped
+        for name, reason in skipped
     ]
-    said = [*problems, *added.warnings, *left_out, *written_layers(folder, has_features)]
-    return [{"id": t.id, "name": t.name} for t in added.traces], said
+    messages += written_layers(folder, has_features)
+    updated = [trace for trace, _ in edited] if args.update else []
+    return _Added(_listed(added.traces), _listed(updated), _listed(unchanged), messages)
+
+
+def _listed(traces: Sequence[Trace]) -> list[dict[str, str]]:
+    return [{"id": trace.id, "name": trace.name} for trace in traces]

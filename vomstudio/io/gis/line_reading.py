@@ -22,6 +22,7 @@ from vomstudio.words import tr, tr_n
 Array = npt.NDArray[np.float64]
 
 _NAMES = ("name", "label", "id", "title")
+_WORDS = ("id", "kind", "set")
 NO_LAYERS = ("", "0", "defpoints", "entities")
 """Layers of CAD on which lies what nobody put on one."""
 _ROUNDING = 1e-13
@@ -30,17 +31,49 @@ _LOOKED_AT = 10_000
 """Shapes between two looks at whether the work is still wanted."""
 
 
+@dataclass(frozen=True)
+class FeatureWords:
+    """Attributes of a shape that belong to a feature of a project; "" if the file has none.
+
+    Parameters
+    ----------
+    id : str
+        Id of the feature from which the shape was drawn.
+    kind, set : str
+        Feature type and set.
+    """
+
+    id: str = ""
+    kind: str = ""
+    set: str = ""
+
+
+NO_WORDS = FeatureWords()
+
+
 @dataclass(frozen=True, eq=False)
 class ReadLine:
-    """points : (n, 2) or, where the file has heights and they are wanted, (n, 3); of an outline the
-    first is repeated at the end; crs : of its layer, None where that states none. layer : of a
-    drawing for CAD that of the entity"""
+    """Line or outline of a drawing.
+
+    Parameters
+    ----------
+    layer : str
+        Layer; in a drawing for CAD that of the entity.
+    name : str
+    points : (n, 2) or (n, 3) float64
+        As in the file; the first point of an outline is repeated at the end.
+    closed : bool
+    crs : str or None
+        CRS of the layer, None if it states none.
+    words : FeatureWords
+    """
 
     layer: str
     name: str
     points: Array
     closed: bool
     crs: str | None = None
+    words: FeatureWords = NO_WORDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +114,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     symbols = symbol_layers(layer.name for layer in layers)
     names = [n.name for n in layers if n.kind is not None and n.name.casefold() not in symbols]
     read = (
-        read_layers(path, names, (*_NAMES, *ENTITY_COLUMNS, "layer"), unreadable, progress)
+        read_layers(path, names, (*_NAMES, *_WORDS, *ENTITY_COLUMNS, "layer"), unreadable, progress)
         if names
         else []
     )
@@ -103,7 +136,8 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
         if path.suffix.lower() == ".dxf":
             layer_names = _words(columns, "layer") or layer_names
         line_names = _names(columns, len(geometries))
-        lines, others = _lines(layer_names, line_names, geometries, layer.crs, progress)
+        words = _feature_words(columns, len(geometries))
+        lines, others = _lines(layer_names, line_names, words, geometries, layer.crs, progress)
         found += lines
         skipped += others - sum(
             shape is None for shape, count in zip(geometries, surfaces, strict=True) if count
@@ -155,6 +189,11 @@ def _names(columns: Mapping[str, npt.NDArray[Any]], count: int) -> list[str]:
     return [""] * count
 
 
+def _feature_words(columns: Mapping[str, npt.NDArray[Any]], count: int) -> list[FeatureWords]:
+    texts = [_words(columns, name) or [""] * count for name in _WORDS]
+    return [FeatureWords(*each) for each in zip(*texts, strict=True)]
+
+
 def _words(columns: Mapping[str, npt.NDArray[Any]], name: str) -> list[str] | None:
     """Of the column that is called so, in any letters."""
     for key, values in columns.items():
@@ -166,19 +205,21 @@ def _words(columns: Mapping[str, npt.NDArray[Any]], name: str) -> list[str] | No
 def _lines(
     layers: list[str],
     names: list[str],
+    words: list[FeatureWords],
     shapes: npt.NDArray[np.object_],
     crs: str | None,
     progress: Progress | None,
 ) -> tuple[list[ReadLine], int]:
     found: list[ReadLine] = []
     skipped = 0
-    for number, (layer, name, shape) in enumerate(zip(layers, names, shapes, strict=True)):
+    rows = zip(layers, names, words, shapes, strict=True)
+    for number, (layer, name, word, shape) in enumerate(rows):
         if progress is not None and not number % _LOOKED_AT:
             progress.step(number)
         parts = _parts(shape)
         skipped += not parts
         for points, closed in parts:
-            found.append(ReadLine(layer, name, points, closed, crs))
+            found.append(ReadLine(layer, name, points, closed, crs, word))
     return found, skipped
 
 

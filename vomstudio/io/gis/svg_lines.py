@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_small
-from vomstudio.io.gis.line_reading import ReadLine
+from vomstudio.io.gis.line_reading import FeatureWords, ReadLine
 from vomstudio.io.gis.svg_paths import (
     NUMBER,
     length,
@@ -40,6 +40,7 @@ _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 _ABSOLUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"
 _LINK = "{http://www.w3.org/1999/xlink}href"
+_WORDS = ("id", "data-kind", "data-set")
 _NEVER_SEEN = ("defs", "clipPath", "mask", "pattern", "marker", "metadata", "namedview", "style")
 _DEEPEST_USE = 8
 _MOST_SHAPES = 1_000_000
@@ -114,8 +115,9 @@ def read_svg(path: str | Path) -> SvgDrawing:
                         file=path,
                     )
                 name = str(element.get(_LABEL) or _title(element) or element.get("id") or at.name)
+                words = FeatureWords(*(str(element.get(key) or "") for key in _WORDS))
                 lines += [
-                    ReadLine(at.layer, name, moved(points, at.matrix), closed)
+                    ReadLine(at.layer, name, moved(points, at.matrix), closed, words=words)
                     for points, closed in shape_of(element, tag, at.view)
                     if len(points) > 1
                 ]

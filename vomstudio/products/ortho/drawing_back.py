@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,14 @@ from vomstudio.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.dxf_facts import dxf_facts
-from vomstudio.io.gis.line_reading import NO_LAYERS, ReadLine, ReadLines, read_gis_lines
+from vomstudio.io.gis.line_reading import (
+    NO_LAYERS,
+    NO_WORDS,
+    FeatureWords,
+    ReadLine,
+    ReadLines,
+    read_gis_lines,
+)
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
 from vomstudio.products.ortho.shown_surface import shown_depths
@@ -63,11 +70,25 @@ class Sidecar:
 
 @dataclass(frozen=True, eq=False)
 class BackLine:
-    """A line on the surface. points : (n, 3) World; layer : on which it was drawn"""
+    """Line on the surface.
+
+    Parameters
+    ----------
+    name : str
+    points : (n, 3) float64
+        World.
+    layer : str
+        Layer on which it was drawn.
+    words : FeatureWords
+    pixels : (m, 2) float64
+        Column and row of all its vertices on the picture.
+    """
 
     name: str
     points: Array
     layer: str = ""
+    words: FeatureWords = NO_WORDS
+    pixels: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +227,7 @@ def bring_back(
             continue
         at = np.column_stack([place[met], depth[met]])
         points_on = at @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
-        found.append(BackLine(name, points_on, line.layer))
+        found.append(BackLine(name, points_on, line.layer, line.words, line.points))
     if not found:
         raise InputError(
             tr(

@@ -172,10 +172,11 @@ def svg_text(drawing: Drawing) -> str:
             f'xlink:href="data:image/png;base64,{_png(drawing.picture)}"/>'
         )
     out.append(f'<g id="plane" {place} stroke-width="{0.35 / mm:.6g}" fill="none">')
+    ids: set[str] = set()
     for layer in drawing.layers:
         name = _escaped(layer)
         out.append(f'<g id="{name}" inkscape:groupmode="layer" inkscape:label="{name}">')
-        out += [_svg_shape(s, mm) for s in drawing.shapes if s.layer == layer]
+        out += [_svg_shape(s, mm, ids) for s in drawing.shapes if s.layer == layer]
         out.append("</g>")
     out.append("</g>")
     out += _labels(drawing, matrix, scale)
@@ -183,7 +184,8 @@ def svg_text(drawing: Drawing) -> str:
     return "\n".join([*out, "</svg>", ""])
 
 
-def _svg_shape(shape: Shape, mm: float) -> str:
+def _svg_shape(shape: Shape, mm: float, ids: set[str]) -> str:
+    """Return the element of a shape. ids : of the elements before it, which must be unique"""
     title = _escaped(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
@@ -195,11 +197,21 @@ def _svg_shape(shape: Shape, mm: float) -> str:
         ]
         return "".join(parts)
     at = _svg_points(shape.points)
+    values = {
+        "id": shape.values.get("id"),
+        "data-kind": shape.values.get("kind"),
+        "data-set": shape.values.get("set"),
+    }
+    if values["id"] in ids:
+        del values["id"]
+    else:
+        ids.add(str(values["id"]))
+    words = "".join(f' {key}="{_escaped(str(value))}"' for key, value in values.items() if value)
     form = "polygon" if shape.closed else "polyline"
     look = f'stroke="{shape.color}"'
     if shape.filled:
         look = f'stroke="{_EDGE}" fill="{shape.color}" fill-opacity="0.5"'
-    return f'<{form} points="{at}" {look}><title>{title}</title></{form}>'
+    return f'<{form}{words} points="{at}" {look}><title>{title}</title></{form}>'
 
 
 def _svg_points(points: Array) -> str:

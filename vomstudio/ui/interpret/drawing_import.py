@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -28,8 +28,10 @@ from vomstudio.ui.common.command_targets import current_model, start_folder, why
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.models import standing_model
+from vomstudio.workspace.notices import UPDATE_DRAWN, Notice
 
 if TYPE_CHECKING:
+    from vomstudio.document.kinds.trace import Trace
     from vomstudio.workspace.drawn_traces import DrawnTraces
 
 # What measures is imported in the thread, when it is needed.
@@ -57,6 +59,8 @@ class DrawingImport(QObject):
         super().__init__(parent)
         self._parent, self._studio = parent, studio
         self._background = Background(self)
+        self._edited: Sequence[Trace] = ()
+        self._drawing = ""
 
     def why_not(self) -> str | None:
         return why_no_model(self._studio)
@@ -130,7 +134,7 @@ class DrawingImport(QObject):
             except InputError as error:
                 return error
 
-        self._background.run(_reported(work), lambda traces: self._arrived(model, traces))
+        self._background.run(_reported(work), lambda traces: self._arrived(drawing, model, traces))
 
     def _failed(self, event: Failed) -> None:
         if event.cancelled:
@@ -147,7 +151,7 @@ class DrawingImport(QObject):
         fitting = [m for m in models if m.content_hash == content_hash]
         return next((m for m in (*fitting, *models) if m.id in studio.models), None)
 
-    def _arrived(self, model: Model, found: object) -> None:
+    def _arrived(self, drawing: Path, model: Model, found: object) -> None:
         from vomstudio.workspace.drawn_traces import DrawnTraces
 
         studio = self._studio
@@ -163,14 +167,51 @@ class DrawingImport(QObject):
                 tr("The model was moved or removed meanwhile. Import the drawing once more.")
             )
             return
-        if not studio.attempt(edits.add_features, found.traces):
+        if found.traces and not studio.attempt(edits.add_features, found.traces):
             return
-        studio.selection.set([trace.id for trace in found.traces])
-        said = [
+        self._edited, self._drawing = found.edited, drawing.name
+        if found.traces:
+            studio.selection.set([trace.id for trace in found.traces])
+        text = " ".join(_summary(model, found))
+        if found.edited:
+            studio.notice.emit(Notice(text, "warning", UPDATE_DRAWN))
+        elif found.skipped or found.warnings:
+            studio.warn(text)
+        else:
+            studio.info(text)
+
+    def why_no_update(self) -> str | None:
+        """Return why there are no edited traces to update, None if there are."""
+        return None if self._edited else tr("no imported drawing has edited traces")
+
+    def update(self) -> None:
+        """Give the traces that were edited in the last drawing their new vertices."""
+        from vomstudio.workspace.drawn_traces import update_traces
+
+        edited, self._edited = self._edited, ()
+        if edited and self._studio.attempt(update_traces, edited, self._drawing):
+            self._studio.selection.set([trace.id for trace in edited])
+
+
+def _summary(model: Model, found: DrawnTraces) -> list[str]:
+    """Return what became of the lines of a drawing, a sentence each."""
+    counted = []
+    if found.traces:
+        counted.append(
             tr_n("Added {count} trace on {model}.", "Added {count} traces on {model}.",
-                 len(found.traces), model=model.name),
-            *found.warnings,
-            *(tr("{feature} was left out: {reason}", feature=n, reason=r)
-              for n, r in found.skipped),
-        ]  # fmt: skip
-        (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(map(str, said)))
+                 len(found.traces), model=model.name)
+        )  # fmt: skip
+    if found.unchanged:
+        counted.append(
+            tr_n("{count} trace is unchanged.", "{count} traces are unchanged.", found.unchanged)
+        )
+    if found.edited:
+        counted.append(
+            tr_n("{count} trace was edited in the drawing.",
+                 "{count} traces were edited in the drawing.", len(found.edited))
+        )  # fmt: skip
+    return [
+        *counted,
+        *map(str, found.warnings),
+        *(tr("{feature} was left out: {reason}", feature=n, reason=r) for n, r in found.skipped),
+    ]

@@ -13,6 +13,7 @@ from vomstudio.ui.interpret.drawing_import import DrawingImport
 from vomstudio.ui.interpret.listed_import import ListedImport
 from vomstudio.ui.scene.view_panel import ViewPanel
 from vomstudio.words import tr
+from vomstudio.workspace.notices import UPDATE_DRAWN
 
 
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
@@ -53,6 +54,9 @@ def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Com
                 "vector-polyline-plus", (),
                 tr("Lines and polygons that were drawn on an orthophoto in a GIS, CAD or Inkscape "
                    "become traces on the model."), drawings.why_not),
+        Command(UPDATE_DRAWN, tr("&Update edited traces"), drawings.update, "vector-polyline-edit",
+                (), tr("Give traces that were edited in the imported drawing their new vertices."),
+                drawings.why_no_update),
         Command("along_line", tr("Look along the &line"), directions.along_line, None, "I",
                 tr("Orthographic view along the selected lineation or intersection."),
                 directions.why_no_line, in_viewport=True),

@@ -23,7 +23,7 @@ MENUS = (
     (to_translate("&File"), (
         "new", "open", "choose_photos", "open_project", "*recent", "*discarded", "|", "save",
         "save_as", "compact_project", "take_back_compaction", "|", "import_readings",
-        "import_listed", "import_drawing", "|",
+        "import_listed", "import_drawing", "update_drawn_traces", "|",
         "export_csv", "export_gpkg", "export_shp", "export_dxf", "export_program",
         "export_net", "copy_export", "|", "quit")),
     (to_translate("&Edit"), (
