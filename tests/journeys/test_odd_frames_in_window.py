@@ -87,7 +87,7 @@ def test_a_table_of_three_points(window, notices, tmp_path: Path, monkeypatch, f
     window.actions_table.run("three_points")
     panel = window.findChild(ThreePointsPanel)
     panel._ask_for_table()
-    driver.wait(lambda: notices or panel.found, "an answer")
+    driver.wait(lambda: shown(notices), "an answer")
     expect("three points", frame, shown(notices))
 
 
@@ -100,7 +100,7 @@ def test_points_of_control(window, notices, tmp_path: Path, frame: str) -> None:
     window.actions_table.run("register_model")
     panel = driver.tool_panel(window, ControlPanel)
     panel.take_in(panel.model, path)
-    driver.pause(500)
+    driver.wait(lambda: shown(notices) | shown_codes(panel.said.text()), "an answer")
     answer = shown(notices) | shown_codes(panel.said.text())
     expect("register by points", frame, answer)
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model, Record
+from vomstudio.document.records import Model, Record, get
 from vomstudio.geometry import transform
 from vomstudio.jobs.drawing_tasks import Picture
 from vomstudio.products.ortho.drawing_back import BackLine, Sidecar
@@ -110,11 +110,12 @@ def compare_brought(
 def traces_in_world(records: Mapping[str, Record]) -> dict[str, tuple[Trace, Array]]:
     """Return the traces of a project by id, with their vertices (k, 3) in World."""
     found = {}
-    for record in records.values():
-        model = records.get(record.model_id) if isinstance(record, Trace) else None
-        if isinstance(record, Trace) and isinstance(model, Model):
-            vertices = np.array(record.vertices, np.float64)
-            found[record.id] = (record, transform.apply(transform.matrix(model.to_world), vertices))
+    for id_ in records:
+        trace = get(records, id_, Trace)
+        model = None if trace is None else get(records, trace.model_id, Model)
+        if trace is not None and model is not None:
+            vertices = np.array(trace.vertices, np.float64)
+            found[id_] = (trace, transform.apply(transform.matrix(model.to_world), vertices))
     return found
 
 
