@@ -424,10 +424,8 @@ def test_lines_of_cad_are_named_after_their_layers_and_get_its_type(run, scene, 
             pass
         assert run("project", project, "add-model", scene / "wall.obj").code == 0
     # One line lies on no layer of that kind.
-    ran = run(*back, "-o", table, "--force", "--into", projects[0])
-    assert ran.code == 2
-    assert "--type" in ran.err
-    assert "not: 0" in ran.err
+    ran = run(*back, "-o", table, "--force", "--into", projects[0], "--json")
+    assert (ran.code, ran.json["error"]["field"]) == (2, "--type")
     assert run(*back, "-o", table, "--force", "--into", projects[0], "--type", "vein").code == 0
     document.modelspace()[-1].destroy()
     document.saveas(drawing)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 import shapely
 
 import vomstudio as vs
+from vomstudio.io.project.journal import read_replay
 
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
 pytestmark = [
@@ -64,6 +66,23 @@ class Drawing:
                           names, geometry_type="LineString", crs=crs, layer="traces")  # fmt: skip
         return path
 
+    def shown_lines(self) -> Counter[str]:
+        """Return how many lines and outlines of each feature the GeoPackage has, by id."""
+        shown: Counter[str] = Counter()
+        for layer, kind in pyogrio.list_layers(self.files["gpkg"]):
+            if kind == "Point":
+                continue
+            meta, _, shapes, columns = pyogrio.raw.read(self.files["gpkg"], layer=layer)
+            ids = columns[list(meta["fields"]).index("id")]
+            for id_, shape in zip(ids, shapely.from_wkb(shapes), strict=True):
+                rings = len(shape.interiors) + 1 if shape.geom_type == "Polygon" else 1
+                shown[str(id_)] += rings
+        return shown
+
+    def features(self) -> dict[str, Any]:
+        """Return all records of the project."""
+        return read_replay(self.project).records
+
     def traces(self) -> dict[str, np.ndarray]:
         """Return the World vertices (n, 3) of the project's traces, by id."""
         with vs.Project.open(self.project) as opened:
@@ -90,40 +109,54 @@ def ids(rows: list[dict[str, str]]) -> set[str]:
 
 
 @pytest.mark.parametrize("format_", ["gpkg", "svg", "dxf"])
-def test_unmodified_traces_are_not_added_again(drawing: Drawing, format_: str) -> None:
-    before = drawing.traces()
-    answer = drawing.reimport(drawing.files[format_], "--type", "bedding")
-    drawn = {row["id"] for row, _ in drawing.rows()}
-    assert len(ids(answer["unchanged"])) == len(drawn)
-    # A drawing for CAD has no ids, and two traces lie at one place.
-    assert format_ == "dxf" or ids(answer["unchanged"]) == drawn
-    assert "drawing.traces-unchanged" in codes(answer)
-    assert answer["updated"] == []
-    after = drawing.traces()
-    assert len(after) == len(before) + len(answer["added"])
-    assert all(np.array_equal(after[id_], line) for id_, line in before.items())
+def test_an_unmodified_drawing_adds_and_changes_nothing(drawing: Drawing, format_: str) -> None:
+    """Its traces, lineations, outlines of patches and dimensions are in the project already."""
+    before = drawing.features()
+    answer = drawing.reimport(drawing.files[format_])
+    assert answer["added"] == answer["updated"] == []
+    shown = drawing.shown_lines()
+    # A drawing for CAD has no ids, and two features may lie at one place.
+    assert len(answer["unchanged"]) == shown.total()
+    assert format_ == "dxf" or {row["id"] for row in answer["unchanged"]} == set(shown)
+    assert "drawing.unchanged" in codes(answer)
+    assert drawing.features() == before
 
 
 def test_edited_traces_change_only_if_requested(drawing: Drawing) -> None:
     rows = drawing.rows()
     edited = rows[0][0]["id"]
-    rows[0] = (rows[0][0], shapely.affinity.translate(rows[0][1], 0.4, 0.1))
+    corners = shapely.get_coordinates(rows[0][1])
+    corners[1] += [0.4, 0.1]
+    rows[0] = (rows[0][0], shapely.LineString(corners))
     file = drawing.write(rows)
     before = drawing.traces()
     answer = drawing.reimport(file)
     assert (answer["added"], answer["updated"]) == ([], [])
     assert len(answer["unchanged"]) == len(rows) - 1
-    assert "drawing.traces-edited" in codes(answer)
+    assert "drawing.edited" in codes(answer)
     assert all(np.array_equal(drawing.traces()[id_], line) for id_, line in before.items())
     answer = drawing.reimport(file, "--update")
     assert ids(answer["updated"]) == {edited}
+    assert "drawing.edited" not in codes(answer)
     after = drawing.traces()
     assert set(after) == set(before)
-    assert np.linalg.norm(after[edited].mean(axis=0) - before[edited].mean(axis=0)) > 0.2
-    # Now it is as the drawing has it.
+    moved = np.linalg.norm(after[edited] - before[edited], axis=1)
+    assert moved[1] > 0.2
+    # Vertices that were not moved stay where they were picked, to the last digit.
+    assert np.delete(moved, 1).max() == 0.0
     assert ids(drawing.reimport(file)["unchanged"]) == {row["id"] for row, _ in rows}
-    drawing.run("project", drawing.project, "undo")
-    assert all(np.array_equal(drawing.traces()[id_], line) for id_, line in before.items())
+
+
+def test_new_and_edited_lines_are_one_step(drawing: Drawing) -> None:
+    rows = drawing.rows()
+    before = drawing.features()
+    rows[0] = (rows[0][0], shapely.affinity.translate(rows[0][1], 0.4, 0.1))
+    new = ({"name": "mine", "kind": "Joint"}, shapely.affinity.translate(rows[1][1], 0.3, 0.2))
+    answer = drawing.reimport(drawing.write([*rows, new]), "--update")
+    assert [row["name"] for row in answer["added"]] == ["mine"]
+    assert len(answer["updated"]) == 1
+    assert drawing.run("project", drawing.project, "undo").code == 0
+    assert drawing.features() == before
 
 
 def test_a_copy_with_the_same_id_is_a_new_trace_of_its_kind_and_set(drawing: Drawing) -> None:
@@ -136,3 +169,15 @@ def test_a_copy_with_the_same_id_is_a_new_trace_of_its_kind_and_set(drawing: Dra
     with vs.Project.open(drawing.project) as opened:
         row = opened.traces().set_index("id").loc[answer["added"][0]["id"]]
     assert (row["kind"].casefold(), row["set"]) == ("joint", "J7")
+
+
+def test_an_edited_outline_of_a_patch_is_left_out(drawing: Drawing) -> None:
+    meta, _, shapes, columns = pyogrio.raw.read(drawing.files["gpkg"], layer="patches")
+    id_ = str(columns[list(meta["fields"]).index("id")][0])
+    outline = shapely.get_coordinates(shapely.from_wkb(shapes)[0])
+    moved = shapely.affinity.translate(shapely.LineString(outline), 0.3, 0.1)
+    before = drawing.features()
+    rows = [*drawing.rows(), ({"id": id_, "name": "edited", "kind": "Bedding"}, moved)]
+    answer = drawing.reimport(drawing.write(rows), "--update")
+    assert answer["added"] == answer["updated"] == []
+    assert drawing.features() == before

@@ -14,6 +14,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QFileDialog
 
 from tests import driver
+from tests.messages import shown_codes
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 
@@ -166,7 +167,7 @@ def test_edited_traces_are_updated_by_the_button_beside_the_message(
     take_in(window, monkeypatch, path)
     driver.wait(lambda: buttons(window, "Update"), "the offer to update")
     (button,) = buttons(window, "Update")
-    assert "1 trace is unchanged" in said(window)
+    assert shown_codes(said(window)) == {"drawing.unchanged", "drawing.edited"}
     assert len(driver.traces(window)) == 2
     button.click()
     driver.wait(lambda: window.studio.selection.ids == (ids["B02"],), "the update")
@@ -177,3 +178,20 @@ def test_edited_traces_are_updated_by_the_button_beside_the_message(
     driver.focus(window)
     driver.key(window, Qt.Key.Key_Z, driver.CTRL)
     assert np.array_equal(np.array(driver.traces(window)[1].vertices), before[ids["B02"]])
+
+
+def test_edited_traces_of_another_project_are_not_offered(
+    window, picture, picks, monkeypatch, tmp_path
+) -> None:
+    path = draw(picture.parent / "lines.geojson", picture, {"B01": picks["B01"]})
+    take_in(window, monkeypatch, path)
+    driver.wait(lambda: len(driver.traces(window)) == 1, "the trace")
+    (trace,) = driver.traces(window)
+    moved = np.array(trace.vertices) + [0.0, 0.0, 0.2]
+    draw(path, picture, {"B01": moved}, {"B01": trace.id})
+    take_in(window, monkeypatch, path)
+    update = window.actions_table.all["update_drawn_traces"]
+    driver.wait(update.isEnabled, "the offer to update")
+    window.actions_table.run("new")
+    driver.wait(lambda: not driver.traces(window), "the new project")
+    driver.wait(lambda: not update.isEnabled(), "the end of the offer")

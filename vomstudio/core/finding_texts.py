@@ -239,15 +239,15 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " count as wedges."
         ),
     ),
-    "drawing.traces-unchanged": (
+    "drawing.unchanged": (
         "info",
-        to_translate("{count} lines are traces of the project that were not edited."),
+        to_translate("Features of the project that the drawing shows unchanged: {count}."),
     ),
-    "drawing.traces-edited": (
+    "drawing.edited": (
         "warning",
         to_translate(
-            "{count} traces of the project were edited in the drawing ({names}). Give --update to"
-            " change them."
+            "Traces that were edited in the drawing: {names} ({count} in all). Update edited traces"
+            " (--update) changes them in the project."
         ),
     ),
     # --- photos --------------------------------------------------------------------------------

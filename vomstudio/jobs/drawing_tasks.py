@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,10 @@ from vomstudio.progress import Progress
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.products.ortho.drawing_back import Sidecar
+    import numpy as np
+    import numpy.typing as npt
+
+    from vomstudio.products.ortho.drawing_back import Brought, Sidecar
 
 Point = tuple[float, float, float]
 
@@ -86,25 +90,30 @@ class DrawnLine:
     Parameters
     ----------
     name : str
-    named : bool
+    is_named : bool
         Whether the drawing states the name.
     layer : str
-    points : tuple of (x, y, z)
-        In the frame of the model's file.
     pixels : tuple of (column, row)
-        All vertices on the picture.
+        Vertices on the picture.
+    points : tuple of (x, y, z) or None
+        The same on the surface, in the frame of the model's file; None for those that meet none.
     id, kind, set : str
         Attributes of the shape, "" if the drawing has none.
     """
 
     name: str
-    named: bool
+    is_named: bool
     layer: str
-    points: tuple[Point, ...]
-    pixels: tuple[tuple[float, float], ...] = ()
-    id: str = ""
-    kind: str = ""
-    set: str = ""
+    pixels: tuple[tuple[float, float], ...]
+    points: tuple[Point | None, ...]
+    id: str
+    kind: str
+    set: str
+
+    @property
+    def on_surface(self) -> tuple[Point, ...]:
+        """Those of its points that meet the surface."""
+        return tuple(point for point in self.points if point is not None)
 
 
 @dataclass(frozen=True)
@@ -114,20 +123,59 @@ class DrawnLines:
     Parameters
     ----------
     lines : tuple of DrawnLine
-    skipped : tuple of str
-        Names of lines that meet no surface.
     content_hash : str or None
         Of the model that the picture shows, None if the sidecar states none.
-    warnings : tuple of Message
-    picture : Picture or None
+    picture : Picture
         The picture on which the lines were drawn.
+    warnings : tuple of Message
+        About reading the drawing.
     """
 
     lines: tuple[DrawnLine, ...]
-    skipped: tuple[str, ...]
     content_hash: str | None
+    picture: Picture
     warnings: tuple[Message, ...]
-    picture: Picture | None = None
+
+
+def collect_lines(
+    brought: Brought,
+    names: Iterable[str],
+    sidecar: Sidecar,
+    warnings: Iterable[Message],
+    to_file: npt.NDArray[np.float64] | None = None,
+) -> DrawnLines:
+    """Return lines that were brought back as plain data.
+
+    names : those that the drawing states; to_file : (4, 4) from their frame to that of the model's
+    file, None if it is the same
+    """
+    from vomstudio.geometry import transform
+
+    stated = {name.strip() for name in names}
+    lines = []
+    for line in (*brought.lines, *brought.skipped):
+        points = line.points
+        if to_file is not None and len(points):
+            points = transform.apply(to_file, points)
+        places = iter(points.tolist())
+        lines.append(
+            DrawnLine(
+                name=line.name,
+                is_named=line.name in stated,
+                layer=line.layer,
+                pixels=tuple((float(x), float(y)) for x, y in line.pixels),
+                points=tuple(_point(next(places)) if met else None for met in line.is_met),
+                id=line.words.id,
+                kind=line.words.kind,
+                set=line.words.set,
+            )
+        )
+    return DrawnLines(tuple(lines), sidecar.content_hash, Picture.of(sidecar), tuple(warnings))
+
+
+def _point(place: Sequence[float]) -> Point:
+    x, y, z = place
+    return x, y, z
 
 
 def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
@@ -141,33 +189,14 @@ def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
 
     picture = read_sidecar(asked.sidecar)
     progress.stage(tr("Reading {file}", file=asked.drawing.name))
-    lines, said = read_drawing(asked.drawing, picture, progress)
+    lines, messages = read_drawing(asked.drawing, picture, progress)
     data = read_standing(asked.model, progress).data
     progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
     try:
         brought = bring_back(lines, in_frame(picture, asked.model.to_world), data)
     except InputError as error:
         raise error.of_file(asked.drawing) from error
-    own = {line.name.strip() for line in lines}
-    return DrawnLines(
-        tuple(
-            DrawnLine(
-                name=line.name,
-                named=line.name in own,
-                layer=line.layer,
-                points=tuple((float(x), float(y), float(z)) for x, y, z in line.points),
-                pixels=tuple((float(x), float(y)) for x, y in line.pixels),
-                id=line.words.id,
-                kind=line.words.kind,
-                set=line.words.set,
-            )
-            for line in brought.lines
-        ),
-        brought.skipped,
-        picture.content_hash,
-        (*said, *brought.warnings),
-        Picture.of(picture),
-    )
+    return collect_lines(brought, (line.name for line in lines), picture, messages)
 
 
 READ_DRAWN_LINES = Job("read_drawn_lines", Lane.PRODUCTS, DrawingOrder, DrawnLines, _read_lines)

@@ -9,19 +9,22 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record
-from vomstudio.errors import GeometryError
+from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point, Record, get
+from vomstudio.errors import DocumentError, GeometryError, UsageError
+from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.jobs.drawing_tasks import DrawnLines
+from vomstudio.jobs.drawing_tasks import DrawnLine, DrawnLines, Picture
+from vomstudio.products.ortho.drawing_back import off_surface_messages
 from vomstudio.tools.local_surface import around
 from vomstudio.words import tr, tr_n
-from vomstudio.workspace.redrawn import NEW, Comparison, compare_with_traces, traces_in_world
+from vomstudio.workspace.redrawn import compare_drawing, merge_vertices, pixels_of
 
 Array = npt.NDArray[np.float64]
+MAX_NAMED = 5
 
 
 @dataclass(frozen=True)
@@ -32,20 +35,62 @@ class DrawnTraces:
     ----------
     traces : tuple of Trace
         New ones, which are not in the project yet.
+    edited : tuple of Trace
+        Traces of the project with the vertices that the drawing has.
+    unchanged : tuple of str
+        Ids of features that the drawing shows as they are.
     skipped : tuple of (name, reason)
         Lines that give no trace.
     warnings : tuple of Message
-    unchanged : int
-        Number of lines that are traces of the project as they are.
-    edited : tuple of Trace
-        Traces of the project with the vertices that the drawing has.
     """
 
     traces: tuple[Trace, ...]
+    edited: tuple[Trace, ...]
+    unchanged: tuple[str, ...]
     skipped: tuple[tuple[str, str], ...]
     warnings: tuple[Message, ...]
-    unchanged: int = 0
-    edited: tuple[Trace, ...] = ()
+
+    @property
+    def edited_findings(self) -> tuple[Finding, ...]:
+        """What to report about edited traces that are not updated."""
+        if not self.edited:
+            return ()
+        names = ", ".join(trace.name for trace in self.edited[:MAX_NAMED])
+        return (Finding("drawing.edited", count=len(self.edited), names=names),)
+
+    @property
+    def messages(self) -> tuple[Message, ...]:
+        """Everything to report, with the lines that give no trace."""
+        left_out = (
+            tr("{feature} was left out: {reason}", feature=name, reason=reason)
+            for name, reason in self.skipped
+        )
+        return (*self.warnings, *left_out)
+
+
+@dataclass(frozen=True)
+class DrawingTarget:
+    """Where the lines of a drawing go.
+
+    Parameters
+    ----------
+    model : Model
+        On which they were drawn.
+    surface : PaintSurface or None
+        Its surface, for resolution and face.
+    type_id : str or None
+        Feature type of new lines. None if each must name its own.
+    set_name : str
+        Set of new lines without an attribute `set`.
+    is_type_fixed : bool
+        True ignores the types that lines name by their attribute `kind` or their layer.
+    """
+
+    model: Model
+    surface: PaintSurface | None
+    type_id: str | None
+    set_name: str = ""
+    is_type_fixed: bool = False
 
 
 def trace_through(
@@ -68,26 +113,33 @@ def trace_through(
     return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)
 
 
-def with_vertices_of(trace: Trace, other: Trace) -> Trace:
-    """Return a trace with the vertices of another, and what follows from their place."""
-    return replace(
-        trace,
-        vertices=other.vertices,
-        resolution=other.resolution,
-        outcrop_normal=other.outcrop_normal,
-        rule=other.rule,
-    )
-
-
 def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawing: str) -> Edit:
-    """Return the edit that gives traces the vertices that a drawing has."""
+    """Return the edit that gives traces the vertices that a drawing has.
+
+    Raises
+    ------
+    DocumentError
+        If a trace is not in the project any more.
+    """
     label = tr_n(
         "Update {count} trace from {drawing}",
         "Update {count} traces from {drawing}",
         len(edited),
         drawing=drawing,
     )
-    return change(records, label, {trace.id: trace for trace in edited})
+    after: dict[str, Record | None] = {}
+    for trace in edited:
+        current = get(records, trace.id, Trace)
+        if current is None:
+            raise DocumentError(tr("The project has no trace {id!r}.", id=trace.id))
+        after[trace.id] = replace(
+            current,
+            vertices=trace.vertices,
+            resolution=trace.resolution,
+            outcrop_normal=trace.outcrop_normal,
+            rule=trace.rule,
+        )
+    return change(records, label, after)
 
 
 def type_of_layer(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
@@ -103,26 +155,19 @@ def drawn_traces(
     found: DrawnLines,
     drawing: Path,
     sidecar: Path,
-    model: Model,
-    surface: PaintSurface | None,
+    target: DrawingTarget,
     records: Mapping[str, Record],
-    type_id: str,
-    set_name: str = "",
 ) -> DrawnTraces:
-    """Compare the lines that were brought back with the project, and make traces of new ones.
-
-    Parameters
-    ----------
-    type_id : str
-        Feature type of new lines whose attribute `kind` and whose layer name none of the project.
-    set_name : str
-        Set of new lines without an attribute `set`.
+    """Compare the lines of a drawing with a project, and make traces of new and edited ones.
 
     Raises
     ------
+    UsageError
+        If a new line names no feature type, and none is given.
     GeometryError
-        If no line defines a plane.
+        If there are only lines that give no trace.
     """
+    model = target.model
     warnings = list(found.warnings)
     if found.content_hash not in (None, model.content_hash):
         warnings.append(
@@ -131,37 +176,47 @@ def drawn_traces(
                 model=model.name,
             )
         )
-    skipped = [(name, tr("it meets no surface")) for name in found.skipped]
     note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
               drawing=drawing.name)  # fmt: skip
     traces: list[Trace] = []
     edited: list[Trace] = []
-    unchanged = 0
-    types = [record for record in records.values() if isinstance(record, FeatureType)]
-    for line, comparison in zip(found.lines, _compared(found, records), strict=True):
+    unchanged: list[str] = []
+    skipped: list[tuple[str, str]] = []
+    off_surface = 0
+    comparisons = compare_drawing(found, records)
+    types = iter(
+        _types_of(
+            [
+                line
+                for line, comparison in zip(found.lines, comparisons, strict=True)
+                if comparison.state == "new"
+            ],
+            target,
+            records,
+        )
+    )
+    for line, comparison in zip(found.lines, comparisons, strict=True):
         if comparison.state == "unchanged":
-            unchanged += 1
+            unchanged.append(comparison.id)
             continue
-        if (reason := why_not_updated(comparison, model, records)) is not None:
-            skipped.append((line.name, reason))
-            continue
-        # A line without a name was given its number; the project has names of its own.
-        name = "" if line.name.isdecimal() and not line.named else line.name
-        kind = type_of_layer(line.kind, types) or type_of_layer(line.layer, types)
-        own_type = type_id if kind is None else kind.id
-        points = np.array(line.points, np.float64)
-        trace = trace_through(name, points, model, own_type, line.set or set_name, surface)
-        trace = replace(trace, notes=note)
         try:
+            if comparison.state == "edited":
+                edited.append(_edited_trace(line, comparison.id, found.picture, target, records))
+                continue
+            type_id = next(types)
+            # A line without a name was given its number; the project has names of its own.
+            name = "" if line.name.isdecimal() and not line.is_named else line.name
+            points = np.array(line.on_surface).reshape(-1, 3)
+            off_surface += len(line.points) - len(points)
+            trace = trace_through(
+                name, points, model, type_id, line.set or target.set_name, target.surface
+            )
+            trace = replace(trace, notes=note)
             edits.add_trace(records, trace)
+            traces.append(trace)
         except GeometryError as error:
             skipped.append((line.name, error.message))
-            continue
-        if comparison.trace is None:
-            traces.append(trace)
-            continue
-        edited.append(with_vertices_of(comparison.trace, trace))
-    if not traces and not edited and not unchanged:
+    if skipped and not traces and not edited and not unchanged:
         name, reason = skipped[0]
         raise GeometryError(
             tr(
@@ -171,27 +226,61 @@ def drawn_traces(
             ),
             file=drawing,
         )
-    return DrawnTraces(tuple(traces), tuple(skipped), tuple(warnings), unchanged, tuple(edited))
-
-
-def why_not_updated(
-    comparison: Comparison, model: Model, records: Mapping[str, Record]
-) -> str | None:
-    """Return why a line that was drawn on a model cannot be its trace, None if it can."""
-    trace = comparison.trace
-    if trace is None or trace.model_id == model.id:
-        return None
-    other = records.get(trace.model_id)
-    name = other.name if isinstance(other, Model) else trace.model_id
-    return tr("it was edited, but is a trace on {model}", model=name)
-
-
-def _compared(found: DrawnLines, records: Mapping[str, Record]) -> Sequence[Comparison]:
-    if found.picture is None:
-        return [NEW] * len(found.lines)
-    return compare_with_traces(
-        [np.array(line.pixels) for line in found.lines],
-        [line.id for line in found.lines],
-        traces_in_world(records),
-        found.picture,
+    warnings += off_surface_messages(off_surface, 0)
+    if unchanged:
+        warnings.append(Finding("drawing.unchanged", count=len(unchanged)))
+    return DrawnTraces(
+        tuple(traces), tuple(edited), tuple(unchanged), tuple(skipped), tuple(warnings)
     )
+
+
+def _types_of(
+    lines: Sequence[DrawnLine], target: DrawingTarget, records: Mapping[str, Record]
+) -> list[str]:
+    """Return the feature type of each new line. Raises UsageError."""
+    types = [record for record in records.values() if isinstance(record, FeatureType)]
+    found = []
+    for line in lines:
+        named = type_of_layer(line.kind, types) or type_of_layer(line.layer, types)
+        is_named = named is not None and not target.is_type_fixed
+        found.append(named.id if named is not None and is_named else target.type_id)
+    missing = [line.layer for line, type_id in zip(lines, found, strict=True) if type_id is None]
+    if missing:
+        layers = ", ".join(layer or "0" for layer in list(dict.fromkeys(missing))[:MAX_NAMED])
+        raise UsageError(
+            tr(
+                "The feature type of lines on these layers is not known: {layers}. Give --type.",
+                layers=layers,
+            ),
+            field="--type",
+        )
+    return [type_id for type_id in found if type_id is not None]
+
+
+def _edited_trace(
+    line: DrawnLine,
+    feature_id: str,
+    picture: Picture,
+    target: DrawingTarget,
+    records: Mapping[str, Record],
+) -> Trace:
+    """Return a trace of the project with the vertices of a line. Raises GeometryError."""
+    model = target.model
+    trace = get(records, feature_id, Trace)
+    if trace is None:
+        raise GeometryError(tr("only traces are changed by drawings; edit it in the project"))
+    if trace.model_id != model.id:
+        raise GeometryError(tr("it is a trace on another model than {model}", model=model.name))
+    stored = np.array(trace.vertices, np.float64)
+    in_world = transform.apply(transform.matrix(model.to_world), stored)
+    vertices = merge_vertices(
+        np.array(line.pixels),
+        [None if point is None else np.array(point) for point in line.points],
+        pixels_of(in_world, picture),
+        stored,
+    )
+    drawn = trace_through(
+        trace.name, vertices, model, trace.type_id, trace.set_name, target.surface
+    )
+    edits.add_trace(records, drawn)
+    return replace(drawn, id=trace.id)

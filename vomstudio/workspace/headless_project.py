@@ -6,7 +6,7 @@ Every change is the journalled edit that the window makes, and is made at once, 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -43,6 +43,7 @@ from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.project.folder import MODELS, Project
 from vomstudio.io.settings import Settings
+from vomstudio.jobs.drawing_tasks import collect_lines
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
@@ -50,7 +51,13 @@ from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import some_points
 from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
 from vomstudio.words import tr
-from vomstudio.workspace.drawn_traces import trace_through, update_traces, with_vertices_of
+from vomstudio.workspace.drawn_traces import (
+    DrawingTarget,
+    DrawnTraces,
+    drawn_traces,
+    trace_through,
+    update_traces,
+)
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
     add_reference_error,
@@ -63,6 +70,7 @@ from vomstudio.workspace.placing.registering import (
 
 if TYPE_CHECKING:
     from vomstudio.io.project.listed_import import ImportedFeatures
+    from vomstudio.products.ortho.drawing_back import Brought, Sidecar
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
 
@@ -81,15 +89,14 @@ class Picks:
         World.
     kind : FeatureType or None
         Feature type, None for that of most lines.
-    domain, set : str
-        Domain and set, "" for none and for that of most lines.
+    domain : str
+        Domain, "" for none.
     """
 
     name: str
     points: Array
     kind: FeatureType | None = None
     domain: str = ""
-    set: str = ""
 
 
 @dataclass(frozen=True)
@@ -233,23 +240,19 @@ class HeadlessProject:
     ) -> AddedPicks:
         """Add a trace for each line of picks that defines a plane, all as one edit. Raises
         GeometryError where none does."""
-        surface, warnings = self._surface(model)
-        if warnings:
-            unknown = tr("Resolution and exposed face are not known for the new planes.")
-            warnings = (f"{warnings[0]} {unknown}",)
+        surface, warnings = self._surface_for_planes(model)
         records = self.session.records
         added: dict[str, Record] = {}
         names = edits.NextNames(records)
         traces: list[Trace] = []
         skipped: list[tuple[str, str]] = []
         for pick in picks:
-            if (far := self._why_not_on(model, pick)) is not None:
+            points = transform.apply(_to_file(model), pick.points)
+            if (far := self._why_not_on(model, points)) is not None:
                 skipped.append((pick.name, far))
                 continue
-            to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
-            points = transform.apply(to_file, pick.points)
             own = pick.kind or kind
-            trace = trace_through(pick.name, points, model, own.id, pick.set or set_name, surface)
+            trace = trace_through(pick.name, points, model, own.id, set_name, surface)
             trace = replace(trace, name=trace.name or names.of(own), domain=pick.domain)
             try:
                 edit = edits.add_trace(records, trace)
@@ -277,26 +280,64 @@ class HeadlessProject:
         self.session.apply(change(self.session.records, f"Add {what}", after))
         return AddedPicks(tuple(traces), tuple(skipped), warnings)
 
-    def update_traces(
-        self, changed: Sequence[tuple[Trace, Array]], model: Model, drawing: str
-    ) -> None:
-        """Give traces of a model new vertices (n, 3) in World, all as one edit.
+    def add_drawing(
+        self,
+        brought: Brought,
+        names: Iterable[str],
+        sidecar: Sidecar,
+        drawing: Path,
+        model: Model,
+        kind: FeatureType | None,
+        set_name: str = "",
+        *,
+        update: bool = False,
+    ) -> DrawnTraces:
+        """Add the new lines of a drawing as traces, all as one edit.
+
+        Parameters
+        ----------
+        brought : Brought
+            Lines on the surface, in World.
+        names : iterable of str
+            Names that the drawing states.
+        sidecar, drawing
+            The picture on which they were drawn, and the file.
+        model : Model
+        kind : FeatureType or None
+            Feature type of new lines, None if each names its own.
+        set_name : str
+        update : bool
+            Whether traces that were edited in the drawing are changed.
 
         Raises
         ------
-        GeometryError
-            If a line defines no plane.
+        UsageError, GeometryError
+            As `drawn_traces`.
         """
-        surface, _ = self._surface(model)
-        to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
+        surface, messages = self._surface_for_planes(model)
+        found = collect_lines(brought, names, sidecar, messages, _to_file(model))
+        far = {
+            line.name: why
+            for line in found.lines
+            if (why := self._why_not_on(model, np.array(line.on_surface))) is not None
+        }
+        found = replace(found, lines=tuple(line for line in found.lines if line.name not in far))
+        type_id = None if kind is None else kind.id
+        target = DrawingTarget(model, surface, type_id, set_name, is_type_fixed=kind is not None)
         records = self.session.records
-        edited = []
-        for trace, line in changed:
-            points = transform.apply(to_file, line)
-            drawn = trace_through(trace.name, points, model, trace.type_id, trace.set_name, surface)
-            edits.add_trace(records, drawn)
-            edited.append(with_vertices_of(trace, drawn))
-        self.session.apply(update_traces(records, edited, drawing))
+        drawn = drawn_traces(found, drawing, sidecar.path, target, records)
+        parts = []
+        if drawn.traces:
+            parts.append(edits.add_features(records, drawn.traces))
+        if drawn.edited and update:
+            parts.append(update_traces(records, drawn.edited, drawing.name))
+        if parts:
+            self.session.apply(parts[0] if len(parts) == 1 else parts[0].followed_by(parts[1]))
+        return replace(
+            drawn,
+            skipped=(*far.items(), *drawn.skipped),
+            warnings=drawn.warnings if update else (*drawn.warnings, *drawn.edited_findings),
+        )
 
     def take_in(self, path: Path, model: Model) -> ImportedFeatures:
         """Add the stations, contact lines and rock areas of a file, all as one edit. Raises
@@ -316,13 +357,11 @@ class HeadlessProject:
         added = tuple(r for r in edit.after.values() if isinstance(r, Feature))
         return replace(found, features=added, warnings=(*warnings, *found.warnings))
 
-    def _why_not_on(self, model: Model, pick: Picks) -> str | None:
-        """A sentence where a line of picks has a point that cannot lie on the model."""
+    def _why_not_on(self, model: Model, points: Array) -> str | None:
+        """Return why points (n, 3) in the frame of its file cannot lie on a model, or None."""
         bounds = self._bounds.get(model.id)
-        if bounds is None:
+        if bounds is None or not len(points):
             return None
-        to_file = np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)
-        points = transform.apply(to_file, pick.points)
         low, high = bounds
         off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
         # The farthest says it for all; what is no number counts as the farthest.
@@ -479,6 +518,14 @@ class HeadlessProject:
             )
         return loaded
 
+    def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[str, ...]]:
+        """Return the surface of a model, and a message about new planes if it is not known."""
+        surface, warnings = self._surface(model)
+        if warnings:
+            unknown = tr("Resolution and exposed face are not known for the new planes.")
+            warnings = (f"{warnings[0]} {unknown}",)
+        return surface, warnings
+
     def _surface(self, model: Model) -> tuple[PaintSurface | None, tuple[str, ...]]:
         """The surface of a model; None, with the reason, where its file is gone or has changed."""
         if model.id in self._surfaces:
@@ -511,3 +558,8 @@ class HeadlessProject:
 def _matching(records: Sequence[Named], wanted: str) -> list[Named]:
     exact = [record for record in records if record.id == wanted]
     return exact or [r for r in records if r.name.casefold() == wanted.casefold()]
+
+
+def _to_file(model: Model) -> Array:
+    """Return the matrix (4, 4) from World to the frame of the model's file."""
+    return np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)

@@ -1,22 +1,20 @@
-"""Shapes of a drawing compared with the features from which they were drawn."""
+"""Comparison of the lines of a drawing with the features of a project."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model, Record, get
-from vomstudio.geometry import transform
-from vomstudio.jobs.drawing_tasks import Picture
-from vomstudio.products.ortho.drawing_back import BackLine, Sidecar
+from vomstudio.document.measurement_cache import Measurements
+from vomstudio.document.records import Record
+from vomstudio.jobs.drawing_tasks import DrawnLines, Picture
+from vomstudio.products.ortho.interpretation import items_of
 
 Array = npt.NDArray[np.float64]
-State = Literal["new", "unchanged", "edited"]
 
 MAX_ROUNDING_PX = 0.05
 """Largest distance of an unchanged line from its feature: programs round coordinates."""
@@ -24,110 +22,99 @@ MAX_ROUNDING_PX = 0.05
 
 @dataclass(frozen=True)
 class Comparison:
-    """Comparison of a drawn line with the traces of a project.
+    """Comparison of a drawn line with the features of a project.
 
     Parameters
     ----------
     state : {"new", "unchanged", "edited"}
-    trace : Trace or None
-        Trace of the project that the line is, None if it is new.
+    id : str
+        Id of the feature that the line is, "" if it is new.
     """
 
-    state: State
-    trace: Trace | None = None
+    state: Literal["new", "unchanged", "edited"]
+    id: str = ""
 
 
-NEW = Comparison("new")
+def compare_drawing(found: DrawnLines, records: Mapping[str, Record]) -> list[Comparison]:
+    """Compare the lines of a drawing with what a drawing of the project would show.
 
-
-def compare_with_traces(
-    lines: Sequence[Array],
-    ids: Sequence[str],
-    traces: Mapping[str, tuple[Trace, Array]],
-    picture: Picture,
-) -> list[Comparison]:
-    """Compare the lines of a drawing with the traces of a project.
-
-    A line is the trace whose id it has, else the trace that lies where it does. Several lines with
-    one id are copies, of which the one that has not moved is the trace.
-
-    Parameters
-    ----------
-    lines : sequence of (n, 2) float64
-        Vertices in pixels of the picture.
-    ids : sequence of str
-        Id that the drawing states for each line, "" for none.
-    traces : mapping of str to (Trace, (k, 3) float64)
-        Traces by id, with their vertices in World.
-    picture : Picture
-        In World.
+    A line is the feature whose id it has, else the feature that lies where it does. Several lines
+    with one id are copies, of which the one that has not moved is the feature.
     """
     import shapely
 
-    frame = shapely.box(0.0, 0.0, picture.width, picture.height)
-    to_pixels = np.linalg.inv(np.array(picture.matrix))
-    drawn = [shapely.LineString(line) for line in lines]
-    known = [trace for trace, _ in traces.values()]
-    places = [shapely.LineString(_pixels(points, to_pixels)) for _, points in traces.values()]
-    tree = shapely.STRtree(places)
-    row = {id_: i for i, id_ in enumerate(traces)}
+    items = [item for item in items_of(records, Measurements()) if item.form != "point"]
+    drawn = [shapely.LineString(line.pixels) for line in found.lines]
+    shapes = [
+        shapely.LineString(_closed(pixels_of(item.points, found.picture), item.form == "ring"))
+        for item in items
+    ]
+    frame = shapely.box(0.0, 0.0, found.picture.width, found.picture.height)
+    tree = shapely.STRtree(shapes)
     unchanged: dict[int, int] = {}
-    # Lines with an id choose first: two traces may lie at one place.
-    for i in sorted(range(len(drawn)), key=lambda i: ids[i] not in row):
+    # Lines with an id choose first: two features may lie at one place.
+    ids = {item.id for item in items}
+    for i in sorted(range(len(drawn)), key=lambda i: found.lines[i].id not in ids):
         near = tree.query(drawn[i], predicate="dwithin", distance=MAX_ROUNDING_PX)
-        same = [int(j) for j in near if _is_same(drawn[i], places[j], frame)]
+        same = [int(j) for j in near if _is_same(drawn[i], shapes[j], frame)]
+        own = [j for j in same if items[j].id == found.lines[i].id]
         free = [j for j in same if j not in unchanged.values()]
         if same:
-            own = row.get(ids[i], -1)
-            unchanged[i] = own if own in same else (free or same)[0]
-    used = set(unchanged.values())
+            unchanged[i] = (own or free or same)[0]
+    used = {items[j].id for j in unchanged.values()}
     comparisons = []
-    for i, id_ in enumerate(ids):
-        number = row.get(id_, -1)
+    for i, line in enumerate(found.lines):
         if i in unchanged:
-            comparisons.append(Comparison("unchanged", known[unchanged[i]]))
-        elif number >= 0 and number not in used:
-            used.add(number)
-            comparisons.append(Comparison("edited", known[number]))
+            comparisons.append(Comparison("unchanged", items[unchanged[i]].id))
+        elif line.id in ids and line.id not in used:
+            used.add(line.id)
+            comparisons.append(Comparison("edited", line.id))
         else:
-            comparisons.append(NEW)
+            comparisons.append(Comparison("new"))
     return comparisons
 
 
-def compare_brought(
-    lines: Sequence[BackLine], sidecar: Sidecar, records: Mapping[str, Record]
-) -> list[Comparison]:
-    """Compare lines that were brought back with the traces of a project, as
-    `compare_with_traces`."""
-    return compare_with_traces(
-        [line.pixels for line in lines],
-        [line.words.id for line in lines],
-        traces_in_world(records),
-        Picture.of(sidecar),
-    )
-
-
-def traces_in_world(records: Mapping[str, Record]) -> dict[str, tuple[Trace, Array]]:
-    """Return the traces of a project by id, with their vertices (k, 3) in World."""
-    found = {}
-    for id_ in records:
-        trace = get(records, id_, Trace)
-        model = None if trace is None else get(records, trace.model_id, Model)
-        if trace is not None and model is not None:
-            vertices = np.array(trace.vertices, np.float64)
-            found[id_] = (trace, transform.apply(transform.matrix(model.to_world), vertices))
-    return found
-
-
-def _pixels(points: Array, to_pixels: Array) -> Array:
+def pixels_of(points: Array, picture: Picture) -> Array:
+    """Return the pixels (n, 2) of World points (n, 3)."""
+    to_pixels = np.linalg.inv(np.array(picture.matrix))
     return np.asarray((points @ to_pixels[:3, :3].T + to_pixels[:3, 3])[:, :2])
 
 
-def _is_same(line: object, trace: object, frame: object) -> bool:
-    """Return whether a drawn line is a trace, whose parts outside of the picture are not drawn."""
+def merge_vertices(
+    drawn_px: Array, brought: Sequence[Array | None], stored_px: Array, stored: Array
+) -> Array:
+    """Return the vertices of an edited line; those that were not moved keep their coordinates.
+
+    Parameters
+    ----------
+    drawn_px : (m, 2) float64
+        Vertices of the drawing.
+    brought : sequence of m (3,) arrays or None
+        The same on the surface that the picture shows, None if they meet none.
+    stored_px, stored : (k, 2) and (k, 3) float64
+        Vertices of the feature, in pixels and as stored.
+    """
+    vertices = []
+    for pixel, point in zip(drawn_px, brought, strict=True):
+        distances = np.linalg.norm(stored_px - pixel, axis=1)
+        nearest = int(np.argmin(distances))
+        if distances[nearest] <= MAX_ROUNDING_PX:
+            vertices.append(stored[nearest])
+        elif point is not None:
+            vertices.append(point)
+    return np.array(vertices, np.float64).reshape(-1, 3)
+
+
+def _closed(pixels: Array, is_ring: bool) -> Array:
+    return np.vstack([pixels, pixels[:1]]) if is_ring else pixels
+
+
+def _is_same(line: Any, feature: Any, frame: Any) -> bool:
+    """Return whether a line is a feature, or the part of it within the picture."""
     import shapely
 
-    visible = shapely.intersection(trace, frame)
-    if shapely.is_empty(visible) or shapely.length(visible) == 0.0:
-        visible = trace
-    return bool(shapely.hausdorff_distance(line, visible) <= MAX_ROUNDING_PX)
+    shapes = (feature, shapely.intersection(feature, frame))
+    return any(
+        not shapely.is_empty(shape) and shapely.hausdorff_distance(line, shape) <= MAX_ROUNDING_PX
+        for shape in shapes
+    )

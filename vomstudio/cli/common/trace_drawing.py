@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +12,12 @@ from vomstudio.cli.common.arguments import Parser, progress_of
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
-    from vomstudio.document.kinds.trace import Trace
-    from vomstudio.document.records import FeatureType
-    from vomstudio.products.ortho.drawing_back import BackLine, Brought, Sidecar
-    from vomstudio.workspace.headless_project import HeadlessProject
+    from vomstudio.products.ortho.drawing_back import Brought, Sidecar
 
 
 OPTIONS = ("sidecar", "step", "into", "type", "on", "set", "update")
@@ -82,13 +78,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         raise UsageError(_type_wanted(), field="--into")
     check_target(args.output, force=args.force, inputs=[args.model, args.from_ortho, args.sidecar])
     sidecar = drawing_back.read_sidecar(args.sidecar)
-    lines, said = drawing_back.read_drawing(args.from_ortho, sidecar, progress_of(args))
+    lines, messages = drawing_back.read_drawing(args.from_ortho, sidecar, progress_of(args))
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     try:
         brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)
     except InputError as error:
         raise error.of_file(args.from_ortho) from error
-    warnings = [*model.warnings, *said, *brought.warnings]
+    warnings = [*model.warnings, *messages, *brought.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         warnings.append(
             tr(
@@ -98,9 +94,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     result: dict[str, Any] = {**drawing_back.facts_of(brought, args.output)}
     if args.into is not None:
-        added = _add(args, brought, sidecar)
-        result |= {"added": added.new, "updated": added.updated, "unchanged": added.unchanged}
-        warnings += added.warnings
+        result |= _add(args, brought, (line.name for line in lines), sidecar, warnings)
     write_line_table(
         args.output,
         [(line.name, line.points) for line in brought.lines],
@@ -127,100 +121,49 @@ def _type_wanted() -> str:
     return tr("A project needs the type of its features: --into PROJECT --type TYPE.")
 
 
-def _types(
-    args: argparse.Namespace, lines: Sequence[BackLine], desk: HeadlessProject
-) -> list[FeatureType]:
-    """Return the feature type of each line. Raises UsageError."""
-    from vomstudio.document.records import FeatureType
-    from vomstudio.workspace.drawn_traces import type_of_layer
+def _add(
+    args: argparse.Namespace,
+    brought: Brought,
+    names: Iterable[str],
+    sidecar: Sidecar,
+    warnings: list[Message],
+) -> dict[str, list[dict[str, str]]]:
+    """Add a drawing to the project; messages are appended to `warnings`.
 
-    if args.type is not None:
-        return [desk.find_type(args.type)] * len(lines)
-    types = desk.session.of(FeatureType)
-    found = [
-        type_of_layer(line.words.kind, types) or type_of_layer(line.layer, types) for line in lines
-    ]
-    kinds = [kind for kind in found if kind is not None]
-    if len(kinds) < len(found):
-        others = dict.fromkeys(
-            line.layer for line, kind in zip(lines, found, strict=True) if kind is None
-        )
-        layers = ", ".join(layer or "0" for layer in list(others)[:5])
-        raise UsageError(
-            tr(
-                "{sentence} Layers that are called as a feature type of the project is say it "
-                "themselves; these are not: {layers}.",
-                sentence=_type_wanted(),
-                layers=layers,
-            ),
-            field="--type",
-        )
-    return kinds
-
-
-@dataclass(frozen=True)
-class _Added:
-    """Traces of the project by what a drawing did to them, as objects of ``--json``."""
-
-    new: list[dict[str, str]]
-    updated: list[dict[str, str]]
-    unchanged: list[dict[str, str]]
-    warnings: list[Message]
-
-
-def _add(args: argparse.Namespace, brought: Brought, sidecar: Sidecar) -> _Added:
-    """Add the new lines to the project, and update edited traces if that is requested."""
+    Returns the traces that were ``added`` or ``updated``, and the features that are ``unchanged``.
+    """
+    from vomstudio.document.records import get_feature
     from vomstudio.io.settings import read_settings
-    from vomstudio.workspace.drawn_traces import why_not_updated
-    from vomstudio.workspace.headless_project import AddedPicks, HeadlessProject, Picks
+    from vomstudio.workspace.headless_project import HeadlessProject
     from vomstudio.workspace.layer_export import written_layers
-    from vomstudio.workspace.redrawn import compare_brought
 
     settings, problems = read_settings()
     with HeadlessProject.opened(Path(args.into), settings, progress_of(args)) as desk:
-        model = desk.find_model(args.on)
-        comparisons = compare_brought(brought.lines, sidecar, desk.session.records)
-        new = [
-            line
-            for line, comparison in zip(brought.lines, comparisons, strict=True)
-            if comparison.trace is None
-        ]
-        added = AddedPicks((), (), ())
-        if new:
-            kinds = _types(args, new, desk)
-            picks = [
-                Picks(line.name, line.points, kind, set=line.words.set)
-                for line, kind in zip(new, kinds, strict=True)
-            ]
-            added = desk.add_picks(picks, model, kinds[0], args.set)
-        edited, skipped = [], list(added.skipped)
-        for line, comparison in zip(brought.lines, comparisons, strict=True):
-            if comparison.state != "edited" or comparison.trace is None:
-                continue
-            reason = why_not_updated(comparison, model, desk.session.records)
-            if reason is None:
-                edited.append((comparison.trace, line.points))
-            else:
-                skipped.append((line.name, reason))
-        if edited and args.update:
-            desk.update_traces(edited, model, Path(args.from_ortho).name)
+        drawn = desk.add_drawing(
+            brought,
+            names,
+            sidecar,
+            Path(args.from_ortho),
+            desk.find_model(args.on),
+            None if args.type is None else desk.find_type(args.type),
+            args.set,
+            update=args.update,
+        )
         desk.save()
-        folder, has_features = desk.project.folder, bool(desk.session.features())
-    unchanged = [each.trace for each in comparisons if each.state == "unchanged" and each.trace]
-    messages: list[Message] = [*problems, *added.warnings]
-    if unchanged:
-        messages.append(Finding("drawing.traces-unchanged", count=len(unchanged)))
-    if edited and not args.update:
-        names = ", ".join(trace.name for trace, _ in edited[:5])
-        messages.append(Finding("drawing.traces-edited", count=len(edited), names=names))
-    messages += [
-        tr("{feature} was left out: {reason}", feature=name, reason=reason)
-        for name, reason in skipped
-    ]
-    messages += written_layers(folder, has_features)
-    updated = [trace for trace, _ in edited] if args.update else []
-    return _Added(_listed(added.traces), _listed(updated), _listed(unchanged), messages)
-
-
-def _listed(traces: Sequence[Trace]) -> list[dict[str, str]]:
-    return [{"id": trace.id, "name": trace.name} for trace in traces]
+        folder, records = desk.project.folder, desk.session.records
+        has_features = bool(desk.session.features())
+    messages = (*problems, *drawn.messages, *written_layers(folder, has_features))
+    warnings += [each for each in messages if each not in warnings]
+    ids = {
+        "added": [trace.id for trace in drawn.traces],
+        "updated": [trace.id for trace in drawn.edited] if args.update else [],
+        "unchanged": drawn.unchanged,
+    }
+    return {
+        state: [
+            {"id": id_, "name": feature.name}
+            for id_ in listed
+            if (feature := get_feature(records, id_)) is not None
+        ]
+        for state, listed in ids.items()
+    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.dxf_facts import dxf_facts
 from vomstudio.io.gis.line_reading import (
     NO_LAYERS,
-    NO_WORDS,
     FeatureWords,
     ReadLine,
     ReadLines,
@@ -75,35 +74,66 @@ class BackLine:
     Parameters
     ----------
     name : str
-    points : (n, 3) float64
-        World.
     layer : str
         Layer on which it was drawn.
     words : FeatureWords
     pixels : (m, 2) float64
-        Column and row of all its vertices on the picture.
+        Column and row of its vertices on the picture.
+    is_met : (m,) bool
+        Whether a vertex meets the surface.
+    points : (n, 3) float64
+        Those that do, in World.
     """
 
     name: str
+    layer: str
+    words: FeatureWords
+    pixels: Array
+    is_met: npt.NDArray[np.bool_]
     points: Array
-    layer: str = ""
-    words: FeatureWords = NO_WORDS
-    pixels: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 @dataclass(frozen=True, eq=False)
 class Brought:
-    """lines : those with two points on the surface or more; off_surface : how many points met none;
-    skipped : the other lines, by name; warnings : sentences"""
+    """Lines of a drawing on the surface. skipped : those with fewer than two points on it"""
 
     lines: tuple[BackLine, ...]
-    off_surface: int
-    skipped: tuple[str, ...]
-    warnings: tuple[Message, ...]
+    skipped: tuple[BackLine, ...]
 
     @property
     def points(self) -> int:
         return sum(len(line.points) for line in self.lines)
+
+    @property
+    def off_surface(self) -> int:
+        """Number of points that meet no surface."""
+        return sum(int((~line.is_met).sum()) for line in (*self.lines, *self.skipped))
+
+    @property
+    def warnings(self) -> tuple[Message, ...]:
+        return off_surface_messages(self.off_surface, len(self.skipped))
+
+
+def off_surface_messages(points: int, lines: int) -> tuple[Message, ...]:
+    """Return messages about points that meet no surface, and lines with fewer than two others."""
+    messages: tuple[Message, ...] = ()
+    if points:
+        messages = (
+            tr_n(
+                "{count} point lies beside the surface and was left out.",
+                "{count} points lie beside the surface and were left out.",
+                points,
+            ),
+        )
+    if lines:
+        messages += (
+            tr_n(
+                "{count} line has fewer than two points on the surface and was left out.",
+                "{count} lines have fewer than two points on the surface and were left out.",
+                lines,
+            ),
+        )
+    return messages
 
 
 def read_sidecar(path: str | Path) -> Sidecar:
@@ -204,55 +234,32 @@ def in_frame(sidecar: Sidecar, to_world: Sequence[Sequence[float]]) -> Sidecar:
 def bring_back(
     lines: Sequence[ReadLine], sidecar: Sidecar, data: Mesh | PointCloud, step: float | None = None
 ) -> Brought:
-    """Vertices of lines (pixels) on the surface that the picture shows, the nearest along the view.
+    """Project the vertices of lines (pixels) onto the surface that the picture shows.
 
-    data : of World. step : so many metres apart at most further points are put between the
-    vertices. A line of which fewer than two points meet the surface is skipped; of others the
-    points that meet none are left out.
+    data : in World; step : maximum distance of further points between the vertices, metres
     """
     gsd = float(np.linalg.norm(sidecar.matrix[:3, 0]))
     pixels = [line.points if step is None else _denser(line.points, step / gsd) for line in lines]
     size = (sidecar.width, sidecar.height)
     depths = shown_depths(data, sidecar.matrix, size, np.concatenate(pixels))
     parts = np.split(depths, np.cumsum([len(part) for part in pixels])[:-1])
-    found: list[BackLine] = []
-    skipped: list[str] = []
-    off = 0
+    brought: list[BackLine] = []
+    skipped: list[BackLine] = []
     names = _unique([line.name for line in lines])
     for place, depth, name, line in zip(pixels, parts, names, lines, strict=True):
-        met = np.isfinite(depth)
-        off += int((~met).sum())
-        if met.sum() < 2:
-            skipped.append(name)
-            continue
-        at = np.column_stack([place[met], depth[met]])
-        points_on = at @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
-        found.append(BackLine(name, points_on, line.layer, line.words, line.points))
-    if not found:
+        is_met = np.isfinite(depth)
+        at = np.column_stack([place[is_met], depth[is_met]])
+        points = at @ sidecar.matrix[:3, :3].T + sidecar.matrix[:3, 3]
+        one = BackLine(name, line.layer, line.words, place, is_met, points)
+        (brought if len(points) > 1 else skipped).append(one)
+    if not brought:
         raise InputError(
             tr(
                 "None of the lines meets the surface. Check that the model is the one of the "
                 "orthophoto, and the sidecar its own."
             )
         )
-    warnings: tuple[Message, ...] = ()
-    if off:
-        warnings = (
-            tr_n(
-                "{count} point lies beside the surface and was left out.",
-                "{count} points lie beside the surface and were left out.",
-                off,
-            ),
-        )
-    if skipped:
-        warnings += (
-            tr_n(
-                "{count} line has fewer than two points on the surface and was left out.",
-                "{count} lines have fewer than two points on the surface and were left out.",
-                len(skipped),
-            ),
-        )
-    return Brought(tuple(found), off, tuple(skipped), warnings)
+    return Brought(tuple(brought), tuple(skipped))
 
 
 def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> Array:
@@ -464,5 +471,5 @@ def facts_of(brought: Brought, table: str) -> Mapping[str, Any]:
         "points": brought.points,
         "off_surface": brought.off_surface,
         "table": table,
-        "skipped": list(brought.skipped),
+        "skipped": [line.name for line in brought.skipped],
     }

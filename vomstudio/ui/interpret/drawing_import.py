@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.findings import as_finding
 from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.errors import InputError
@@ -61,6 +62,7 @@ class DrawingImport(QObject):
         self._background = Background(self)
         self._edited: Sequence[Trace] = ()
         self._drawing = ""
+        studio.project_opened.connect(self._forget)
 
     def why_not(self) -> str | None:
         return why_no_model(self._studio)
@@ -121,16 +123,17 @@ class DrawingImport(QObject):
 
     def _to_traces(self, drawing: Path, sidecar: Path, model: Model, found: DrawnLines) -> None:
         studio = self._studio
-        records, type_id, set_name = dict(studio.records), studio.next_type_id, studio.next_set
+        records = dict(studio.records)
         surface = studio.workspace.models.surface(model.id)
 
+        type_id, set_name = studio.next_type_id, studio.next_set
+
         def work() -> DrawnTraces | InputError:
-            from vomstudio.workspace.drawn_traces import drawn_traces
+            from vomstudio.workspace.drawn_traces import DrawingTarget, drawn_traces
 
             try:
-                return drawn_traces(
-                    found, drawing, sidecar, model, surface, records, type_id, set_name
-                )
+                target = DrawingTarget(model, surface, type_id, set_name)
+                return drawn_traces(found, drawing, sidecar, target, records)
             except InputError as error:
                 return error
 
@@ -172,13 +175,24 @@ class DrawingImport(QObject):
         self._edited, self._drawing = found.edited, drawing.name
         if found.traces:
             studio.selection.set([trace.id for trace in found.traces])
-        text = " ".join(_summary(model, found))
+        added = tr_n(
+            "Added {count} trace on {model}.",
+            "Added {count} traces on {model}.",
+            len(found.traces),
+            model=model.name,
+        )
+        messages = [*found.messages, *found.edited_findings]
+        text = " ".join(map(str, [added, *messages] if found.traces else messages))
         if found.edited:
             studio.notice.emit(Notice(text, "warning", UPDATE_DRAWN))
-        elif found.skipped or found.warnings:
+        elif any(as_finding(each).severity != "info" for each in messages):
             studio.warn(text)
         else:
             studio.info(text)
+
+    def _forget(self, *_: object) -> None:
+        """Another project does not have the edited traces."""
+        self._edited = ()
 
     def why_no_update(self) -> str | None:
         """Return why there are no edited traces to update, None if there are."""
@@ -191,27 +205,3 @@ class DrawingImport(QObject):
         edited, self._edited = self._edited, ()
         if edited and self._studio.attempt(update_traces, edited, self._drawing):
             self._studio.selection.set([trace.id for trace in edited])
-
-
-def _summary(model: Model, found: DrawnTraces) -> list[str]:
-    """Return what became of the lines of a drawing, a sentence each."""
-    counted = []
-    if found.traces:
-        counted.append(
-            tr_n("Added {count} trace on {model}.", "Added {count} traces on {model}.",
-                 len(found.traces), model=model.name)
-        )  # fmt: skip
-    if found.unchanged:
-        counted.append(
-            tr_n("{count} trace is unchanged.", "{count} traces are unchanged.", found.unchanged)
-        )
-    if found.edited:
-        counted.append(
-            tr_n("{count} trace was edited in the drawing.",
-                 "{count} traces were edited in the drawing.", len(found.edited))
-        )  # fmt: skip
-    return [
-        *counted,
-        *map(str, found.warnings),
-        *(tr("{feature} was left out: {reason}", feature=n, reason=r) for n, r in found.skipped),
-    ]
