@@ -83,8 +83,9 @@ OTHER_KINDS = [
 TABLE_COMMANDS = ["fit", "stats", "fold", "stereonet", "rose", "slope"]
 
 
-def table_words(command: str, path: Path, target: Path) -> list[object]:
+def table_words(command: str, path: Path) -> list[object]:
     """Return the arguments with which a command reads a table."""
+    target = path.parent / "out.svg"
     output = ["-o", target] if command in ("stereonet", "rose") else []
     output += ["--face", "90/70", "--friction", "30"] if command == "slope" else []
     return [command, path, *output]
@@ -95,8 +96,7 @@ def table_words(command: str, path: Path, target: Path) -> list[object]:
 def test_hostile_tables_are_refused_by_every_command(
     run, write, tmp_path: Path, command: str, content: bytes, text: str
 ) -> None:
-    path = write(content, "Ümläut 層.csv")
-    words = table_words(command, path, tmp_path / "out.svg")
+    words = table_words(command, path := write(content, "Ümläut 層.csv"))
     ran = run(*words)
     assert ran.code == 2
     assert str(path) in ran.said
@@ -114,8 +114,7 @@ def test_hostile_tables_are_refused_by_every_command(
 def test_files_of_other_kinds_are_refused_by_every_command(
     run, write, tmp_path: Path, command: str, content: bytes, kind: str
 ) -> None:
-    path = write(content, "Ümläut 層.csv")
-    words = table_words(command, path, tmp_path / "out.svg")
+    words = table_words(command, path := write(content, "Ümläut 層.csv"))
     failed = run(*words, "--json")
     error = failed.json["error"]
     assert failed.code == 2

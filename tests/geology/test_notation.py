@@ -263,14 +263,12 @@ def test_azimuths_are_counted_from_any_compass_point(text: str, azimuth: float) 
     assert parse_line(f"{text} 25") == Line(azimuth, 25)
 
 
-@pytest.mark.parametrize(
-    ("text", "rake"), [("80", 80), ("80NE", 80), ("80 E", 80), ("80SW", 100), ("0S", 180)]
-)
+@pytest.mark.parametrize(("text", "rake"), [("80NE", 80), ("80 E", 80), ("80SW", 100), ("0S", 180)])
 def test_a_rake_is_counted_from_the_end_of_the_strike_that_is_named(text: str, rake: float) -> None:
     assert parse_rake(text, Plane(132, 41)) == rake
 
 
-@pytest.mark.parametrize("text", ["80SE", "95NE", "-10E", "80X", "E"])
+@pytest.mark.parametrize("text", ["80", "80SE", "95NE", "-10E", "80X", "E"])
 def test_a_rake_from_another_direction_is_refused(text: str) -> None:
     with pytest.raises(InputError):
         parse_rake(text, Plane(132, 41))

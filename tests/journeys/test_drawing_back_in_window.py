@@ -11,7 +11,7 @@ import rasterio
 import rasterio.transform
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QFileDialog
+from PySide6.QtWidgets import QAbstractButton, QFileDialog, QMessageBox
 
 from tests import driver
 from tests.messages import shown_codes
@@ -192,6 +192,7 @@ def test_edited_traces_of_another_project_are_not_offered(
     take_in(window, monkeypatch, path)
     update = window.actions_table.all["update_drawn_traces"]
     driver.wait(update.isEnabled, "the offer to update")
+    driver.answer(QMessageBox.StandardButton.Discard, [])
     window.actions_table.run("new")
     driver.wait(lambda: not driver.traces(window), "the new project")
     driver.wait(lambda: not update.isEnabled(), "the end of the offer")

@@ -59,6 +59,13 @@ def notices(window) -> Iterator[list[Notice]]:
     window.studio.notice.disconnect(told.append)
 
 
+@pytest.fixture
+def on_good_model(window, notices, tmp_path: Path) -> None:
+    """Open a model with a plain frame, which is asked nothing."""
+    window.open_path(write_model(tmp_path / "model", bed(), ZONE))
+    driver.settled(window)
+
+
 def shown(notices: list[Notice]) -> set[str]:
     return shown_codes("\n".join(notice.text for notice in notices))
 
@@ -92,10 +99,9 @@ def test_a_table_of_three_points(window, notices, tmp_path: Path, monkeypatch, f
 
 
 @pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.usefixtures("on_good_model")
 def test_points_of_control(window, notices, tmp_path: Path, frame: str) -> None:
     change, crs, _ = FRAMES[frame]
-    window.open_path(write_model(tmp_path / "model", bed(), ZONE))
-    driver.settled(window)
     path = write_control(tmp_path / "given", change(bed()), crs)
     window.actions_table.run("register_model")
     panel = driver.tool_panel(window, ControlPanel)
@@ -106,10 +112,9 @@ def test_points_of_control(window, notices, tmp_path: Path, frame: str) -> None:
 
 
 @pytest.mark.parametrize("frame", FRAMES)
+@pytest.mark.usefixtures("on_good_model")
 def test_readings_of_a_field_book(window, notices, tmp_path: Path, frame: str) -> None:
     change, crs, _ = FRAMES[frame]
-    window.open_path(write_model(tmp_path / "model", bed(), ZONE))
-    driver.settled(window)
     path = write_oriented(tmp_path / "given", change(bed()), crs)
     import_readings(window, window.studio, path)
     driver.pause(300)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
@@ -14,6 +15,10 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.output import Output
 from vomstudio.words import tr
+
+if TYPE_CHECKING:
+    from vomstudio.geology.domains import DomainFigures
+    from vomstudio.geology.table_folds import TableFold
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -58,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(found.as_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
-    out.text(_in_words(found.as_dict()))
+    out.text(_in_words(found))
 
 
 def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
@@ -131,27 +136,17 @@ def _worst(worst: dict[str, Any] | None) -> list[tuple[str, str]]:
     return [(tr("leave one out"), said)]
 
 
-def _domains(domains: dict[str, Any] | None) -> list[tuple[str, str]]:
-    rows = []
-    for name, domain in (domains or {}).items():
-        axis = domain["axis"]
-        if axis is None:
-            said = tr("n = {n}: {reason}", n=domain["n"], reason=domain["reason"])
-        elif axis["verdict"] == "homoclinal":
-            said = tr("n = {n}: one dip, no axis of its own", n=domain["n"])
-        else:
-            said = tr(
-                "n = {n}: beta {line}; {verdict}; valid: {valid}",
-                n=domain["n"],
-                line=text_tables.line(axis["beta"]),
-                verdict=axis["verdict"],
-                valid=axis["valid"],
-            )
-        rows.append((tr("domain {name}", name=name), said))
-    return rows
+def _domains(domains: Mapping[str, DomainFigures] | None) -> list[tuple[str, str]]:
+    from vomstudio.geology.domains import describe_domain
+
+    return [
+        (tr("domain {name}", name=name), describe_domain(domain, 1))
+        for name, domain in (domains or {}).items()
+    ]
 
 
-def _in_words(result: dict[str, Any]) -> str:
+def _in_words(found: TableFold) -> str:
+    result = found.as_dict()
     beta, plane = result["beta"], result["pi_plane"]
     confidence = tr("undefined")
     if beta["max_confidence95_deg"] is not None:
@@ -181,7 +176,7 @@ def _in_words(result: dict[str, Any]) -> str:
         *_limbs(result["limbs"]),
         *_pairs(result["pairs"]),
         *_worst(result["leave_one_out"]),
-        *_domains(result["domains"]),
+        *_domains(found.domains),
         (
             tr("verdict"),
             tr(

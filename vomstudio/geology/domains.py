@@ -20,6 +20,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Array, Line, angle_between_lines, planes_to_poles
 from vomstudio.geology.populations.chances import f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor
@@ -54,6 +55,22 @@ class OneAxisFigures:
     apart_deg: float | None
     beds_off_deg: float | None
     reasons: tuple[str, ...]
+
+
+def describe_domain(domain: DomainFigures, decimals: int) -> str:
+    """Describe a domain in one line: its count, and its axis or the reason why it has none."""
+    if domain.axis is None:
+        return tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
+    if domain.axis.verdict == "homoclinal":
+        return tr("n = {n}: one dip, no axis of its own", n=domain.n)
+    beta = domain.axis.beta
+    return tr(
+        "n = {n}: beta {line}; {verdict}; valid: {valid}",
+        n=domain.n,
+        line=format_line(Line(beta.trend_deg, beta.plunge_deg), decimals),
+        verdict=domain.axis.verdict,
+        valid=domain.axis.valid,
+    )
 
 
 def domain_axes(

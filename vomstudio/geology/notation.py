@@ -181,19 +181,18 @@ def parse_azimuth(text: str) -> float:
 
 
 def parse_rake(text: str, plane: Plane) -> float:
-    """Parse the rake of a line in a plane.
+    """Parse a rake from a named end of the strike, as field books write it (80SW).
 
     Parameters
     ----------
     text : str
-        Degrees from the right-hand-rule strike (100), or from the end of the strike that a compass
-        point names (80SW).
+        From 0 to 90 degrees, and a compass point that names an end of the strike.
     plane : Plane
 
     Returns
     -------
     float
-        Degrees from the right-hand-rule strike; from 0 to 180 if an end is named.
+        Degrees from the right-hand-rule strike, 0 to 180.
 
     Raises
     ------
@@ -202,10 +201,7 @@ def parse_rake(text: str, plane: Plane) -> float:
         neither end of the strike.
     """
     tokens = _tokens(text)
-    kinds = _kinds(tokens)
-    if kinds == ["number"]:
-        return tokens[0].value
-    if kinds != ["number", "wind"] or tokens[0].signed:
+    if _kinds(tokens) != ["number", "wind"] or tokens[0].signed:
         raise _unclear(text, tr("write a rake as 100, or as 80E from the end of the strike"))
     angle, end = tokens
     if angle.value > 90.0:

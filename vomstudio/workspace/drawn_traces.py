@@ -268,9 +268,9 @@ def _edited_trace(
     model = target.model
     trace = get(records, feature_id, Trace)
     if trace is None:
-        raise GeometryError(tr("only traces are changed by drawings; edit it in the project"))
+        raise GeometryError(tr("Only traces are changed by drawings. Edit it in the project."))
     if trace.model_id != model.id:
-        raise GeometryError(tr("it is a trace on another model than {model}", model=model.name))
+        raise GeometryError(tr("It is a trace on another model than {model}.", model=model.name))
     stored = np.array(trace.vertices, np.float64)
     in_world = transform.apply(transform.matrix(model.to_world), stored)
     vertices = merge_vertices(

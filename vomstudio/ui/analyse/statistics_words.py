@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from vomstudio.geology.domains import DomainFigures, OneAxisFigures
+from vomstudio.geology.domains import DomainFigures, OneAxisFigures, describe_domain
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
@@ -63,22 +63,7 @@ def fold_rows(axis: FoldAxis, notation: str) -> Rows:
 
 def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Rows:
     """Each domain's own axis, and whether one serves all."""
-    rows = []
-    for name, domain in domains.items():
-        if domain.axis is None:
-            said = tr("n = {n}: {reason}", n=domain.n, reason=domain.reason)
-        elif domain.axis.verdict == "homoclinal":
-            said = tr("n = {n}: one dip, no axis of its own", n=domain.n)
-        else:
-            beta = domain.axis.beta
-            said = tr(
-                "n = {n}: beta {line}; {verdict}; valid: {valid}",
-                n=domain.n,
-                line=format_line(Line(beta.trend_deg, beta.plunge_deg), 0),
-                verdict=domain.axis.verdict,
-                valid=domain.axis.valid,
-            )
-        rows.append((name, said))
+    rows = [(name, describe_domain(domain, 0)) for name, domain in domains.items()]
     return [*rows, *(("•", reason) for reason in one.reasons)]
 
 
