@@ -319,23 +319,23 @@ def fit_planes(
             ),
             field=str(first["id"]),
         )
-    said = [*given.messages]
-    said += [
+    messages = [*given.messages]
+    messages += [
         tr("Plane {plane} was skipped: {reason}.", plane=item["id"], reason=item["reason"])
         for item in done.skipped
     ]
     if given.dropped:
-        said.append(
+        messages.append(
             tr_n(
                 "{count} row without finite coordinates was dropped.",
                 "{count} rows without finite coordinates were dropped.",
                 given.dropped,
             )
         )
-    warn(said)
+    warn(messages)
     made = frame(done.rows)
     made.attrs["skipped"] = done.skipped
-    made.attrs["warnings"] = said
+    made.attrs["warnings"] = messages
     return made
 
 

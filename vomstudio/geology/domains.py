@@ -113,13 +113,18 @@ def domain_axes(
 
 @dataclass(frozen=True)
 class ProjectionAxis:
-    """Along which a domain is projected: its fold axis, or the line in which its beds meet the
-    faults (fig. 31c). line, error95_deg : None where there is none, or it is not known; said : in
-    words what it is, or why there is none; valid : "yes" or "conditional", as of a fold's axis"""
+    """Axis along which a domain is projected: its fold axis, or the line in which its beds meet the
+    faults (fig. 31c).
+
+    line : None if the domain has none
+    error95_deg : None if it is not known
+    description : what the line is, or why there is none
+    valid : "yes" or "conditional", as of a fold axis
+    """
 
     line: Line | None
     error95_deg: float | None
-    said: str
+    description: str
     valid: str | None = None
 
 
@@ -136,8 +141,8 @@ def projection_axes(
     for name, (azimuth, dip) in beds.items():
         fold, reason = _own_axis(azimuth, dip, None)
         if fold is not None and fold.verdict != "homoclinal" and fold.valid != "no":
-            said = tr("fold axis, {verdict}", verdict=fold.verdict)
-            found[name] = ProjectionAxis(fold.beta, fold.error95_deg, said, fold.valid)
+            description = tr("fold axis, {verdict}", verdict=fold.verdict)
+            found[name] = ProjectionAxis(fold.beta, fold.error95_deg, description, fold.valid)
             continue
         if faults is not None:
             try:
@@ -145,8 +150,8 @@ def projection_axes(
             except GeometryError as error:
                 found[name] = ProjectionAxis(None, None, error.message)
                 continue
-            said = tr("where the beds meet the faults")
-            found[name] = ProjectionAxis(met.beta, met.error95_deg, said, met.valid)
+            description = tr("where the beds meet the faults")
+            found[name] = ProjectionAxis(met.beta, met.error95_deg, description, met.valid)
             continue
         if fold is not None:
             reason = tr("{verdict}, and no fault that its beds meet", verdict=fold.verdict)
@@ -177,11 +182,11 @@ def _judged(
 ) -> OneAxisFigures:
     extra, free = parameters - 2, n - parameters
     if extra <= 0 or free <= 0:
-        said = tr(
+        reason = tr(
             "two domains of one dip each always share an axis, the line in which they meet; a "
             "fault between them is judged with --sets"
         )
-        return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (said,))
+        return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (reason,))
     variance = max(separate / free, 1e-12)
     ratio = max(together - separate, 0.0) / extra / variance
     p = f_tail(extra, free, ratio)
@@ -203,10 +208,10 @@ def _judged(
     )
     differences = "; ".join(parts)
     if p < APART_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= APART_DEG:
-        said = tr(
+        reason = tr(
             "the domains have different axes: project each along its own ({differences})",
             differences=differences,
         )
-        return OneAxisFigures(False, ratio, p, apart_deg, beds_off_deg, (said,))
-    said = tr("one axis serves all domains ({differences})", differences=differences)
-    return OneAxisFigures(True, ratio, p, apart_deg, beds_off_deg, (said,))
+        return OneAxisFigures(False, ratio, p, apart_deg, beds_off_deg, (reason,))
+    reason = tr("one axis serves all domains ({differences})", differences=differences)
+    return OneAxisFigures(True, ratio, p, apart_deg, beds_off_deg, (reason,))

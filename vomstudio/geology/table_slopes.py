@@ -309,13 +309,15 @@ def _noticed(
     face: SlopeFace, n: int, rows: int, known: int, of: int, parallel: int, same_set: int
 ) -> list[Message]:
     """Return the messages about the figures."""
-    said: list[Message] = []
+    messages: list[Message] = []
     if same_set:
-        said.append(Finding("slope.pairs-of-one-set", pairs=same_set, all_pairs=n * (n - 1) // 2))
+        messages.append(
+            Finding("slope.pairs-of-one-set", pairs=same_set, all_pairs=n * (n - 1) // 2)
+        )
     if rows > n:
-        said.append(tr_n("{count} line is not used.", "{count} lines are not used.", rows - n))
+        messages.append(tr_n("{count} line is not used.", "{count} lines are not used.", rows - n))
     if not face.slides:
-        said.append(
+        messages.append(
             tr(
                 "The face dips by {dip:g} degrees, no steeper than the friction angle of "
                 "{friction:g} degrees: nothing slides, and no layers topple.",
@@ -324,7 +326,7 @@ def _noticed(
             )
         )
     if parallel:
-        said.append(
+        messages.append(
             tr_n(
                 "{count} pair of planes is parallel and has no intersection.",
                 "{count} pairs of planes are parallel and have no intersection.",
@@ -332,15 +334,15 @@ def _noticed(
             )
         )
     if not of:
-        said.append(
+        messages.append(
             tr("Wedges and direct toppling need two planes that meet; add planes to the table.")
         )
     if 0 < known < n:
-        said.append(
+        messages.append(
             tr_n(
                 "The error of {count} plane is not known; its probability takes it as exact.",
                 "The errors of {count} planes are not known; the probabilities take them as exact.",
                 n - known,
             )
         )
-    return said
+    return messages

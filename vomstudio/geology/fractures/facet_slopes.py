@@ -134,18 +134,18 @@ def facet_slopes(
         raise GeometryError(tr("There is no facet with a dip direction among these planes."))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     sets = set_numbers(table)
-    of_planes, of_pairs = _counts([slope for _, slope in slopes], normals, sets, report)
+    plane_counts, pair_counts = _counts([slope for _, slope in slopes], normals, sets, report)
     place = {table.ids[row]: i for i, row in enumerate(rows)}
     facets = []
     for k, (facet, slope) in enumerate(slopes):
         own = place.get(facet.id)
         of = len(rows)
         if own is not None and _is_face(slope, normals[own]):
-            _take_out(own, slope, normals, sets, of_planes[k], of_pairs[k])
+            _take_out(own, slope, normals, sets, plane_counts[k], pair_counts[k])
             of -= 1
-        planar, flexural = (_share(int(count), of) for count in of_planes[k])
-        pairs = int(of_pairs[k, 0])
-        wedge, topple = (_share(int(count), pairs) for count in of_pairs[k, 1:])
+        planar, flexural = (_share(int(count), of) for count in plane_counts[k])
+        pairs = int(pair_counts[k, 0])
+        wedge, topple = (_share(int(count), pairs) for count in pair_counts[k, 1:])
         plane = slope.plane
         face = Face(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
         facets.append(
@@ -184,24 +184,24 @@ def _counts(
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """(facets, 2) of planes: planar, flexural; (facets, 3) of pairs: all that meet, wedge,
     toppling."""
-    of_planes = np.zeros((len(slopes), 2), np.int64)
-    of_pairs = np.zeros((len(slopes), 3), np.int64)
+    plane_counts = np.zeros((len(slopes), 2), np.int64)
+    pair_counts = np.zeros((len(slopes), 3), np.int64)
     progress.stage(tr("Analysing slopes"), max(pairs_of_sets(len(normals), sets), 1))
     for k, slope in enumerate(slopes):
         turned = in_face_frame(slope, normals)
-        of_planes[k] = (
+        plane_counts[k] = (
             planar_sliding(slope, turned).critical.sum(),
             flexural_toppling(slope, turned).critical.sum(),
         )
     # The intersections are the same for all facets, so each is worked out once.
     done = 0
     for lines, sound, pairs in intersections(normals[None], sets):
-        known = lines[0][sound[0]]
-        of_pairs[:, 0] += len(known)
-        of_pairs[:, 1:] += critical_lines(slopes, known)
+        met = lines[0][sound[0]]
+        pair_counts[:, 0] += len(met)
+        pair_counts[:, 1:] += critical_lines(slopes, met)
         done += pairs.shape[1]
         progress.step(done)
-    return of_planes, of_pairs
+    return plane_counts, pair_counts
 
 
 def _is_face(slope: SlopeFace, normal: npt.NDArray[np.float64]) -> bool:
@@ -214,13 +214,13 @@ def _take_out(
     slope: SlopeFace,
     normals: npt.NDArray[np.float64],
     sets: npt.NDArray[np.int64] | None,
-    of_planes: npt.NDArray[np.int64],
-    of_pairs: npt.NDArray[np.int64],
+    plane_counts: npt.NDArray[np.int64],
+    pair_counts: npt.NDArray[np.int64],
 ) -> None:
     """Where the planes are the facets themselves, nothing comes out of a face on its own plane, nor
     along a line that lies in it: neither is counted. own : row of the facet in normals (n, 3)"""
     turned = in_face_frame(slope, normals[own][None])
-    of_planes -= np.array(
+    plane_counts -= np.array(
         [
             planar_sliding(slope, turned).critical.sum(),
             flexural_toppling(slope, turned).critical.sum(),
@@ -234,8 +234,8 @@ def _take_out(
     sound = length > math.radians(ANGLE_TOLERANCE_DEG)
     lines = lines[sound] / length[sound, None]
     lines[lines[:, 2] > 0] *= -1.0
-    of_pairs[0] -= len(lines)
-    of_pairs[1:] -= critical_lines([slope], lines)[0]
+    pair_counts[0] -= len(lines)
+    pair_counts[1:] -= critical_lines([slope], lines)[0]
 
 
 def _share(critical: int, of: int) -> Share:

@@ -93,18 +93,18 @@ def crs_of_table(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[
         stated = StatedCrs()
     name = sidecar_path(path).name
     try:
-        beside = read_sidecar(path)
+        sidecar_text = read_sidecar(path)
     except FileNotFoundError:
         return stated, tuple(findings)
     except (OSError, InputError) as error:
         findings.append(Finding("frame.crs-unreadable", file=name, crs=str(error)))
         return stated, tuple(findings)
-    shown = " ".join(beside.split())[:80]
-    axes = _axes(beside)
+    shown = " ".join(sidecar_text.split())[:80]
+    axes = _axes(sidecar_text)
     if axes is None:
         findings.append(Finding("frame.crs-unreadable", file=name, crs=shown))
     elif stated.text is None and not stated.is_local:
-        stated = StatedCrs(beside)
+        stated = StatedCrs(sidecar_text)
     elif stated.text is not None and _differ(stated.text, axes):
         findings.append(
             Finding(

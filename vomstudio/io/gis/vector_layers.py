@@ -161,11 +161,11 @@ def read_named_layers(path: Path, named: Path, request: Mapping[str, Any]) -> li
     for layer in request["wanted"]:
         info = pyogrio.read_info(named, layer=layer)
         fields = tuple(map(str, info["fields"]))
-        wanted = [field for field in fields if field.casefold() in request["columns"]]
+        columns = [field for field in fields if field.casefold() in request["columns"]]
         metadata, _, shapes, values = pyogrio.raw.read(
             named,
             layer=layer,
-            columns=wanted,
+            columns=columns,
             force_2d=request["flat"],
             # Not every driver can count features before reading them.
             max_features=remaining + 1,

@@ -70,7 +70,7 @@ def off_axis(items: Iterable[Item], name: str, plan: Plan) -> str | None:
         off=off,
         name=name,
         axis=format_line(axis.line, 0),
-        said=axis.said,
+        said=axis.description,
     )
     deep = float(np.ptp(plan.points[:, 2]))
     return f"{said} {cost_of_being_off(off, deep, metric=plan.view.metric)}"

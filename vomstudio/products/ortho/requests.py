@@ -118,7 +118,7 @@ def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
     """Along the domain's own axis. Raises UsageError where it has none."""
     axis = axes_of_domains(items, "--domain").get(name)
     if axis is None or axis.line is None:
-        reason = tr("it has no planes") if axis is None else axis.said
+        reason = tr("it has no planes") if axis is None else axis.description
         raise UsageError(
             tr(
                 "Domain {name} has no axis of its own ({reason}). Give a direction of view.",
@@ -173,7 +173,7 @@ def request_picture(
         view = view_along_axis(fold.beta.trend_deg, fold.beta.plunge_deg, data, to_world)
     axis = direction.axis
     if axis is not None and axis.line is not None:
-        warnings += _said_of_validity(axis.valid, axis.said)
+        warnings += _said_of_validity(axis.valid, axis.description)
         view = view_along_axis(axis.line.trend_deg, axis.line.plunge_deg, data, to_world)
     assert view is not None
     if flip:

@@ -54,7 +54,7 @@ class Directions:
                         "Domain {name} has no axis of its own ({reason}) and is projected at right "
                         "angles to the section.",
                         name=name,
-                        reason=axis.said,
+                        reason=axis.description,
                     )
                 )
         return tuple(said)
@@ -125,7 +125,7 @@ def domain_projections(directions: Directions, curtain: Curtain) -> tuple[Domain
         faults = sum(each == name for each in directions.faults.values())
         found.append(
             DomainProjection(
-                name, trend, plunge, axis.error95_deg, angle, axis.said, faults, axis.valid
+                name, trend, plunge, axis.error95_deg, angle, axis.description, faults, axis.valid
             )
         )
     return tuple(found)

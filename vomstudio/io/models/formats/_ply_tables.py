@@ -38,7 +38,7 @@ class Table:
 
 
 def _missing(element: Element, found: int, messages: list[Message]) -> None:
-    """The header promised more than there is."""
+    """Append the message that the file has fewer records than its header states."""
     if element.name == "vertex":
         messages.append(points_missing(found, element.count))
         return

@@ -211,7 +211,7 @@ def _indices(raw: Array) -> npt.NDArray[np.int64]:
 def _mesh(
     header: Header, face: Table, bare: Mesh, path: Path, messages: list[Message]
 ) -> Mesh | PointCloud:
-    """Faces, their own texture coordinates and textures, onto bare vertices."""
+    """Return the mesh of faces, with their texture coordinates and textures, on the vertices."""
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
     faces = _triangles(face, uv_counts, len(uv_values), bare.vertices, path, messages)
     materials: tuple[Material, ...] = ()
