@@ -122,6 +122,35 @@ def test_turning_the_world_changes_no_verdict() -> None:
         assert b.leave_one_out.turn_deg == pytest.approx(a.leave_one_out.turn_deg)
 
 
+@pytest.mark.parametrize(
+    ("half_angle_deg", "arc_deg"), [(80, 200), (80, 270), (70, 360), (50, 330)]
+)
+def test_exact_cones_around_their_axis_are_found(half_angle_deg: float, arc_deg: float) -> None:
+    """Either end of each pole may be given, and the arc may begin anywhere."""
+    conical = 0
+    for seed in range(36):
+        rng = np.random.default_rng(seed)
+        poles = folded.bent(rng, 24, arc_deg, 0.0, half_angle_deg)
+        found = fold_axis(*planes(poles * rng.choice([-1.0, 1.0], (24, 1))))
+        cone = found.figures.cone
+        assert cone is not None
+        if found.verdict == "conical":
+            assert cone.half_angle_deg == pytest.approx(half_angle_deg, abs=1e-3), seed
+        conical += (found.verdict, found.valid) == ("conical", "no")
+    # The arc of few poles may have two wide gaps.
+    assert conical >= 34
+
+
+def test_a_scatter_about_a_great_circle_is_no_cone_beside_it() -> None:
+    """Poles that may choose their ends fit a small circle at 0.8 times their scatter."""
+    rng = np.random.default_rng(39)
+    cones = 0
+    for _ in range(300):
+        found = fold_axis(*planes(folded.bent(rng, 30, 160, 6)))
+        cones += found.verdict == "conical"
+    assert cones <= 0.03 * 300
+
+
 def test_the_cone_that_was_made_is_found() -> None:
     rng = np.random.default_rng(23)
     t = np.radians(np.linspace(-70, 70, 30))

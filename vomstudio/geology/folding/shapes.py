@@ -21,8 +21,13 @@ from vomstudio.geology.orientation import Array, Flags, Line
 from vomstudio.geology.populations.chances import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
-END_IN_DOUBT_DEG = 10.0
-"""A pole so near to the plane across the axis of a cone may be there by either end."""
+MIN_AROUND, MIN_GAIN = 10, 5.0
+"""Number of poles, and gain in log likelihood, from which a circle by the nearer ends is used. At
+this gain simulated cylinders are called cones as often as without it."""
+MAX_SECOND_GAP_DEG = 60.0
+"""Poles with two wider gaps around the axis are two groups, whose ends are not those of one cone:
+those of two folds lie so."""
+MAX_SEARCHED, MAX_SWAPS = 500, 20
 
 STRAY, STRAY_LEAST_DEG, STRAYS_ONE_IN = 4.0, 15.0, 7
 """Of planes that do not belong to a fold which the others show."""
@@ -32,7 +37,8 @@ STRAY, STRAY_LEAST_DEG, STRAYS_ONE_IN = 4.0, 15.0, 7
 class Cone:
     """A small circle: axis, angle between axis and poles (90 is a great circle), RMS of the angles
     from it; p: chance of so much better a fit than the great circle's where that is true;
-    half_width_deg: 95 % of the angle, infinite where the poles do not tell a cone from a cylinder.
+    half_width_deg: 95 % of the angle, infinite where the poles do not tell a cone from a cylinder;
+    log_likelihood: as `_log_likelihood`, of a mixture if the ends of the poles are not known.
     """
 
     axis: Line
@@ -40,6 +46,7 @@ class Cone:
     rms_deg: float
     p: float
     half_width_deg: float
+    log_likelihood: float
 
     @property
     def off_deg(self) -> float:
@@ -149,21 +156,29 @@ def strays_of(poles: Array, axes: Array) -> Flags:
 
 
 def small_circle(poles: Array, axes: Array) -> Cone | None:
-    """The best small circle; None of fewer than four poles.
+    """Fit the best small circle; None for fewer than four poles.
 
-    Which end of a pole lies on it is not free for each pole, or any scatter would fit two small
-    circles about a great one: all by their ends in the arc that holds them, or all by those that
-    lie about the axis of a cone, where no pole is so far from it that its end is in doubt.
+    A pole has two ends. If the poles lie within an arc, their ends are those in the arc, and the
+    circle is fitted to them. Around the axis of a cone, as in a dome, the ends are those on its
+    side; but a scatter about a great circle also fits two small circles beside it, if each pole may
+    choose its end. The second fit is therefore judged as a mixture of both ends, and is used only
+    if its likelihood is clearly higher.
     """
     n = len(poles)
     if n < 4:
         return None
-    found = [_fitted_circle(one_sided(poles, axes)), *_closed_circle(poles)]
-    axis, half_angle, residuals = min(found, key=lambda each: float(np.sum(each[2] ** 2)))
+    axis, half_angle, residuals = _fitted_circle(one_sided(poles, axes))
     p, width = _cone_test(poles, axes, residuals)
+    around = _fit_around_axis(poles, axes) if n >= MIN_AROUND else None
+    likelihood = _log_likelihood(n, rms(residuals))
+    if around is not None and around.log_likelihood > likelihood + MIN_GAIN:
+        likelihood = around.log_likelihood
+        axis, half_angle, residuals = around.axis, around.half_angle, around.residuals
+        p, width = _mixture_test(poles, axes, around)
     half = math.degrees(half_angle)
     line = Line.from_vector(axis)
-    return Cone(line, min(half, 180.0 - half), rms(np.degrees(residuals)), p, width)
+    scatter = rms(np.degrees(residuals))
+    return Cone(line, min(half, 180.0 - half), scatter, p, width, likelihood)
 
 
 def _fitted_circle(x: Array) -> tuple[Array, float, Array]:
@@ -186,24 +201,122 @@ def _fitted_circle(x: Array) -> tuple[Array, float, Array]:
     return axis, half_angle, np.arccos(np.clip(x @ axis, -1.0, 1.0)) - half_angle
 
 
-def _closed_circle(poles: Array) -> list[tuple[Array, float, Array]]:
-    """As `_fitted_circle`, of poles that may go all around the axis, as those of a dome do; nothing
-    where there is no such cone. The axis a is sought among all cones of second order, x^T M x = 0
-    with M = a a^T - cos^2 I, whatever the ends of the poles."""
-    if len(poles) < 6:
-        return []
-    x, y, z = poles.T
-    terms = np.column_stack([x * x, y * y, z * z, 2 * x * y, 2 * x * z, 2 * y * z])
-    a, b, c, d, e, f = np.linalg.svd(terms, full_matrices=False)[2][5]
-    values, axes = np.linalg.eigh(np.array([[a, d, e], [d, b, f], [e, f, c]]))
-    sought = axes[:, 0 if values[1] - values[0] > values[2] - values[1] else 2]
-    if float(np.abs(poles @ sought).min()) < math.sin(math.radians(END_IN_DOUBT_DEG / 2.0)):
-        return []
-    for _ in range(2):
-        fitted = _fitted_circle(flip_to(poles, sought))
-        sought = fitted[0]
-    clear = float(np.abs(poles @ sought).min()) > math.sin(math.radians(END_IN_DOUBT_DEG))
-    return [fitted] if clear else []
+@dataclass(frozen=True, eq=False)
+class _Around:
+    """Small circle of poles by their nearer ends.
+
+    axis : (3,); half_angle : rad; residuals : (n,) rad; offset, sigma : distance of the circle from
+    the plane across the axis and scatter about it, rad, by maximum likelihood with unknown ends
+    """
+
+    axis: Array
+    half_angle: float
+    residuals: Array
+    poles: Array
+    offset: float
+    sigma: float
+    log_likelihood: float
+
+
+def _fit_around_axis(poles: Array, axes: Array) -> _Around | None:
+    """Fit the small circle with the least squares among those by the nearer ends of the poles.
+
+    Each start alternates between choosing ends and fitting a plane to them; angles are fitted for
+    the best of them.
+    """
+    few = poles[:: max(1, len(poles) // MAX_SEARCHED)]
+    best, least = None, math.inf
+    for start in (*_STARTS_ON_HEMISPHERE, *axes):
+        axis = start
+        for _ in range(MAX_SWAPS):
+            ends = flip_to(few, axis)
+            off = ends - ends.mean(axis=0)
+            changed = np.linalg.eigh(off.T @ off)[1][:, 0]
+            if abs(float(changed @ axis)) > 1.0 - 1e-12:
+                break
+            axis = changed
+        ends = flip_to(few, axis)
+        angles = np.arccos(np.clip(ends @ axis, -1.0, 1.0))
+        squares = float(np.sum((angles - angles.mean()) ** 2))
+        if squares < least:
+            best, least = axis, squares
+    if best is None:
+        return None
+    for _ in range(MAX_SWAPS):
+        ends = flip_to(poles, best)
+        axis, half_angle, residuals = _fitted_circle(ends)
+        if bool(((ends @ axis > 0) == (ends @ best > 0)).all()):
+            break
+        best = axis
+    if _second_gap_deg(ends, axis) > MAX_SECOND_GAP_DEG:
+        return None
+    offset, sigma, likelihood = _unknown_ends(np.arcsin(np.clip(poles @ axis, -1.0, 1.0)))
+    return _Around(axis, half_angle, residuals, ends, offset, sigma, likelihood)
+
+
+def _second_gap_deg(ends: Array, axis: Array) -> float:
+    """Return the second widest gap between directions (n, 3) around an axis."""
+    across = np.linalg.svd(axis[None])[2][1:]
+    x, y = (ends @ across.T).T
+    turns = np.sort(np.degrees(np.arctan2(y, x)))
+    gaps = np.diff(np.append(turns, turns[0] + 360.0))
+    return float(np.sort(gaps)[-2])
+
+
+def _hemisphere(n: int) -> Array:
+    """Return n directions spread over a hemisphere."""
+    number = np.arange(n) + 0.5
+    z = number / n
+    turn = math.pi * (1.0 + math.sqrt(5.0)) * number
+    radius = np.sqrt(1.0 - z * z)
+    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), z])
+
+
+_STARTS_ON_HEMISPHERE = _hemisphere(24)
+
+
+def _unknown_ends(elevations: Array) -> tuple[float, float, float]:
+    """Fit a normal mixture with the means +offset and -offset to elevations (n,), rad.
+
+    Returns offset, standard deviation and log likelihood (expectation and maximisation).
+    """
+    floor = math.radians(NO_SCATTER_DEG)
+    square = float(np.mean(elevations**2))
+    offset = float(np.mean(np.abs(elevations)))
+    sigma = max(math.sqrt(max(square - offset**2, 0.0)), floor)
+    for _ in range(200):
+        balance = np.tanh(elevations * offset / sigma**2)
+        changed = float(np.mean(balance * elevations))
+        sigma = max(math.sqrt(max(square - changed**2, 0.0)), floor)
+        if abs(changed - offset) < 1e-9:
+            break
+        offset = changed
+    one = -0.5 * ((elevations - offset) / sigma) ** 2
+    other = -0.5 * ((elevations + offset) / sigma) ** 2
+    likelihood = float(np.sum(np.logaddexp(one, other))) - len(elevations) * math.log(2.0 * sigma)
+    return offset, sigma, likelihood
+
+
+def _log_likelihood(n: int, sigma: float) -> float:
+    """Return that of n normal residuals, as `_unknown_ends`, less what is common to both."""
+    return -n * math.log(max(sigma, math.radians(NO_SCATTER_DEG))) - 0.5 * n
+
+
+def _mixture_test(poles: Array, axes: Array, around: _Around) -> tuple[float, float]:
+    """Return p of the great circle against the small circle with unknown ends, and the 95 %
+    half-width of its half-angle."""
+    n = len(poles)
+    on_great = np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))
+    gain = around.log_likelihood - _log_likelihood(n, rms(on_great))
+    free = n - 3
+    # Of normal residuals with known ends this is the ratio of the sums of squares.
+    p = f_tail(1, free, max(math.expm1(min(2.0 * gain / n, 700.0)), 0.0) * free)
+    design, _ = _design(around.poles, around.axis)
+    singular = np.linalg.svd(design, compute_uv=False)
+    if singular[-1] <= 1e-6 * singular[0]:
+        return p, math.inf
+    spread = float(np.linalg.inv(design.T @ design)[0, 0])
+    return p, math.degrees(t95(free) * around.sigma * math.sqrt(n / free * spread))
 
 
 def _design(x: Array, axis: Array) -> tuple[Array, Array]:
@@ -314,9 +427,9 @@ def _two_circles(
     for k in (0, 1):
         members = poles[nearer == k]
         arcs.append(arc_deg(members, orientation_tensor(members)[1]) if len(members) > 1 else 0.0)
-    one = _criterion(n, rms(single), 2)
+    one = _criterion(n, _log_likelihood(n, rms(single)), 2)
     if cone is not None:
-        one = min(one, _criterion(n, math.radians(cone.rms_deg), 3))
+        one = min(one, _criterion(n, cone.log_likelihood, 3))
     two = -2.0 * likelihood + 5.0 * math.log(n)
     angle = math.degrees(math.acos(min(abs(float(normals[0] @ normals[1])), 1.0)))
     return TwoCircles(
@@ -325,7 +438,6 @@ def _two_circles(
     )  # fmt: skip
 
 
-def _criterion(n: int, sigma: float, parameters: int) -> float:
-    """Schwarz's criterion of one curve; as `_mixture`, less what is common to both."""
-    sigma = max(sigma, math.radians(NO_SCATTER_DEG))
-    return n + 2.0 * n * math.log(sigma) + (parameters + 1) * math.log(n) - math.log(n)
+def _criterion(n: int, log_likelihood: float, parameters: int) -> float:
+    """Return Schwarz's criterion of one curve, less what is common to all."""
+    return -2.0 * log_likelihood + parameters * math.log(n)

@@ -42,6 +42,10 @@ CONE_RING, CONE_EVEN_RING = 0.25, 0.2
 """Poles stray from it by no more than this share of its half-angle (the poles of a cluster by half
 of it). By the second it is no accident of a uniform scatter, nor of one dip."""
 
+CONE_APART = 8.0
+"""A wide cone shows at a glance if it is so many times its scatter away from the great circle: two
+folds whose axes are 30 degrees apart lie near a cone too, at five times."""
+
 CONE_OPEN_DEG, CONE_UNTOLD_DEG = 25.0, 60.0
 """A cone that differs by so much from the cylinder would fit as well: over the first the verdict
 holds under conditions, over the second the poles do not tell a cone from a cylinder."""
@@ -217,7 +221,8 @@ def _ring(shape: Shape, cone: Cone, far: float) -> bool:
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return False
     close = cone.rms_deg <= CONE_EVEN_RING * min(cone.half_angle_deg, 50.0)
-    return shape.n >= 10 and cone.half_angle_deg <= 60.0 and close
+    apart = cone.half_angle_deg <= 60.0 or CONE_APART * cone.rms_deg <= cone.off_deg
+    return shape.n >= 10 and apart and close
 
 
 def _two(shape: Shape) -> bool:
