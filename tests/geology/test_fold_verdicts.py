@@ -137,18 +137,17 @@ def test_exact_cones_around_their_axis_are_found(half_angle_deg: float, arc_deg:
         if found.verdict == "conical":
             assert cone.half_angle_deg == pytest.approx(half_angle_deg, abs=1e-3), seed
         conical += (found.verdict, found.valid) == ("conical", "no")
-    # The arc of few poles may have two wide gaps.
-    assert conical >= 34
+    assert conical >= 35
 
 
 def test_a_scatter_about_a_great_circle_is_no_cone_beside_it() -> None:
     """Poles that may choose their ends fit a small circle at 0.8 times their scatter."""
     rng = np.random.default_rng(39)
     cones = 0
-    for _ in range(300):
+    for _ in range(200):
         found = fold_axis(*planes(folded.bent(rng, 30, 160, 6)))
         cones += found.verdict == "conical"
-    assert cones <= 0.03 * 300
+    assert cones <= 0.03 * 200
 
 
 def test_the_cone_that_was_made_is_found() -> None:

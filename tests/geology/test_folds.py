@@ -56,6 +56,10 @@ def test_big_elk_has_its_published_axis(big_elk: tuple[np.ndarray, np.ndarray]) 
     assert (fold.verdict, fold.valid) == ("conical", "no")
     assert fold.figures.cone is not None
     assert fold.figures.cone.rms_deg == pytest.approx(10.43, abs=0.05)
+    nearer = fold.figures.cone.by_nearer_ends
+    assert nearer is not None
+    assert nearer.half_angle_deg == pytest.approx(77.9, abs=0.1)
+    assert nearer.rms_deg == pytest.approx(8.0, abs=0.05)
 
 
 def test_the_error_of_big_elks_axis_is_that_of_the_bootstrap(

@@ -41,6 +41,7 @@ from vomstudio.geology.folding.figures import (
     LimbFigures,
     PairFigures,
     PlaneFigures,
+    SmallCircleFigures,
     Stray,
 )
 from vomstudio.geology.folding.limbs import lone_limb
@@ -373,9 +374,19 @@ def _cone_figures(shape: Shape) -> ConeFigures | None:
     if cone is None:
         return None
     width = cone.half_width_deg if math.isfinite(cone.half_width_deg) else None
-    line = cone.axis
+    line, nearer, by_nearer_ends = cone.axis, cone.by_nearer_ends, None
+    if nearer is not None:
+        by_nearer_ends = SmallCircleFigures(
+            nearer.axis.trend_deg, nearer.axis.plunge_deg, nearer.half_angle_deg, nearer.rms_deg
+        )
     return ConeFigures(
-        line.trend_deg, line.plunge_deg, cone.half_angle_deg, width, cone.rms_deg, cone.p
+        line.trend_deg,
+        line.plunge_deg,
+        cone.half_angle_deg,
+        width,
+        cone.rms_deg,
+        cone.p,
+        by_nearer_ends,
     )
 
 

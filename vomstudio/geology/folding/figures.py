@@ -70,10 +70,21 @@ class Stray:
 
 
 @dataclass(frozen=True)
+class SmallCircleFigures:
+    """A small circle: its axis, the angle between axis and poles, and the RMS."""
+
+    trend_deg: float
+    plunge_deg: float
+    half_angle_deg: float
+    rms_deg: float
+
+
+@dataclass(frozen=True)
 class ConeFigures:
     """The best cone: its axis, the angle between axis and poles (90 is a cylinder) with its 95 %
     half-width (None where the poles do not tell), RMS, and the chance of so much better a fit than
-    the cylinder's where that is true."""
+    the cylinder's where that is true. by_nearer_ends: the closer circle that is found if each pole
+    may be used by either end, None if there is none."""
 
     trend_deg: float
     plunge_deg: float
@@ -81,6 +92,7 @@ class ConeFigures:
     half_width95_deg: float | None
     rms_deg: float
     p: float
+    by_nearer_ends: SmallCircleFigures | None
 
 
 @dataclass(frozen=True)

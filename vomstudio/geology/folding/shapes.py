@@ -27,6 +27,10 @@ this gain simulated cylinders are called cones as often as without it."""
 MAX_SECOND_GAP_DEG = 60.0
 """Poles with two wider gaps around the axis are two groups, whose ends are not those of one cone:
 those of two folds lie so."""
+CONE_APART = 8.0
+"""A wide cone shows at a glance if it is so many times its scatter away from the great circle: two
+folds whose axes are 30 degrees apart lie near a cone too, at five times."""
+
 MAX_SEARCHED, MAX_SWAPS = 500, 20
 
 STRAY, STRAY_LEAST_DEG, STRAYS_ONE_IN = 4.0, 15.0, 7
@@ -34,11 +38,24 @@ STRAY, STRAY_LEAST_DEG, STRAYS_ONE_IN = 4.0, 15.0, 7
 
 
 @dataclass(frozen=True)
+class SmallCircle:
+    """A small circle: axis, angle between axis and poles (90 is a great circle), and RMS of the
+    angles from it."""
+
+    axis: Line
+    half_angle_deg: float
+    rms_deg: float
+
+
+@dataclass(frozen=True)
 class Cone:
-    """A small circle: axis, angle between axis and poles (90 is a great circle), RMS of the angles
-    from it; p: chance of so much better a fit than the great circle's where that is true;
-    half_width_deg: 95 % of the angle, infinite where the poles do not tell a cone from a cylinder;
-    log_likelihood: as `_log_likelihood`, of a mixture if the ends of the poles are not known.
+    """The best small circle of poles.
+
+    p : chance of so much better a fit than the great circle's where that is true
+    half_width_deg : 95 % of the angle, infinite if the poles do not tell a cone from a cylinder
+    log_likelihood : as `_log_likelihood`, of a mixture if the ends of the poles are not known
+    by_nearer_ends : the circle of the least squares if each pole may be used by either end, where
+        it is another one and closer to the poles, but not more likely
     """
 
     axis: Line
@@ -47,6 +64,7 @@ class Cone:
     p: float
     half_width_deg: float
     log_likelihood: float
+    by_nearer_ends: SmallCircle | None = None
 
     @property
     def off_deg(self) -> float:
@@ -171,14 +189,20 @@ def small_circle(poles: Array, axes: Array) -> Cone | None:
     p, width = _cone_test(poles, axes, residuals)
     around = _fit_around_axis(poles, axes) if n >= MIN_AROUND else None
     likelihood = _log_likelihood(n, rms(residuals))
+    nearer = None
     if around is not None and around.log_likelihood > likelihood + MIN_GAIN:
         likelihood = around.log_likelihood
         axis, half_angle, residuals = around.axis, around.half_angle, around.residuals
         p, width = _mixture_test(poles, axes, around)
+    elif around is not None and rms(around.residuals) < rms(residuals) - 1e-6:
+        nearer = _circle(around.axis, around.half_angle, around.residuals)
+    circle = _circle(axis, half_angle, residuals)
+    return Cone(circle.axis, circle.half_angle_deg, circle.rms_deg, p, width, likelihood, nearer)
+
+
+def _circle(axis: Array, half_angle: float, residuals: Array) -> SmallCircle:
     half = math.degrees(half_angle)
-    line = Line.from_vector(axis)
-    scatter = rms(np.degrees(residuals))
-    return Cone(line, min(half, 180.0 - half), scatter, p, width, likelihood)
+    return SmallCircle(Line.from_vector(axis), min(half, 180.0 - half), rms(np.degrees(residuals)))
 
 
 def _fitted_circle(x: Array) -> tuple[Array, float, Array]:
@@ -225,30 +249,25 @@ def _fit_around_axis(poles: Array, axes: Array) -> _Around | None:
     the best of them.
     """
     few = poles[:: max(1, len(poles) // MAX_SEARCHED)]
-    best, least = None, math.inf
-    for start in (*_STARTS_ON_HEMISPHERE, *axes):
-        axis = start
-        for _ in range(MAX_SWAPS):
-            ends = flip_to(few, axis)
-            off = ends - ends.mean(axis=0)
-            changed = np.linalg.eigh(off.T @ off)[1][:, 0]
-            if abs(float(changed @ axis)) > 1.0 - 1e-12:
-                break
-            axis = changed
-        ends = flip_to(few, axis)
-        angles = np.arccos(np.clip(ends @ axis, -1.0, 1.0))
-        squares = float(np.sum((angles - angles.mean()) ** 2))
-        if squares < least:
-            best, least = axis, squares
-    if best is None:
-        return None
+    tried = np.concatenate([_STARTS_ON_HEMISPHERE, axes])
+    for _ in range(MAX_SWAPS):
+        ends = few * np.where(tried @ few.T < 0.0, -1.0, 1.0)[..., None]
+        off = ends - ends.mean(axis=1, keepdims=True)
+        changed = np.linalg.eigh(off.transpose(0, 2, 1) @ off)[1][..., 0]
+        kept = np.abs(np.sum(changed * tried, axis=1)) > 1.0 - 1e-12
+        tried = changed
+        if kept.all():
+            break
+    angles = np.arccos(np.abs(np.clip(tried @ few.T, -1.0, 1.0)))
+    best = tried[np.argmin(np.var(angles, axis=1))]
     for _ in range(MAX_SWAPS):
         ends = flip_to(poles, best)
         axis, half_angle, residuals = _fitted_circle(ends)
         if bool(((ends @ axis > 0) == (ends @ best > 0)).all()):
             break
         best = axis
-    if _second_gap_deg(ends, axis) > MAX_SECOND_GAP_DEG:
+    is_close = CONE_APART * rms(residuals) <= abs(math.pi / 2.0 - half_angle)
+    if not is_close and _second_gap_deg(ends, axis) > MAX_SECOND_GAP_DEG:
         return None
     offset, sigma, likelihood = _unknown_ends(np.arcsin(np.clip(poles @ axis, -1.0, 1.0)))
     return _Around(axis, half_angle, residuals, ends, offset, sigma, likelihood)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.geology.folding.shapes import Cone, Shape, TwoCircles
+from vomstudio.geology.folding.shapes import CONE_APART, Cone, Shape, TwoCircles
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.words import tr
 
@@ -41,10 +41,6 @@ large a half-angle on."""
 CONE_RING, CONE_EVEN_RING = 0.25, 0.2
 """Poles stray from it by no more than this share of its half-angle (the poles of a cluster by half
 of it). By the second it is no accident of a uniform scatter, nor of one dip."""
-
-CONE_APART = 8.0
-"""A wide cone shows at a glance if it is so many times its scatter away from the great circle: two
-folds whose axes are 30 degrees apart lie near a cone too, at five times."""
 
 CONE_OPEN_DEG, CONE_UNTOLD_DEG = 25.0, 60.0
 """A cone that differs by so much from the cylinder would fit as well: over the first the verdict
