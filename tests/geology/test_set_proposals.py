@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,11 @@ import pytest
 
 from tests.tiers import first_in_default_tier
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
-from vomstudio.geology.sets.axial_mixture import clusters_from_seeds, propose_clusters
+from vomstudio.geology.sets.axial_mixture import (
+    clusters_from_seeds,
+    groups_by_chance,
+    propose_clusters,
+)
 from vomstudio.geology.sets.proposals import spacing_along
 from vomstudio.geology.statistics import orientation_tensor
 
@@ -190,6 +195,36 @@ def test_the_spacing_of_planes_a_known_distance_apart() -> None:
     assert cv == pytest.approx(0.0, abs=1e-6)
     assert spacing_along(normal, places[:1]) == (None, None)
     assert spacing_along(normal, None) == (None, None)
+
+
+def test_ten_planes_in_three_clusters_are_three_sets() -> None:
+    chance = np.random.default_rng(39)
+    for _ in range(10):
+        sets: list[Set] = [(30, 80, 200, 4), (120, 70, 200, 3), (230, 20, 200, 3)]
+        mixture, _ = propose_clusters(np.vstack([cluster(of, chance) for of in sets]), 8)
+        groups = mixture.assigned()
+        assert mixture.k == 3
+        assert [len(set(groups[i:j].tolist())) for i, j in ((0, 4), (4, 7), (7, 10))] == [1, 1, 1]
+
+
+def test_few_scattered_planes_are_seldom_a_set() -> None:
+    chance = np.random.default_rng(39)
+    found = [propose_clusters(scatter(10, chance), 8)[0].k > 0 for _ in range(100)]
+    assert np.mean(found) < 0.2
+
+
+def test_groups_by_chance_are_those_of_a_simulation() -> None:
+    """The number of triples within 20 degrees of each other among 12 scattered poles."""
+    chance = np.random.default_rng(39)
+    least = np.cos(np.radians(20))
+    counts = []
+    for _ in range(400):
+        near = np.abs((poles := scatter(12, chance)) @ poles.T) >= least
+        counts.append(sum(near[i, j] and near[i, k] and near[j, k]
+                          for i, j, k in combinations(range(12), 3)))  # fmt: skip
+    one, two = np.array([0.0, 0.0, 1.0]), np.array([np.sin(np.radians(20)), 0.0, least])
+    expected = groups_by_chance(12, np.array([one, two, one]))
+    assert np.mean(counts) == pytest.approx(expected, rel=0.15)
 
 
 def test_bedding_of_big_elk_is_two_limbs(data_dir: Path) -> None:

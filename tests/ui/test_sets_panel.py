@@ -61,7 +61,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     assert "No spacing: the planes have no coordinates in metres." in said
     assert [panel.table.item(0, i).text() for i in range(4)] == ["J1", "10", "090/45", "–"]
     panel.count.setCurrentIndex(3)
-    assert "Only 1 set of at least 5 planes" in proposed(window, panel)
+    assert "Only 1 set of at least 3 planes" in proposed(window, panel)
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
     assert proposed(window, panel).endswith("to propose anew among all.")

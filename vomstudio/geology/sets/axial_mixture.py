@@ -25,8 +25,14 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-LEAST_MEMBERS = 5
-"""Of a set that is proposed."""
+LEAST_MEMBERS, SURE_MEMBERS = 3, 5
+"""Of a set that is proposed. With fewer than the second it must also be closer than chance."""
+_BY_CHANCE, _SAME_DEG = 0.05, 2.0
+"""Expected number of groups as small and as close among evenly scattered poles, and the angle below
+which planes are not measured differently."""
+_ALL_NEAR = {3: 0.5865, 4: 0.2745}
+"""Chance that the poles of a group that are within an angle of one of them are within it of each
+other, by number: 1 - 3 sqrt(3) / 4 pi, and by simulation."""
 _WIDEST, _NARROWEST = 4.0, 5000.0
 """Concentrations: a spread of 20 degrees, beyond which a set is no set, and of 0.6, below which
 planes are not measured."""
@@ -115,7 +121,7 @@ def propose_clusters(
             break
         tried = min(sound, key=lambda m: m.icl)
         criteria.append(tried.icl)
-        if exactly or tried.icl < best.icl:
+        if exactly or (tried.icl < best.icl and _is_beyond_chance(some, tried)):
             best, worse = tried, 0
         else:
             worse += 1
@@ -271,8 +277,28 @@ def _concentration(variance: Floats) -> Floats:
     return np.asarray(np.exp(np.interp(variance, *_spreads())))
 
 
+def groups_by_chance(n: int, members: Floats) -> float:
+    """Return how many groups as close as members (k, 3) are expected among n scattered poles.
+
+    Groups are k poles of which no two are farther apart than the widest angle between the members.
+    The share of evenly scattered poles within an angle of a pole is 1 - cos of it.
+    """
+    k = len(members)
+    widest = float(np.abs(members @ members.T).min())
+    share = 1.0 - min(widest, math.cos(math.radians(_SAME_DEG)))
+    return math.comb(n, k) * share ** (k - 1) * _ALL_NEAR[k]
+
+
+def _is_beyond_chance(poles: Floats, mixture: Mixture) -> bool:
+    """Return whether the small clusters, taken together, are closer than scattered poles come."""
+    assigned = mixture.assigned()
+    sizes = np.bincount(assigned[assigned >= 0], minlength=mixture.k)
+    small = [poles[assigned == j] for j in np.flatnonzero(sizes < SURE_MEMBERS)]
+    return not small or math.prod(groups_by_chance(len(poles), m) for m in small) < _BY_CHANCE
+
+
 def _is_sound(mixture: Mixture) -> bool:
-    """No cluster too small to be one, and none in the place of another."""
+    """Return whether no cluster is too small to be one, and none in the place of another."""
     assigned = mixture.assigned()
     if (np.bincount(assigned[assigned >= 0], minlength=mixture.k) < LEAST_MEMBERS).any():
         return False
