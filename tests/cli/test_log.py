@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
-from tests.messages import messages
+from tests.messages import codes, messages
 
 LOG = (
     "name,x,y,z,lithology,notes\na,0,0,0,sandstone,=1+1\nb,10,0,0,limestone,\nc,20,0,0,,\nd,,,,,\n"
@@ -166,6 +166,31 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
     for words, field in (((), "--bed"), (("--bed", "9/9", "--line", "s"), "--line")):
         ran = run("log", table, *words, "--json")
         assert (ran.code, ran.json["error"]["field"]) == (2, field)
+
+
+def test_the_bedding_is_that_of_the_traces_near_the_line(run, project: Path) -> None:
+    """The other limb, which dips to the West 50 m away, counts only if it is asked for."""
+    from vomstudio.document import edits
+    from vomstudio.document.kinds.trace import Trace
+    from vomstudio.io.project.folder import Project
+
+    made = Project.open(project)
+    session = made.session
+    other = []
+    for k in range(4):
+        first = next(t for t in session.of(Trace) if t.id == f"t{k}")
+        turned = [(50.0 - z * 1.7, y, 2.0 * x) for x, y, z in first.vertices]
+        other.append(replace(first, id=f"o{k}", name=f"O{k}", vertices=tuple(turned)))
+    session.apply(edits.add_features(session.records, other))
+    session.save()
+    made.close()
+    found = run("log", project, "--line", "s", "--of", "points", "--reach", "0.5", "--json").json
+    assert found["bed"]["traces"] == ["B0", "B1", "B2", "B3"]
+    assert found["bed"]["dip_deg"] == pytest.approx(30.0)
+    assert "log.beds-not-parallel" not in codes(found)
+    both = run("log", project, "--line", "s", "--of", "points", "--reach", "90", "--json").json
+    assert len(both["bed"]["traces"]) == 8
+    assert "log.beds-not-parallel" in codes(both)
 
 
 def test_exports_of_a_project_carry_what_was_typed(run, project: Path, tmp_path: Path) -> None:

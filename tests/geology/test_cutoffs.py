@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vomstudio.errors import GeometryError
-from vomstudio.geology.beds.common_attitude import bed_of
+from vomstudio.geology.beds.common_attitude import fit_common_bed
 from vomstudio.geology.faults.cutoffs import cut_offs
 from vomstudio.geology.orientation import Plane
 
@@ -48,10 +48,11 @@ def test_the_bed_of_parallel_traces_is_that_on_which_they_lie() -> None:
         np.column_stack([xy, -(xy @ normal[:2]) / normal[2] + height])
         for xy, height in zip(flat, (0.0, 1.7), strict=True)
     ]
-    plane, error = bed_of(traces)
+    found = fit_common_bed(traces)
+    plane = found.plane
     assert plane.dip_direction_deg == pytest.approx(200.0, abs=1e-6)
     assert plane.dip_deg == pytest.approx(25.0, abs=1e-6)
-    assert error == pytest.approx(0.0, abs=1e-4)
+    assert found.max_confidence95_deg == pytest.approx(0.0, abs=1e-4)
     straight = [np.outer(np.arange(4.0), [1.0, 0, 0]) + [0, y, 0] for y in (0.0, 1.0)]
     with pytest.raises(GeometryError, match="straight"):
-        bed_of(straight)
+        fit_common_bed(straight)

@@ -215,6 +215,15 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     assert said == figures_of(found)
 
 
+def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
+    panel = wall
+    panel.place.clear()
+    settle(panel)
+    found = panel.answered.mapped.found
+    assert found.nodes.E == 0
+    assert found.P21_1_per_m == pytest.approx(found.P21_unclipped_1_per_m)
+
+
 @pytest.mark.full
 def test_what_cannot_be_counted_is_said(window, wall) -> None:
     panel = wall

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _in_words(result: dict[str, Any]) -> str:
     heads = [tr("pair"), tr("net"), "+-", tr("throw"), "+-", tr("heave"), "+-", tr("strike slip"),
-             tr("rake")]  # fmt: skip
+             tr("slip rake")]  # fmt: skip
     rows = []
     for pair in result["pairs"]:
         d = pair["displacement"] or pair["separations"]["dip"]

@@ -75,6 +75,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
     from vomstudio.products.net.figure import picture_format
+    from vomstudio.products.section.decimals import with_error
     from vomstudio.tables.log_table import about_log, write_log
 
     of_project = Path(args.table).is_dir()
@@ -106,15 +107,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "dip_direction_deg": made.bed.dip_direction_deg,
             "dip_deg": made.bed.dip_deg,
             "error95_deg": made.bed95_deg,
+            "traces": list(made.bed_traces),
         },
         "sigma_m": made.sigma_m,
     }
     out.result(named_by_unit(result, metric=made.metric))
     out.warn(found.warnings)
-    heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), "+-", tr("lithology"), tr("notes")]
+    heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
     rows = [
-        [str(i.number), i.base, i.top, text_tables.number(i.thickness_m.value, 3),
-         text_tables.number(i.thickness_m.error95, 3), i.lithology, i.notes]
+        [str(i.number), i.base, i.top, with_error(i.thickness_m.value, i.thickness_m.error95),
+         i.lithology, i.notes]
         for i in reversed(found.intervals)
     ]  # fmt: skip
     lead = tr("Metres across the bedding, errors 95 %, the youngest bed on top")
@@ -124,7 +126,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 class _Made(NamedTuple):
-    """dropped : lines of the table without a place; metric : lengths are metres"""
+    """dropped : lines of the table without a place; metric : lengths are metres; bed_traces : names
+    of the traces that the bedding was fitted to"""
 
     log: BedLog
     bed: Plane
@@ -132,6 +135,7 @@ class _Made(NamedTuple):
     sigma_m: float
     dropped: tuple[int, ...] = ()
     metric: bool = True
+    bed_traces: tuple[str, ...] = ()
 
 
 def _check_options(args: argparse.Namespace, of_project: bool) -> None:
@@ -200,4 +204,6 @@ def _of_line(args: argparse.Namespace, bed: Plane | None) -> _Made:
         found = answer(question)
         if isinstance(found, VomError):
             raise found
-    return _Made(found.log, found.bed, found.bed95_deg, found.sigma_m, metric=found.question.metric)
+    q = found.question
+    names = tuple(q.names[id_] for id_ in found.bed_ids)
+    return _Made(found.log, found.bed, found.bed95_deg, found.sigma_m, (), q.metric, names)

@@ -239,6 +239,15 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " count as wedges."
         ),
     ),
+    # --- logs ----------------------------------------------------------------------------------
+    "log.beds-not-parallel": (
+        "warning",
+        to_translate(
+            "The {count} traces that the bedding is fitted to are not parallel, or too straight:"
+            " it is known to {error_deg:.1f}° (95 %) at best. Take the plane of a bed at the line."
+        ),
+    ),
+    # --- drawings ------------------------------------------------------------------------------
     "drawing.unchanged": (
         "info",
         to_translate("Features of the project that the drawing shows unchanged: {count}."),

@@ -91,6 +91,16 @@ class ParallelBeds:
     same: tuple[SamePlane, ...]
     warnings: tuple[Message, ...]
 
+    @property
+    def plane(self) -> Plane:
+        """The common plane."""
+        return Plane(self.dip_direction_deg, self.dip_deg)
+
+    @property
+    def are_parallel(self) -> bool:
+        """Whether the traces are turned against each other no more than their scatter explains."""
+        return self.p_parallel is None or self.p_parallel >= LEVEL
+
 
 @dataclass(frozen=True, eq=False)
 class _Traces:

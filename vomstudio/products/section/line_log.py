@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.bed_words import POINT
 from vomstudio.document.measurement import Measurement, scatter_of
 from vomstudio.document.records import Feature, Logged
 from vomstudio.errors import InputError, VomError
-from vomstudio.geology.orientation import Plane
+from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -24,6 +25,10 @@ Array = npt.NDArray[np.float64]
 POINTS, TRACES, BOTH = "points", "traces", "both"
 _REACH = 0.05
 """Of the line's length: how near a trace has to come where nothing was typed."""
+_MOST_TURNED = 0.2
+"""Share of the traces whose own planes may lie outside their 95 % errors by chance."""
+_DOUBTFUL_DEG = 10.0
+"""Error of the bedding from which a thickness depends on it more than on the clicks."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,8 @@ class Boundary:
 
 @dataclass(frozen=True, eq=False)
 class LogAnswer:
-    """boundaries : in the order along the line; base_keys : of each interval of the log"""
+    """boundaries : in the order along the line; base_keys : of each interval of the log; bed_ids :
+    the traces that the bedding was fitted to"""
 
     question: LogQuestion
     boundaries: tuple[Boundary, ...]
@@ -77,6 +83,7 @@ class LogAnswer:
     reach_m: float
     log: BedLog
     base_keys: tuple[str, ...]
+    bed_ids: tuple[str, ...]
 
 
 def words_along(line: Feature) -> dict[str, RockWords]:
@@ -93,7 +100,7 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
     try:
         reach = _reach(q)
         boundaries = _boundaries(q, reach)
-        bed, bed95 = _bed(q, boundaries)
+        bed = _bed(q, boundaries, reach)
         sigma = q.sigma_m
         if sigma is None:
             met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
@@ -103,25 +110,30 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
         told = told_apart([b.name for b in boundaries])
         said = [q.words.get(b.key, RockWords()) for b in boundaries]
         found = bed_log(
-            [b.place for b in boundaries], bed, names=told,
+            [b.place for b in boundaries], bed.plane, names=told,
             lithologies=[w.lithology for w in said], notes=[w.notes for w in said],
-            sigma_m=sigma, bed_error_deg=bed95, overturned=q.overturned,
+            sigma_m=sigma, bed_error_deg=bed.error95_deg, overturned=q.overturned,
         )  # fmt: skip
     except VomError as error:
         return error
+    if not bed.are_parallel or (bed.ids and bed.error95_deg > _DOUBTFUL_DEG):
+        warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.error95_deg)
+        found = replace(found, warnings=(*found.warnings, warning))
     turned = sum(b.key in q.marked for b in boundaries)
     if turned and not q.overturned:
-        warning = tr_n(
+        turned_warning = tr_n(
             "{count} of the boundaries is on a bed that is marked as overturned, and the log "
             "counts upwards. Say that the beds are overturned where younger ones lie below.",
             "{count} of the boundaries are on beds that are marked as overturned, and the log "
             "counts upwards. Say that the beds are overturned where younger ones lie below.",
             turned,
         )
-        found = replace(found, warnings=(*found.warnings, warning))
+        found = replace(found, warnings=(*found.warnings, turned_warning))
     keys = dict(zip(told, (b.key for b in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in found.intervals)
-    return LogAnswer(q, tuple(boundaries), bed, bed95, sigma, reach, found, bases)
+    return LogAnswer(
+        q, tuple(boundaries), bed.plane, bed.error95_deg, sigma, reach, found, bases, bed.ids
+    )
 
 
 def _reach(q: LogQuestion) -> float:
@@ -159,20 +171,67 @@ def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
     return [boundary for _, boundary in sorted(found, key=lambda each: each[0])]
 
 
-def _bed(q: LogQuestion, boundaries: list[Boundary]) -> tuple[Plane, float]:
-    """The taken plane, else that of the traces: those that cross the line, where they count. Raises
-    InputError or GeometryError."""
-    from vomstudio.geology.beds.common_attitude import bed_of
+class _Bed(NamedTuple):
+    """plane; error95_deg of it; ids : of the traces that it is fitted to, and whether these are
+    parallel"""
+
+    plane: Plane
+    error95_deg: float
+    ids: tuple[str, ...]
+    are_parallel: bool
+
+
+def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
+    """Return the attitude of the beds.
+
+    It is the plane that was taken, else that of the traces that are boundaries, else that of the
+    traces near the line.
+
+    Raises
+    ------
+    InputError, GeometryError
+        If no trace is near, or these determine no plane.
+    """
+    from vomstudio.geology.beds.common_attitude import fit_common_bed
 
     if q.bed is not None:
-        return q.bed, q.bed95_deg
-    ids = [b.key for b in boundaries if b.key in q.traces] or list(q.traces)
+        return _Bed(q.bed, q.bed95_deg, (), True)
+    ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, reach)
     if not ids:
         raise InputError(
-            tr("Select a plane of the bedding and take it: there are no traces to fit.")
+            tr(
+                "No trace of the bedding is near the line. Take the plane of a bed, or give its "
+                "attitude (--bed)."
+            )
         )
-    bed, error = bed_of([q.traces[id_].points for id_ in ids])
-    return bed, error or 0.0
+    found = fit_common_bed([q.traces[id_].points for id_ in ids])
+    error = found.max_confidence95_deg or 0.0
+    turned = sum(_is_turned(q.traces[id_], found.plane, error) for id_ in ids)
+    are_parallel = found.are_parallel and turned <= _MOST_TURNED * len(ids)
+    return _Bed(found.plane, error, tuple(ids), are_parallel)
+
+
+def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:
+    """Return whether a trace's own plane excludes the common one, by the 95 % errors of both."""
+    own95 = trace.max_confidence95_deg
+    if trace.plane is None or own95 is None:
+        return False
+    return angle_between_planes(trace.plane, common) > own95 + error_deg
+
+
+def _near_traces(q: LogQuestion, reach: float) -> list[str]:
+    """Return the traces within reach of the line, else those no farther than it is long."""
+    from vomstudio.geometry.lines import nearest_approach, path_length
+
+    far = {
+        id_: nearest_approach(q.line.points, trace.points).distance
+        for id_, trace in q.traces.items()
+        if id_ != q.line_id and len(trace.points) > 1
+    }
+    for limit in (reach, path_length(q.line.points)):
+        if near := [id_ for id_, distance in far.items() if distance <= limit]:
+            return near
+    return []
 
 
 def told_apart(names: list[str]) -> list[str]:

@@ -198,7 +198,7 @@ class DisplacementPanel(SeenPanel):
 
     def _answer(self) -> Answered | None:
         """None without pairs. Raises VomError, which says what is missing."""
-        from vomstudio.geology.beds.common_attitude import bed_of
+        from vomstudio.geology.beds.common_attitude import fit_common_bed
         from vomstudio.geology.faults.displacement import Errors
         from vomstudio.geology.faults.displacement_pairs import displacements
 
@@ -227,7 +227,8 @@ class DisplacementPanel(SeenPanel):
             of_bed = measured[self.bed.id]
             bed, bed95 = _plane_of(of_bed), of_bed.max_confidence95_deg
         else:
-            bed, bed95 = bed_of([points for pair in traces for points in pair])
+            common = fit_common_bed([points for pair in traces for points in pair])
+            bed, bed95 = common.plane, common.max_confidence95_deg
         errors = Errors(
             self._sigma([measured[i] for pair in self.pairs for i in pair]),
             of_fault.max_confidence95_deg or 0.0,
@@ -322,7 +323,13 @@ class DisplacementPanel(SeenPanel):
             ),
         ]
         if known:
-            said.append(tr("Rake of the slip {rake:.1f}°.", rake=answered.rake_deg))
+            said.append(
+                tr(
+                    "Rake of the slip lineation {rake:.1f}°, from 0 to 180 down the dip; the slip "
+                    "rake of a pair has the sign of the motion.",
+                    rake=answered.rake_deg,
+                )
+            )
         separations = [p.separations for p in found.pairs if p.separations is not None]
         if separations:
             said.append(
@@ -464,7 +471,7 @@ def _table() -> QTableWidget:
         ("", tr("Vertical part; down is positive.")),
         ("", tr("Horizontal part across the strike; apart is positive.")),
         ("", tr("Along the strike; sinistral is positive.")),
-        (tr("Rake"), tr("Of the motion on the fault; positive with a reverse part.")),
+        (tr("Slip rake"), tr("Of the motion on the fault; positive with a reverse part.")),
     )
     table = LowTable(0, len(heads))
     table.setObjectName("displacement_table")

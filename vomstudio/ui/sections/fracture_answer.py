@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
+_MARGIN = 0.01
+"""Of the longer side of the traces, around them."""
 EVERYTHING, WINDOW, CIRCLE, SCANLINE = "everything", "window", "circle", "scanline"
 GRID = "grid"
 _CELL_COLOR = "#9a9a9a"
@@ -150,8 +152,7 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     drawing = _drawing(q, face, lines, cells)
     place = q.place
     if q.counted_in == WINDOW and not place:
-        every = np.concatenate(lines)
-        place = (*every.min(axis=0).tolist(), *every.max(axis=0).tolist())
+        place = _place_around(np.concatenate(lines), q.snap_m or 0.0)
     mark = mark_of(q.counted_in, place)
     counted = Counted()
     why = wanted_of(q.counted_in, place)
@@ -177,6 +178,16 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
         except VomError as error:
             why = error.message
     return FractureAnswer(q, face, placed, lines, counted, drawing, mark, None, why)
+
+
+def _place_around(points: Array, snap_m: float) -> tuple[float, ...]:
+    """Return the corners of a window around points (n, 2) on the face.
+
+    It is larger than they are, so that no trace ends on its edge, where ends count as cut off.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = _MARGIN * float((high - low).max()) + 2.0 * snap_m
+    return (*(low - margin).tolist(), *(high + margin).tolist())
 
 
 def _on_face(cells: GridCells | None, face: Curtain) -> Array:
