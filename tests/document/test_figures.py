@@ -23,10 +23,11 @@ from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.measurement import NearestPick
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import DEFAULT_TYPES, Feature, Frame, Group, OnAModel, Record
-from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geology.orientation import Line, Plane, line_from_rake
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.lines import fit_line
 from vomstudio.geometry.planes import fit_plane
+from vomstudio.geometry.tilts import CHI2_TWO
 
 EVERY = tuple(
     {
@@ -201,6 +202,13 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
         **{f"normal_{axis}": v for axis, v in zip("xyz", fit.normal, strict=True)},
         **{f"lambda{i}": v for i, v in enumerate(fit.eigenvalues, 1)},
     }  # fmt: skip
+    tilt = line_from_rake(Plane(fit.dip_direction_deg, fit.dip_deg), fit.error_rake_deg).vector()
+    sigmas = np.radians([expected["total95_deg"], fit.min_confidence95_deg]) / np.sqrt(CHI2_TWO)
+    axes = np.array([tilt, np.cross(fit.normal, tilt)]) * sigmas[:, None]
+    covariance = axes.T @ axes
+    expected |= {
+        f"normal_cov_{'enu'[i]}{'enu'[j]}": covariance[i, j] for i in range(3) for j in range(i, 3)
+    }
     verdict = subject.measured.verdict
     expected |= {"quality": verdict.quality, "quality_reason": " ".join(verdict.reasons)}
     expected |= {"quality_notes": " ".join(verdict.notes), "profile": "error"}

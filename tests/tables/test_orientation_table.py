@@ -12,7 +12,7 @@ import pytest
 
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.geology.folds import fold_axis
-from vomstudio.geology.orientation import Line
+from vomstudio.geology.orientation import Line, Plane, line_from_rake
 from vomstudio.geology.quality import judge, resolution_tilt_deg
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
@@ -253,7 +253,8 @@ def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
         "area_m2", "rms_m", "lambda1", "lambda2", "lambda3", "coplanarity", "collinearity", "M",
         "K", "max_angular_error_deg", "min_angular_error_deg", "max_confidence95_deg",
         "min_confidence95_deg", "error_rake_deg", "dip_error_deg", "dip_direction_error_deg",
-        "registration_error_deg", "total95_deg", "resolution_m", "extent_over_resolution",
+        "registration_error_deg", "total95_deg", "normal_cov_ee", "normal_cov_en", "normal_cov_eu",
+        "normal_cov_nn", "normal_cov_nu", "normal_cov_uu", "resolution_m", "extent_over_resolution",
         "quality", "quality_reason", "quality_notes", "profile", "method", "model", "frame",
         "notes",
     )  # fmt: skip
@@ -292,6 +293,43 @@ def test_the_error_of_the_registration_widens_the_total() -> None:
     assert tilt is not None
     assert tilt > row["max_confidence95_deg"]
     assert coarse["total95_deg"] == pytest.approx(math.hypot(tilt, 2.0))
+
+
+@pytest.mark.parametrize("registration_deg", [None, 2.0])
+def test_the_covariance_of_the_normal_has_the_total_error(registration_deg: float | None) -> None:
+    """Its axes are the normal, the direction in which the plane tilts most, and that across it."""
+    row = a_plane(registration_error_deg=registration_deg)
+    covariance = covariance_of(row)
+    squares, axes = np.linalg.eigh(covariance)
+    chi2 = -2.0 * math.log(0.05)
+    assert math.degrees(math.sqrt(chi2 * squares[2])) == pytest.approx(row["total95_deg"])
+    smallest = math.hypot(row["min_confidence95_deg"], registration_deg or 0.0)
+    assert math.degrees(math.sqrt(chi2 * squares[1])) == pytest.approx(smallest)
+    normal = [row["normal_x"], row["normal_y"], row["normal_z"]]
+    assert abs(axes[:, 0] @ normal) == pytest.approx(1.0)
+    plane = Plane(row["dip_direction_deg"], row["dip_deg"])
+    tilt = line_from_rake(plane, row["error_rake_deg"]).vector()
+    assert abs(axes[:, 2] @ tilt) == pytest.approx(1.0)
+
+
+def test_a_table_of_covariances_turns_with_the_world() -> None:
+    rng = np.random.default_rng(3)
+    points = rng.normal(0, [4, 2, 0.02], (30, 3)) @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn = np.array(
+        [[math.cos(0.5), math.sin(0.5), 0], [-math.sin(0.5), math.cos(0.5), 0], [0, 0, 1]]
+    )
+    first, turned = (
+        covariance_of(plane_row(fit, judge(fit, resolution_m=None, outcrop_normal=None)))
+        for fit in (fit_plane(points), fit_plane(points @ turn.T))
+    )
+    assert turned == pytest.approx(turn @ first @ turn.T, abs=1e-9)
+
+
+def covariance_of(row: Row) -> np.ndarray:
+    ee, en, eu, nn, nu, uu = (
+        row[f"normal_cov_{name}"] for name in ("ee", "en", "eu", "nn", "nu", "uu")
+    )
+    return np.array([[ee, en, eu], [en, nn, nu], [eu, nu, uu]])
 
 
 def test_three_points_have_no_errors_and_no_numbers_are_made_up() -> None:

@@ -88,6 +88,12 @@ class OrientationFigures:
     dip_direction_error_deg: float | None
     registration_error_deg: float | None
     total95_deg: float | None
+    normal_cov_ee: float | None
+    normal_cov_en: float | None
+    normal_cov_eu: float | None
+    normal_cov_nn: float | None
+    normal_cov_nu: float | None
+    normal_cov_uu: float | None
     resolution_m: float | None
     extent_over_resolution: float | None
     quality: str | None
@@ -130,6 +136,7 @@ class PlaneFit(OrientationFigures):
     max_confidence95_deg, min_confidence95_deg, error_rake_deg : joint 95 % region of the normal
     dip_error_deg, dip_direction_error_deg : the same along and across the dip
     registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
+    normal_cov_ee, ... normal_cov_uu : covariance of the normal (east, north, up), radians squared
     resolution_m, extent_over_resolution : of the model
     quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
     profile : by whose limits the verdict was given; method : "pca" or "regression"
@@ -154,6 +161,15 @@ class PlaneFit(OrientationFigures):
     def normal(self) -> npt.NDArray[np.float64]:
         """(3,) upward unit normal."""
         return np.array([self.normal_x, self.normal_y, self.normal_z])
+
+    @property
+    def normal_covariance(self) -> npt.NDArray[np.float64] | None:
+        """(3, 3) covariance of the normal, radians squared; None if its error is not known."""
+        ee, en, eu = self.normal_cov_ee, self.normal_cov_en, self.normal_cov_eu
+        nn, nu, uu = self.normal_cov_nn, self.normal_cov_nu, self.normal_cov_uu
+        if ee is None:
+            return None
+        return np.array([[ee, en, eu], [en, nn, nu], [eu, nu, uu]], np.float64)
 
     def __repr__(self) -> str:
         known = (

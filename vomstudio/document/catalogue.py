@@ -140,6 +140,16 @@ def _total(s: Subject) -> float | None:
     )
 
 
+def _covariance(row: int, column: int) -> Value:
+    """Of a plane's normal."""
+
+    def value(s: Subject) -> float | None:
+        found = s.normal_covariance
+        return None if found is None else float(found[row, column])
+
+    return value
+
+
 def _method(s: Subject) -> str | None:
     if s.measured.fit is not None:
         return s.measured.fit.method
@@ -411,6 +421,18 @@ TOTAL = _degrees(
     _total,
     short="total95",
 )
+NORMAL_COVARIANCE = tuple(
+    Figure(
+        f"normal_cov_{first}{second}",
+        f"cov {first}{second}",
+        _("Covariance of the upward normal (east, north, up), with all that the total error has"),
+        _covariance(i, j),
+        short=f"ncov_{first}{second}",
+    )
+    for i, first in enumerate("enu")
+    for j, second in enumerate("enu")
+    if i <= j
+)
 RESOLUTION = _metres(
     "resolution_m",
     _("Resolution"),
@@ -465,8 +487,8 @@ ORIENTATION: tuple[Figure, ...] = (
     PLUNGE, *SLIP, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
     AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
-    REGISTRATION_ERROR, TOTAL, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY, REASONS,
-    QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME, NOTES,
+    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY,
+    REASONS, QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME, NOTES,
 )  # fmt: skip
 """The orientation table, column after column."""
 
@@ -494,7 +516,7 @@ CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
 FITTED = (
     *SIZE, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
-    REGISTRATION_ERROR, TOTAL, RESOLUTION, EXTENT_OVER_RESOLUTION, METHOD,
+    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, METHOD,
 )  # fmt: skip
 VERDICT = (QUALITY, REASONS, QUALITY_NOTES, PROFILE)
 ON_A_MODEL = (MODEL, FRAME)

@@ -8,11 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import floor, isfinite, log10
 from typing import Any, Literal
 
+import numpy as np
+import numpy.typing as npt
+
 from vomstudio.document.measurement import Measurement, NearestPick
 from vomstudio.document.records import FeatureType, Model, OnAModel, Record, Typed, get
+from vomstudio.document.registration_errors import normal_covariance
 from vomstudio.geometry.units import area_text, length_text
 
 Unit = Literal["", "deg", "m", "m2"]
@@ -35,6 +40,11 @@ class Subject:
     measured: Measurement
     records: Mapping[str, Record] = field(default_factory=dict)
     nearest: Callable[[], NearestPick | None] = lambda: None
+
+    @cached_property
+    def normal_covariance(self) -> npt.NDArray[np.float64] | None:
+        """As `registration_errors.normal_covariance`; six columns are read from it."""
+        return normal_covariance(self.measured, self.model)
 
     @property
     def type(self) -> FeatureType | None:

@@ -19,7 +19,8 @@ from vomstudio.document.records import (
 from vomstudio.geology import orientation
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_deg, bowing_of
 from vomstudio.geology.common_turns import Region, Turns, region, together
-from vomstudio.geometry.tilts import direction_covariance
+from vomstudio.geology.quality import resolution_tilt_deg, wider_of
+from vomstudio.geometry.tilts import CHI2_TWO, direction_covariance
 
 _WRONG = 6.0
 """A point is wrong that is so many times further off than half of the points are."""
@@ -65,6 +66,44 @@ def pole_region(measured: Measurement, model: Model | None) -> Region | None:
     own = (fit.max_confidence95_deg, fit.min_confidence95_deg or 0.0, toward)
     normal = measured.plane.normal()
     return region(normal, direction_covariance(rotation, normal)[0], own)
+
+
+def normal_covariance(measured: Measurement, model: Model | None) -> Floats | None:
+    """Return the covariance of a fitted plane's upward normal, with all that its total error has.
+
+    Parameters
+    ----------
+    measured : Measurement
+    model : Model or None
+        Its registration turns the plane as its rotation's covariance states; without one the
+        measured registration error counts alike in all directions.
+
+    Returns
+    -------
+    (3, 3) float or None
+        East, north, up, radians squared; the 95 % region has the squares of its semi-axes times
+        5.99. None if the error is not known, or 90 degrees.
+    """
+    fit, plane = measured.fit, measured.plane
+    if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
+        return None
+    largest, smallest = wider_of(fit, measured.judged_as, measured.resolution_m)
+    if largest is None or smallest is None or largest >= 90.0:
+        return None
+    normal = plane.normal()
+    toward = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
+    across = np.cross(normal, toward)
+    largest = max(largest, resolution_tilt_deg(fit, measured.resolution_m) or 0.0)
+    found = np.radians(largest) ** 2 * np.outer(toward, toward)
+    found = found + np.radians(smallest) ** 2 * np.outer(across, across)
+    found /= CHI2_TWO
+    registration = None if model is None else model.registration
+    rotation = None if registration is None else registration.rotation_covariance()
+    if rotation is None and measured.registration_error_deg is not None:
+        rotation = np.radians(measured.registration_error_deg) ** 2 / CHI2_TWO * np.eye(3)
+    if rotation is not None:
+        found = found + direction_covariance(rotation, normal)[0]
+    return np.asarray(found)
 
 
 def bowing_of_registration(registration: Registration | None) -> Bowing | None:

@@ -101,12 +101,9 @@ def plane_row(
     notes). Raises TypeError for a name that is no column.
     """
     own = of_fit(fit, plane)
+    own["registration_error_deg"] = registration_error_deg
     measured = Measurement(np.zeros((0, 3)), resolution_m, None, fit, verdict, None, **own)
     row = _bare(measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)
-    total = row["total95_deg"]
-    if registration_error_deg is not None and total is not None:
-        row["total95_deg"] = plain(min(math.hypot(total, registration_error_deg), 90.0))
-    row["registration_error_deg"] = plain(registration_error_deg)
     return _with_metadata(row, metadata)
 
 
