@@ -21,8 +21,6 @@ from vomstudio.document.records import Frame, Model
 from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
 from vomstudio.ui.common.command_targets import current_model
 
-pytestmark = pytest.mark.full
-
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> made_reconstruction.Made:
@@ -77,6 +75,7 @@ def picture(widget) -> np.ndarray:
     return raw[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
+@pytest.mark.full
 def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None:
     viewport, action = window.viewport, window.actions_table.all["display_cameras"]
     before = picture(viewport)
@@ -111,6 +110,7 @@ def test_cameras_stand_where_the_photos_were_taken(window, made, opened) -> None
     assert not viewport.photos.frusta
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("new_window")
 def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
     window.actions_table.run("display_cameras")
@@ -127,6 +127,7 @@ def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
         driver.dismiss(again)
 
 
+@pytest.mark.full
 def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
     for name, words in (
         ("display_cameras", "Open a model"),
@@ -141,6 +142,7 @@ def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
     assert "cameras.json" in window.actions_table.all["display_cameras"].toolTip()
 
 
+@pytest.mark.full
 def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made, opened) -> None:
     window.actions_table.run("show_tie_points")
     wait(lambda: len(window.studio.models) == 2, "the tie points")
@@ -161,6 +163,7 @@ def test_tie_points_open_in_the_frame_of_the_model_with_their_error(window, made
     driver.keep_picture(window, "alignment-tie-points")
 
 
+@pytest.mark.full
 def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     folder = window.studio.project.folder / "reconstruction" / "photos-medium"
     shutil.copytree(made.out, folder)
@@ -200,6 +203,7 @@ def test_the_photos_panel_leads_to_the_alignment(window, made) -> None:
     driver.keep_picture(window, "alignment-panel")
 
 
+@pytest.mark.full
 def test_matches_of_a_pair_are_chosen_and_looked_at(window, made, opened) -> None:
     dialog = open_dialog(window)
     page = dialog.matches
@@ -291,6 +295,7 @@ def test_cameras_residuals_and_depths_are_told(window, made, opened) -> None:
     wait(lambda: not window.findChildren(AlignmentDialog), "the end")
 
 
+@pytest.mark.full
 def test_photos_that_are_gone_are_told_and_their_matches_stay(window, tmp_path) -> None:
     made = made_reconstruction.make(tmp_path)
     for name in NAMES:

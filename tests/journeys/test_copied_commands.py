@@ -27,8 +27,6 @@ from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.analyse.sets_panel import SetsPanel
 from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
 
-pytestmark = pytest.mark.full
-
 
 def press(button) -> None:
     assert button.isEnabled(), button.toolTip()
@@ -89,6 +87,7 @@ def choose(box, text: str) -> None:
     driver.pause(200)
 
 
+@pytest.mark.full
 def test_statistics(window, model_id, told) -> None:
     window.workspaces.switch("analyse")
     window.docks.bring_forward("statistics")
@@ -103,6 +102,7 @@ def test_statistics(window, model_id, told) -> None:
     assert f"{found['vollmer']['P']:.3f}" in shown or f"{found['vollmer']['P']:.2f}" in shown
 
 
+@pytest.mark.full
 def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
     window.actions_table.run("propose_sets")
     panel = window.findChild(SetsPanel)
@@ -121,6 +121,7 @@ def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
         assert found["unassigned"] == mine.unassigned
 
 
+@pytest.mark.full
 def test_the_net(window, model_id, told) -> None:
     window.studio.settings.contour = "linear_kamb"
     window.studio.keep_settings()
@@ -132,6 +133,7 @@ def test_the_net(window, model_id, told) -> None:
     assert (found["image"]).endswith(".svg")
 
 
+@pytest.mark.full
 def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
     """Sizes, and the colours of types as figures have them; of a net and of roses."""
     studio = window.studio
@@ -152,6 +154,7 @@ def test_the_style_of_the_net_goes_with_it(window, model_id, told) -> None:
     assert "joint=#123456" in line
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("part", ["whole", "seen"])
 def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, part) -> None:
     """As it stands in the project, and not in its file."""
@@ -217,6 +220,7 @@ def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
     assert (tmp_path / "mine.csv").read_bytes() == mine
 
 
+@pytest.mark.full
 def test_a_comparison(window, model_id, told, outcrop, tmp_path) -> None:
     from dataclasses import replace
 
@@ -258,6 +262,7 @@ def _moved(outcrop, folder):
     return made
 
 
+@pytest.mark.full
 def test_a_registration_by_points(window, model_id, told, picks) -> None:
     from vomstudio.document.kinds.control_point import ControlPoint
     from vomstudio.ui.interpret.tool_panels.control import ControlPanel
@@ -284,6 +289,7 @@ def test_a_registration_by_points(window, model_id, told, picks) -> None:
     assert [p["label"] for p in found["check"]] == ["P4"]
 
 
+@pytest.mark.full
 def test_facets(window, model_id, told) -> None:
     from vomstudio.ui.surface.facets_panel import FacetsPanel
 
@@ -301,6 +307,7 @@ def test_facets(window, model_id, told) -> None:
     assert "coplanarity" in panel.copy.toolTip()
 
 
+@pytest.mark.full
 def test_proposed_traces(window, model_id, told) -> None:
     from vomstudio.ui.surface.traces_panel import TracesPanel
 

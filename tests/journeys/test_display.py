@@ -11,8 +11,6 @@ from tests import driver
 from tests.driver import wait
 from vomstudio.ui.scene import display_commands
 
-pytestmark = pytest.mark.full
-
 
 def menu_of_fields(window, name: str):
     menu = QMenu(window)

@@ -22,8 +22,6 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.sections.section_panel import SectionPanel
 
-pytestmark = pytest.mark.full
-
 
 @pytest.fixture
 def parted(window, outcrop, picks):
@@ -50,6 +48,7 @@ def parted(window, outcrop, picks):
     return picks
 
 
+@pytest.mark.full
 def test_a_fault_parts_beds_and_undo_brings_them_together(window, parted) -> None:
     studio = window.studio
     assert domain_names(studio.session.records) == ["footwall", "hanging wall"]
@@ -98,6 +97,7 @@ def test_the_section_and_its_command_project_each_domain_along_its_axis(
         assert each["plunge_deg"] == pytest.approx(own.plunge_deg, abs=1e-6)
 
 
+@pytest.mark.full
 def test_the_dialog_of_orthophotos_offers_each_domain(window, parted) -> None:
     window.actions_table.run("orthophoto")
     driver.pause(500)

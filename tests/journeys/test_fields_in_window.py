@@ -21,8 +21,6 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 
-pytestmark = pytest.mark.full
-
 UP = 0.02
 
 
@@ -69,6 +67,7 @@ def values(window, name: str) -> np.ndarray:
     return np.asarray(found)
 
 
+@pytest.mark.full
 def test_every_field_is_painted_with_its_name_and_unit(window, panel) -> None:
     radius = f", r {panel.radius.value():g} m"
     assert panel.radius.value() > 0.0
@@ -120,6 +119,7 @@ def test_dip_directions_have_the_colours_of_the_wheel(window, panel) -> None:
     driver.keep_picture(window, "fields-colour-blind")
 
 
+@pytest.mark.full
 def test_the_distance_to_a_plane_follows_the_feature(window, panel, picks) -> None:
     studio, model = window.studio, driver.model(window)
     choose(panel, "plane")
@@ -154,6 +154,7 @@ def test_the_distance_to_a_plane_follows_the_feature(window, panel, picks) -> No
     assert not any(name.startswith("distance") for name in fields)
 
 
+@pytest.mark.full
 def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None:
     mesh = read_model(outcrop).data
     path = tmp_path / "survey.ply"
@@ -170,6 +171,7 @@ def test_the_distance_to_another_model(window, panel, outcrop, tmp_path) -> None
     assert 0.0 < np.nanmax(np.abs(far)) <= UP + 1e-5
 
 
+@pytest.mark.full
 def test_a_model_that_is_placed_anew_has_its_fields_anew(window, panel) -> None:
     show(window, panel, "dip_direction", "dip direction")
     studio, before = window.studio, values(window, "dip direction").copy()
@@ -191,6 +193,7 @@ def test_a_model_that_is_placed_anew_has_its_fields_anew(window, panel) -> None:
     )
 
 
+@pytest.mark.full
 def test_the_field_is_there_again_when_the_project_is_opened(window, panel, tmp_path: Path) -> None:
     panel.radius.setValue(1.25)
     show(window, panel, "curvature", "curvature, r 1.25 m")
@@ -209,6 +212,7 @@ def test_the_field_is_there_again_when_the_project_is_opened(window, panel, tmp_
     assert panel.kind.currentData() == "curvature"
 
 
+@pytest.mark.full
 def test_stopped_in_the_middle_it_can_be_asked_again(window, panel) -> None:
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == "Stop"
@@ -219,6 +223,7 @@ def test_stopped_in_the_middle_it_can_be_asked_again(window, panel) -> None:
     show(window, panel, "dip", "dip")
 
 
+@pytest.mark.full
 def test_a_radius_without_points_is_told(window, panel) -> None:
     panel.radius.setValue(0.001)
     driver.click(panel.start, panel.start.rect().center())

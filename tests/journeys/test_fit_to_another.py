@@ -25,8 +25,6 @@ from vomstudio.io.models.writing import write_model
 from vomstudio.ui.registration.fit_dialog import FitDialog
 from vomstudio.ui.registration.picking_view import PickingView
 
-pytestmark = pytest.mark.full
-
 TURN = Rotation.from_rotvec(np.radians([2.0, -1.0, 25.0])).as_matrix()
 SHIFT = np.array([3.0, -2.0, 0.7])
 MIDDLE = np.array([372410.0, 4709820.0, 610.0])
@@ -84,6 +82,7 @@ def seen(view: PickingView, places: np.ndarray) -> np.ndarray:
     )
 
 
+@pytest.mark.full
 def test_points_in_both_then_the_surfaces(
     window, outcrop, moved, picks, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -170,6 +169,7 @@ def test_points_in_both_then_the_surfaces(
     assert studio.session.of(Model)[0] == before
 
 
+@pytest.mark.full
 def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, moved) -> None:
     driver.open_outcrop(window, outcrop)
     dialog = dialog_of(window, moved)
@@ -190,6 +190,7 @@ def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, 
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
 
 
+@pytest.mark.full
 def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
     driver.open_outcrop(window, outcrop)
     studio = window.studio
@@ -271,6 +272,7 @@ def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_p
     assert np.degrees(Rotation.from_matrix(turned @ turn).magnitude()) < 0.05
 
 
+@pytest.mark.full
 def test_a_cloud_of_what_has_not_moved_is_the_mask(window, outcrop, tmp_path) -> None:
     """Half of the reference has slid since: near a cloud of the other half the fit is right, by all
     of the reference it is not."""

@@ -96,7 +96,6 @@ def figures_of(found) -> dict:
     return figures
 
 
-@pytest.mark.full
 def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_command(
     window, wall, tmp_path, monkeypatch, capfd
 ) -> None:
@@ -182,7 +181,6 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     assert panel.counted_in.currentText() == "Window"
 
 
-@pytest.mark.full
 @pytest.mark.parametrize("kind", ["Circle", "Scanline"])
 def test_a_drag_on_the_map_marks_where_is_counted(
     window, wall, kind, tmp_path, monkeypatch, capfd

@@ -408,7 +408,6 @@ def test_coming_over_the_outcrop_takes_the_keyboard_unless_text_is_edited(opened
     assert field.text() == "dip"
 
 
-@pytest.mark.full
 def test_a_field_to_be_filled_in_keeps_the_keyboard_while_the_cursor_rests(opened):
     """A hint or a list over the outcrop that closes is no movement of the mouse."""
     middle = opened.viewport.rect().center()

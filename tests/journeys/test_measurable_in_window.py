@@ -16,8 +16,6 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.products.surface.measurable_map import measurable_map
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 
-pytestmark = pytest.mark.full
-
 
 @pytest.fixture
 def panel(window, outcrop) -> FieldsPanel:
@@ -44,6 +42,7 @@ def wait_for(window, panel, title: str) -> None:
     driver.settled(window)
 
 
+@pytest.mark.full
 def test_a_typed_plane(window, panel) -> None:
     asked = panel.measured
     assert asked.attitude.isVisible()
@@ -68,6 +67,7 @@ def test_a_typed_plane(window, panel) -> None:
     driver.keep_picture(window, "measurable-error")
 
 
+@pytest.mark.full
 def test_what_is_no_plane_cannot_be_asked_for(window, panel) -> None:
     for text in ("", "abc", "315", "315/95", "400/38"):
         panel.measured.attitude.setText(text)

@@ -11,8 +11,6 @@ from tests import driver
 from vomstudio.ui.shell.command_palette import CommandPalette
 from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
-pytestmark = pytest.mark.full
-
 
 def retype(field, text: str) -> None:
     field.setFocus()
@@ -42,6 +40,7 @@ def planner(window):
     return dialog
 
 
+@pytest.mark.full
 def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_path) -> None:
     assert "Choose a camera" in planner.problem.text()
     assert not planner.save.isEnabled()
@@ -83,6 +82,7 @@ def test_a_survey_is_planned_from_numbers_that_are_typed(planner, window, tmp_pa
     assert "30 x 20 m" in sheet.read_text()
 
 
+@pytest.mark.full
 def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
     settled(planner)
@@ -103,6 +103,7 @@ def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
     assert planner.figures["Planes across"].text().endswith("2.5 m (1000 px) ± 0.3°")
 
 
+@pytest.mark.full
 def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     retype(planner.camera.lineEdit(), "no such camera")
     settled(planner)
@@ -126,6 +127,7 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     assert planner.plan is None
 
 
+@pytest.mark.full
 def test_the_camera_is_read_from_a_photo_and_all_is_there_again(window, planner, data_dir) -> None:
     photo = min((data_dir / "brighton_beach" / "images").glob("*.*"))
     retype(planner.camera.lineEdit(), str(photo))
@@ -147,6 +149,7 @@ def test_the_camera_is_read_from_a_photo_and_all_is_there_again(window, planner,
     again.close()
 
 
+@pytest.mark.full
 def test_the_sheet_is_printed_on_one_page(planner, tmp_path) -> None:
     from PySide6.QtPrintSupport import QPrinter
 
@@ -161,6 +164,7 @@ def test_the_sheet_is_printed_on_one_page(planner, tmp_path) -> None:
     assert data.count(b"/Type /Page\n") == 1
 
 
+@pytest.mark.full
 def test_the_palette_finds_the_planner(window) -> None:
     from PySide6.QtCore import QTimer
 
@@ -183,6 +187,7 @@ def test_the_palette_finds_the_planner(window) -> None:
     dialog.close()
 
 
+@pytest.mark.full
 def test_a_sheet_is_replaced_only_when_that_was_asked(planner, tmp_path, monkeypatch) -> None:
     retype(planner.camera.lineEdit(), "36x24,30,6000x4000")
     settled(planner)

@@ -13,8 +13,6 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.surface.traces_panel import TracesPanel
 
-pytestmark = pytest.mark.full
-
 BEDS = {0.5: 60.0, 1.4: 30.0}
 
 
@@ -109,6 +107,7 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
     assert len(traces(window)) == 1
 
 
+@pytest.mark.full
 def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, panel) -> None:
     look(window, panel)
     lines = panel._traces.found.lines
@@ -143,6 +142,7 @@ def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, pan
     assert any(beside(one.points, first) > 0.5 for one in panel._traces.found.lines)
 
 
+@pytest.mark.full
 def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
     studio = window.studio
     look(window, panel)
@@ -174,6 +174,7 @@ def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
     assert len(panel._traces.open) == left - 1
 
 
+@pytest.mark.full
 def test_a_click_on_the_outcrop_chooses_the_line_there(window, panel) -> None:
     look(window, panel)
     line = panel._traces.found.lines[0].points
@@ -181,6 +182,7 @@ def test_a_click_on_the_outcrop_chooses_the_line_there(window, panel) -> None:
     driver.wait(lambda: panel._rows() == [0], "the row")
 
 
+@pytest.mark.full
 def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
     before = dict(window.studio.records)
     driver.click(panel.start, panel.start.rect().center())
@@ -192,6 +194,7 @@ def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
     assert panel._traces.found is not None
 
 
+@pytest.mark.full
 def test_nothing_found_is_said(window, panel) -> None:
     panel.length.setValue(500.0)
     look(window, panel)
@@ -200,6 +203,7 @@ def test_nothing_found_is_said(window, panel) -> None:
     assert "Choose lines" in panel.accept.toolTip()
 
 
+@pytest.mark.full
 def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
     panel.cost.setCurrentIndex(panel.cost.findData("onnx"))
     assert panel.network.isVisible()

@@ -15,8 +15,6 @@ from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.rendering.view.drawing import PREVIEW
 from vomstudio.rendering.view.scalars import FieldStyle
 
-pytestmark = pytest.mark.full
-
 
 @pytest.fixture
 def cliff(tmp_path, monkeypatch):
@@ -32,6 +30,7 @@ def settle(window, model_id: str) -> None:
     assert not viewport.models.work.waiting
 
 
+@pytest.mark.full
 def test_a_large_copc_file_is_streamed_and_its_points_are_those_of_the_file(window, cliff):
     studio, viewport = window.studio, window.viewport
     studio.settings.point_budget = 30_000
@@ -103,6 +102,7 @@ def test_a_project_with_a_streamed_model_opens_again(window, cliff, tmp_path):
     settle(window, model_id)
 
 
+@pytest.mark.full
 def test_a_smaller_copc_file_is_read_whole(window, cliff):
     window.open_path(cliff)
     wait(lambda: window.studio.models, "the model")

@@ -13,8 +13,6 @@ from tests import driver
 from tests.survey.test_video import film
 from vomstudio.ui.survey.video_dialog import VideoDialog
 
-pytestmark = pytest.mark.full
-
 
 @pytest.fixture
 def dialog(window):
@@ -28,6 +26,7 @@ def press(button) -> None:
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
 
 
+@pytest.mark.full
 def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path) -> None:
     blurs = [0.0] * 100 + [6.0] * 20
     offsets = [*np.arange(100) * 12.0, *[1188.0] * 20]
@@ -53,6 +52,7 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
     driver.keep_picture(window, "video-photos")
 
 
+@pytest.mark.full
 def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_path) -> None:
     dialog.choose_video(film(tmp_path / "bad.avi", np.arange(80) * 10.0, [0.0] * 20 + [7.0] * 60))
     press(dialog.start)
@@ -60,6 +60,7 @@ def test_a_hopeless_video_says_that_it_is_time_to_give_up(window, dialog, tmp_pa
     assert "not good enough" in dialog.said.text()
 
 
+@pytest.mark.full
 def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> None:
     (tmp_path / "notes.mp4").write_text("rain")
     dialog.choose_video(tmp_path / "notes.mp4")
@@ -69,6 +70,7 @@ def test_what_is_no_video_is_said_in_the_dialog(window, dialog, tmp_path) -> Non
     assert not (tmp_path / "notes frames").exists()
 
 
+@pytest.mark.full
 def test_it_can_be_stopped_and_leaves_nothing(window, dialog, tmp_path) -> None:
     path = tmp_path / "long.avi"
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 20, (1920, 1080))
@@ -100,6 +102,7 @@ def test_a_folder_with_other_files_is_asked_about(window, dialog, tmp_path) -> N
     assert [p.name for p in (tmp_path / "own").iterdir()] == ["thesis.txt"]
 
 
+@pytest.mark.full
 def test_the_dialog_may_be_closed_while_the_work_goes_on(window, dialog, tmp_path) -> None:
     dialog.choose_video(film(tmp_path / "pan.avi", np.arange(60) * 12.0))
     press(dialog.start)
