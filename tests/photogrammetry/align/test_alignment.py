@@ -14,13 +14,13 @@ from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cameras import Intrinsics
-from vomstudio.photogrammetry.align import mapping
+from vomstudio.photogrammetry.align import adjustment, mapping
 from vomstudio.photogrammetry.align.adjustment import adjust, cross_validation_error
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import residuals, scene_of
 from vomstudio.photogrammetry.align.match_database import matches_of_pair
-from vomstudio.photogrammetry.align.priors import Freedom
+from vomstudio.photogrammetry.align.priors import HELD, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
@@ -272,6 +272,36 @@ def test_images_without_a_pose_do_not_disturb_an_adjustment(cameras: int) -> Non
         assert set(found.images) == set(found.reg_image_ids())
         results.append([covariances[number] for number in numbers])
     np.testing.assert_allclose(results[0], results[1], rtol=1e-6)
+
+
+def test_matches_of_the_next_window_move_cameras_little(monkeypatch) -> None:
+    """One track in ten runs, in half of the photos, along a repeated feature 3 pixels beside it."""
+    pycolmap = colmap()
+    options = pycolmap.SyntheticDatasetOptions()
+    options.num_rigs, options.num_frames_per_rig, options.num_points3D = 1, 8, 300
+    noise = pycolmap.SyntheticNoiseOptions()
+    noise.point2D_stddev = 0.3
+    errors = {}
+    for loss_px in (None, adjustment.LOSS_PX):
+        monkeypatch.setattr(adjustment, "LOSS_PX", loss_px)
+        pycolmap.set_random_seed(0)
+        found = pycolmap.synthesize_dataset(options)
+        truth = {i: found.image(i).projection_center() for i in found.reg_image_ids()}
+        pycolmap.synthesize_noise(noise, found)
+        for image in sorted(truth)[:4]:
+            for point in found.image(image).points2D:
+                if point.has_point3D() and point.point3D_id % 10 == 0:
+                    point.xy = point.xy + [3.0, 0.0]
+        adjust(found, dict.fromkeys(found.cameras, HELD), threads=1)
+        centres = {i: found.image(i).projection_center() for i in truth}
+        errors[loss_px] = apart(np.array([*centres.values()]), np.array([*truth.values()]))
+    assert errors[adjustment.LOSS_PX] < 0.6 * errors[None]
+
+
+def apart(points: np.ndarray, truth: np.ndarray) -> float:
+    """RMS distance after the best similarity."""
+    off = fit_similarity(points, truth)(points) - truth
+    return float(np.sqrt((off**2).sum(axis=1).mean()))
 
 
 @pytest.mark.full

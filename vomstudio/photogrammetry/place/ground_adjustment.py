@@ -13,7 +13,12 @@ import numpy.typing as npt
 
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
-from vomstudio.photogrammetry.align.adjustment import adjuster_of, covariances_of, owned_by_colmap
+from vomstudio.photogrammetry.align.adjustment import (
+    LOSS_PX,
+    adjuster_of,
+    covariances_of,
+    owned_by_colmap,
+)
 from vomstudio.photogrammetry.align.mapping import intrinsics_of, point_errors, residuals
 from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom, correlated_factor
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
@@ -68,7 +73,8 @@ def bundle_adjust(
     progress: Progress | None = None,
 ) -> SparseScene:
     """The scene with poses and tie points refined so that marks, control points and GPS fit, each
-    by its own error; positions of cameras count less the farther off they are (Cauchy).
+    by its own error; tie points and positions of cameras count less the farther off they are
+    (Cauchy).
 
     free : lenses whose focal length is refined too; k1 always is, all else of the lenses is held
 
@@ -76,7 +82,7 @@ def bundle_adjust(
     """
     for _ in range(_ROUNDS):
         noise = noise_px(scene)
-        problem = _Problem(scene, points, centres, free, noise, threads)
+        problem = _Problem(scene, points, centres, free, noise, threads, LOSS_PX)
         cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or Silent())  # type: ignore[misc]
         scene, lenses = _updated(scene, problem.reconstruction)
         free = [lenses[lens] for lens in free]
@@ -134,6 +140,7 @@ class _Problem:
         free: Collection[Intrinsics],
         noise: float,
         threads: int,
+        loss_px: float | None = None,
     ) -> None:
         pycolmap = colmap()
         # The module of the cost functions is registered by this import.
@@ -147,7 +154,9 @@ class _Problem:
             for lens, number in self.numbers.items()
         }
         grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
-        self.adjuster = adjuster_of(self.reconstruction, self.freedoms, threads, gauge=not grounded)
+        self.adjuster = adjuster_of(
+            self.reconstruction, self.freedoms, threads, gauge=not grounded, loss_px=loss_px
+        )
         add = self.adjuster.problem.add_residual_block
         for point in points:
             mark = np.eye(2) * (point.mark_px / noise) ** 2
