@@ -243,7 +243,7 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
         )
         assert cells["Quality"] == row["quality"]
         assert cells["n"] == row["n_points"]
-        assert cells["95 % max"].startswith(f"{float(row['max_confidence95_deg']):.1f}"[:2])
+        assert cells["95 % error"].startswith(f"{float(row['total95_deg']):.1f}"[:2])
     for format_ in ("csv", "gpkg"):
         done = subprocess.run(
             [sys.executable, "-m", "vomstudio", "export", str(folder), "--to", format_,

@@ -245,4 +245,4 @@ def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_pat
     texts = [column.text(window.table.model.row(place)) for column in COLUMNS]
     shown = {column.title: text for column, text in zip(COLUMNS, texts, strict=True)}
     assert shown["Area"]
-    assert shown["Orientation"] == shown["95 % max"] == shown["M"] == shown["Quality"] == ""
+    assert shown["Orientation"] == shown["95 % error"] == shown["M"] == shown["Quality"] == ""

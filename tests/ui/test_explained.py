@@ -121,7 +121,7 @@ def test_f1_opens_the_page_at_the_figure_under_the_cursor(selected):
     assert opened is not None
     assert opened.view.page.name == "numbers.md"
     assert opened.view.textCursor().block().text() == heading_of(catalogue.MAX_CONFIDENCE)
-    assert address_of(catalogue.MAX_CONFIDENCE).endswith("#95-max-max_confidence95_deg")
+    assert address_of(catalogue.MAX_CONFIDENCE).endswith("#fit-max-max_confidence95_deg")
     opened.close()
     QApplication.processEvents()
 

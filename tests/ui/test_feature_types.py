@@ -309,7 +309,7 @@ def test_copied_cells_are_numbers_in_one_unit_and_attitudes_have_two_columns(win
         assert float(found[title]) == pytest.approx(azimuth, abs=0.006)
         assert float(found["Dip (°)"]) == pytest.approx(fit.dip_deg, abs=0.006)
         assert float(found["Extent (m)"]) == pytest.approx(fit.extent, rel=1e-5)
-        assert float(found["95 % max (°)"]) == pytest.approx(fit.max_confidence95_deg, abs=0.006)
+        assert float(found["Fit max (°)"]) == pytest.approx(fit.max_confidence95_deg, abs=0.006)
         assert found["RMS (m)"] == f"{fit.rms:.6g}"
         assert "Orientation" not in found
 

@@ -53,7 +53,7 @@ def test_what_is_undefined_stands_last_either_way_round(window, studio):
     add_bed(studio, "t1", "three", vertices=((0, 0, 0), (1, 0, 0.2), (0, 1, 0.5)))
     add_bed(studio, "t2", "flat", dip=0.2)
     add_bed(studio, "t3", "steep", dip=2.0)
-    for title in ("95 % max", "± dip", "Ext./res."):
+    for title in ("95 % error", "± dip", "Ext./res."):
         for order in (ASCENDING, DESCENDING):
             window.table.view.sortByColumn(column(title), order)
             values = shown(window, title)

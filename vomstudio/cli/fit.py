@@ -246,14 +246,16 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         tr("strike"),
         tr("dip"),
         tr("dip dir"),
-        tr("95 % conf."),
+        tr("95 % error"),
+        tr("of the fit"),
         tr("ang. error"),
         tr("rms"),
         tr("extent"),
         tr("quality"),
     ]
     largest = tr("deg max/min")
-    units = ["", "", tr("deg RHR"), tr("deg"), tr("deg"), largest, largest, "m", "m", ""]
+    degrees = tr("deg")
+    units = ["", "", tr("deg RHR"), degrees, degrees, degrees, largest, largest, "m", "m", ""]
     body = [
         [
             str(row["id"]),
@@ -263,6 +265,7 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
             tr("undefined")
             if row["undefined"]
             else text_tables.azimuth(row["dip_direction_deg"], 3),
+            text_tables.figures(row["total95_deg"]),
             _pair(row, "confidence95"),
             _pair(row, "angular_error"),
             text_tables.figures(row["rms_m"]),

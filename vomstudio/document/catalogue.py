@@ -13,7 +13,6 @@ from vomstudio.document.figures import figure_in_words as _text
 from vomstudio.document.measurement import Floats
 from vomstudio.document.records import OnAModel
 from vomstudio.document.slip_figures import SLIP
-from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import to_translate, tr
 from vomstudio.words import to_translate as _
@@ -124,20 +123,6 @@ def _quality_notes(s: Subject) -> str | None:
 
 def _profile(s: Subject) -> str | None:
     return s.measured.verdict.profile if s.measured.verdict else None
-
-
-def _total(s: Subject) -> float | None:
-    measured = s.measured
-    if measured.fit is None and measured.total is not None:
-        return measured.total.largest_deg
-    if measured.fit is None or measured.fit.error is not None:
-        return None
-    return total_error_deg(
-        measured.fit,
-        measured.resolution_m,
-        measured.judged_as,
-        measured.registration_error_deg,
-    )
 
 
 def _covariance(row: int, column: int) -> Value:
@@ -366,15 +351,15 @@ MIN_ANGULAR_ERROR = _degrees(
 )
 MAX_CONFIDENCE = _degrees(
     "max_confidence95_deg",
-    _("95 % max"),
+    _("Fit max"),
     _("Largest tilt inside the joint 95 % confidence region of the plane or line"),
     _measured("max_confidence95_deg"),
     short="max_conf95",
-    words=("95", "95max", "error"),
+    words=("95max",),
 )
 MIN_CONFIDENCE = _degrees(
     "min_confidence95_deg",
-    _("95 % min"),
+    _("Fit min"),
     _("Smallest tilt on the edge of the joint 95 % confidence region of the plane or line"),
     _measured("min_confidence95_deg"),
     short="min_conf95",
@@ -413,13 +398,14 @@ REGISTRATION_ERROR = _degrees(
 )
 TOTAL = _degrees(
     "total95_deg",
-    _("Total 95 %"),
+    _("95 % error"),
     _(
-        "95 % error of fit, resolution and registration together (half-angle); the verdict is "
-        "decided by it"
+        "The larger half-angle of the 95 % region, with the errors of fit, resolution and "
+        "registration; the verdict is decided by it"
     ),
-    _total,
+    _measured("total95_deg"),
     short="total95",
+    words=("error", "95"),
 )
 NORMAL_COVARIANCE = tuple(
     Figure(

@@ -19,7 +19,7 @@ from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geology.quality import Kind as JudgedAs
-from vomstudio.geology.quality import Verdict, wider_of
+from vomstudio.geology.quality import Verdict, total_error_deg, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
@@ -86,6 +86,18 @@ class Measurement:
     judged_as: JudgedAs = "trace"
     registration_error_deg: float | None = None
     total: Region | None = None
+
+    @cached_property
+    def total95_deg(self) -> float | None:
+        """The 95 % error by which the plane or line is judged, with the registration as far as that
+        is known; None where there is none."""
+        if self.fit is None:
+            return self.max_confidence95_deg if self.total is None else self.total.largest_deg
+        if self.fit.error is not None:
+            return None
+        return total_error_deg(
+            self.fit, self.resolution_m, self.judged_as, self.registration_error_deg
+        )
 
     def slip_vector(self) -> Floats | None:
         """(3,) unit vector along which the hanging wall moves; None where that is not known."""

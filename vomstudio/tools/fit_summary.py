@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from textwrap import wrap
 
+from vomstudio.document.figures import degrees
+from vomstudio.document.measurement import Measurement
 from vomstudio.geology.quality import Verdict
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import tr
@@ -12,11 +14,11 @@ WIDTH = 44
 """Characters of a line beside the cursor."""
 
 
-def error_text(fit: PlaneFit) -> str:
-    """Semi-axes of the 95 % region of the orientation, in degrees."""
-    if fit.max_confidence95_deg is None:
+def error_text(measured: Measurement) -> str:
+    """The 95 % error of the orientation, in degrees."""
+    if measured.total95_deg is None:
         return tr("95 %: undefined")
-    return f"95 %: {fit.max_confidence95_deg:.1f}° × {fit.min_confidence95_deg or 0:.1f}°"
+    return f"95 %: ± {degrees(measured.total95_deg)}"
 
 
 def indices_text(fit: PlaneFit, size: str) -> str:

@@ -29,10 +29,10 @@ def patch_reading(
     )
     if painting:
         # The text must not cover what is about to be painted; the panel has the rest.
-        return (context.format_plane(measurement), error_text(fit))
+        return (context.format_plane(measurement), error_text(measurement))
     return (
         context.format_plane(measurement),
-        error_text(fit),
+        error_text(measurement),
         indices_text(fit, size),
         *first_reason(verdict),
     )

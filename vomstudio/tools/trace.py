@@ -191,7 +191,7 @@ class TraceTool(FollowingTool[Trace]):
         fit = measurement.fit
         return (
             self._context.format_plane(measurement),
-            error_text(fit),
+            error_text(measurement),
             indices_text(fit, f"n {fit.n}"),
             *first_reason(measurement.verdict),
         )

@@ -166,8 +166,8 @@ KIND = Kind(
     layer=GisLayer(
         "patches", "ring", outline,
         (
-            *of.NAMED, N_ELEMENTS, of.DIP_DIRECTION, of.DIP, of.MAX_CONFIDENCE, of.QUALITY,
-            of.NOTES,
+            *of.NAMED, N_ELEMENTS, of.DIP_DIRECTION, of.DIP, of.TOTAL, of.MAX_CONFIDENCE,
+            of.QUALITY, of.NOTES,
         ),
     ),
     places=places,

@@ -231,8 +231,8 @@ KIND = Kind(
     layer=GisLayer(
         "traces", "line", line_of,
         (
-            *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.MAX_CONFIDENCE, of.QUALITY,
-            NOTES,
+            *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.TOTAL, of.MAX_CONFIDENCE,
+            of.QUALITY, NOTES,
         ),
         main=True,
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -98,13 +99,34 @@ class NetMean:
 
 @dataclass(frozen=True)
 class NetEllipse:
-    """95 % confidence ellipse of a plane's pole: semi-axes and the rake of the larger one, as the
-    fit gives them."""
+    """95 % ellipse of a plane's pole: semi-axes and the rake of the larger one."""
 
     plane: Plane
     max_angle_deg: float
     min_angle_deg: float
     rake_deg: float
+
+    @classmethod
+    def with_total(
+        cls,
+        plane: Plane,
+        largest_deg: float,
+        smallest_deg: float,
+        rake_deg: float,
+        total_deg: float,
+    ) -> NetEllipse:
+        """The ellipse of a fit, enlarged to its total error.
+
+        What resolution and registration add counts alike in all directions. A plane that may turn
+        about its line by any angle (90) is as well known across it as before.
+        """
+        added = max(total_deg**2 - largest_deg**2, 0.0) if total_deg < 90.0 else 0.0
+        return cls(
+            plane,
+            max(total_deg, largest_deg),
+            min(math.sqrt(smallest_deg**2 + added), max(total_deg, largest_deg)),
+            rake_deg,
+        )
 
     def outline(self, projection: str) -> list[Array]:
         """Polylines (k, 2) on the net."""

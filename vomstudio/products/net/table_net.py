@@ -86,12 +86,18 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
         cells = [table.column(name) for name in _ERROR_COLUMNS]
     except UsageError:
         cells = [[], [], []]
+    try:
+        totals = list(table.column("total95_deg"))
+    except UsageError:
+        totals = [""] * len(cells[0])
     found = []
-    for row, words in enumerate(zip(*cells, strict=True)):
+    for row, (*words, total) in enumerate(zip(*cells, totals, strict=True)):
         largest, smallest, rake = (_number(word) for word in words)
         if table.is_plane[row] and math.isfinite(largest + smallest + rake):
             plane = Plane(float(table.dip_direction_deg[row]), float(table.dip_deg[row]))
-            found.append(NetEllipse(plane, largest, smallest, rake))
+            known = _number(total)
+            known = known if math.isfinite(known) else largest
+            found.append(NetEllipse.with_total(plane, largest, smallest, rake, known))
     if not found:
         raise UsageError(
             tr(

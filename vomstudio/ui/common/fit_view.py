@@ -30,10 +30,19 @@ class _Line:
     between: str = " / "
 
 
-_CONFIDENCE = _Line(
-    to_translate("95 % conf."),
+_ERROR = _Line(
+    to_translate("95 % error / reg."),
     to_translate(
-        "Half-angles of the joint 95 % confidence region of the plane, largest × smallest."
+        "The larger half-angle of the 95 % region, with the errors of fit, resolution and "
+        "registration, which decides the verdict; and by how much the registration can tilt it."
+    ),
+    catalogue.TOTAL,
+    catalogue.REGISTRATION_ERROR,
+)
+_CONFIDENCE = _Line(
+    to_translate("of the fit"),
+    to_translate(
+        "Half-angles of the joint 95 % confidence region of the fit alone, largest × smallest."
     ),
     catalogue.MAX_CONFIDENCE,
     catalogue.MIN_CONFIDENCE,
@@ -47,18 +56,9 @@ _SIZE = _Line(
     catalogue.EXTENT,
     catalogue.RMS,
 )
-_REGISTRATION = _Line(
-    to_translate("Reg. / total"),
-    to_translate(
-        "95 % half-angle by which the model's registration can tilt it, and that of fit, "
-        "resolution and registration together, which decides the verdict."
-    ),
-    catalogue.REGISTRATION_ERROR,
-    catalogue.TOTAL,
-)
 _LINES = (
+    _ERROR,
     _CONFIDENCE,
-    _REGISTRATION,
     _Line(
         to_translate("± dip / dir."),
         to_translate(
@@ -91,6 +91,9 @@ _LINES = (
     ),
     _SIZE,
 )
+
+_OF_LINES = (_ERROR, _CONFIDENCE, _SIZE)
+"""What is known of a line."""
 
 
 class FitView(QWidget):
@@ -207,7 +210,7 @@ def _text(line: _Line, measured: Measurement) -> str:
     subject = Subject(None, measured)
     first, second = line.first.text(subject), line.second.text(subject)
     if measured.fit is None:
-        if line not in (_CONFIDENCE, _REGISTRATION, _SIZE) or line.first.value(subject) is None:
+        if line not in _OF_LINES or line.first.value(subject) is None:
             return "–"
         # Without an axis it is a round cone.
         if line is _CONFIDENCE and measured.confidence_axis is None:

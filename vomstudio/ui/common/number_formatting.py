@@ -38,14 +38,14 @@ def orientation_text(measured: Measurement, notation: str, decimals: int | None 
 
     decimals: of the angles; None for as many as its errors justify.
     """
+    error = measured.total95_deg
+    if decimals is None:
+        decimals = 1 if error is not None and error < 1.0 else 0
     if measured.fit is not None:
         return plane_text(measured.fit, notation, decimals=decimals, plane=measured.plane)
     if measured.plane is not None:
-        return format_plane(measured.plane, notation, decimals or 0)
+        return format_plane(measured.plane, notation, decimals)
     if measured.line is not None:
-        error = measured.max_confidence95_deg
-        if decimals is None:
-            decimals = 1 if error is not None and error < 1.0 else 0
         return format_line(measured.line, decimals)
     kind = kind_named(measured.kind)
     return (kind.headline(measured) if kind is not None else None) or "–"

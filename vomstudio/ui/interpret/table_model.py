@@ -77,7 +77,7 @@ TYPE = _of(of.KIND)
 TO_PICK = _of(of.TO_PICK)
 COLUMNS: tuple[Column, ...] = (
     _of(of.NAME, lambda row: natural(row.feature.name)), TYPE, _of(of.SET), ORIENTATION, QUALITY,
-    OVERTURNED, _of(of.MAX_CONFIDENCE), _of(of.MIN_CONFIDENCE), _of(of.DIP_ERROR),
+    OVERTURNED, _of(of.TOTAL), _of(of.MAX_CONFIDENCE), _of(of.MIN_CONFIDENCE), _of(of.DIP_ERROR),
     _of(of.DIP_DIRECTION_ERROR), _of(of.M), _of(of.K), _of(of.COPLANARITY), _of(of.COLLINEARITY),
     _of(of.N_POINTS), _of(of.EXTENT), _of(LENGTH), _of(of.AREA), _of(LITHOLOGY), _of(NUMBER),
     _of(PHOTO), _of(slip_figures.RAKE),

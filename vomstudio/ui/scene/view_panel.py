@@ -23,7 +23,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.catalogue import TOTAL
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
@@ -293,10 +292,7 @@ class ViewPanel(QWidget):
         feature, measured = get_feature(self._studio.records, id_), self._studio.measured([id_])
         if feature is None or id_ not in measured:
             return None
-        if measured[id_].registration_error_deg is None:
-            return measured[id_].max_confidence95_deg
-        total: float | None = TOTAL.value(self._studio.subject(feature, measured[id_]))
-        return total
+        return measured[id_].total95_deg
 
     def _error_of_current(self) -> float | None:
         current = self._studio.selection.current

@@ -419,7 +419,7 @@ def _value(by: str, row: int, measured: Measurement) -> float:
         return row + 1.0
     if by == "dip direction":
         return np.nan if measured.plane is None else measured.plane.dip_direction_deg
-    error = measured.max_confidence95_deg
+    error = measured.total95_deg
     return 90.0 if error is None else error
 
 

@@ -239,15 +239,12 @@ def ellipse_of(measured: Measurement) -> AnyEllipse | None:
         return _line_ellipse(measured)
     if (band := band_of_measured(measured)) is not None:
         return NetBand(band.outline())
-    fit = measured.fit
-    if fit is None or fit.max_confidence95_deg is None or fit.error_rake_deg is None:
+    fit, total = measured.fit, measured.total95_deg
+    if fit is None or total is None or fit.error_rake_deg is None:
         return None
-    return NetEllipse(
-        Plane.from_normal(fit.normal),
-        fit.max_confidence95_deg,
-        fit.min_confidence95_deg or 0.0,
-        fit.error_rake_deg,
-    )
+    plane = Plane.from_normal(fit.normal)
+    own, smallest = fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0
+    return NetEllipse.with_total(plane, own, smallest, fit.error_rake_deg, total)
 
 
 def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
