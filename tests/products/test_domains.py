@@ -127,13 +127,13 @@ def test_a_folded_domain_is_projected_along_its_own_fold_axis() -> None:
     found = projection_axes({"fold": beds})["fold"]
     assert found.line is not None
     assert angle_between_lines(found.line, Line(40.0, 15.0)) < 1e-4
-    assert "fold axis" in found.said
+    assert "fold axis" in found.description
 
 
 def test_a_domain_of_one_dip_without_a_fault_has_none_and_says_why() -> None:
     found = projection_axes({"h": around(HANGING, 6, 1.0, np.random.default_rng(1))})["h"]
     assert found.line is None
-    assert "no fault" in found.said
+    assert "no fault" in found.description
 
 
 def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:

@@ -243,8 +243,8 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "log.beds-not-parallel": (
         "warning",
         to_translate(
-            "The {count} traces that the bedding is fitted to are not parallel, or too straight:"
-            " it is known to {error_deg:.1f}° (95 %) at best. Take the plane of a bed at the line."
+            "The {count} traces of the bedding are not parallel, or too straight (±"
+            " {error_deg:.1f}° at best). Take the plane of a bed."
         ),
     ),
     # --- drawings ------------------------------------------------------------------------------

@@ -27,6 +27,8 @@ _REACH = 0.05
 """Of the line's length: how near a trace has to come where nothing was typed."""
 _MOST_TURNED = 0.2
 """Share of the traces whose own planes may lie outside their 95 % errors by chance."""
+_SAME_DEG = 0.1
+"""Rounding, of traces without any scatter."""
 _DOUBTFUL_DEG = 10.0
 """Error of the bedding from which a thickness depends on it more than on the clicks."""
 
@@ -216,7 +218,7 @@ def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:
     own95 = trace.max_confidence95_deg
     if trace.plane is None or own95 is None:
         return False
-    return angle_between_planes(trace.plane, common) > own95 + error_deg
+    return angle_between_planes(trace.plane, common) > own95 + error_deg + _SAME_DEG
 
 
 def _near_traces(q: LogQuestion, reach: float) -> list[str]:
