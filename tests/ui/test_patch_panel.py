@@ -75,7 +75,7 @@ def test_the_panel_shows_the_fit_while_the_stroke_is_made(window, painting):
     live = panel.fit_view._plane.text()
     assert live != "–"
     painting.pointer(event(Pointer.DRAG_END, 920))
-    assert "95 % error / reg." in [label.text() for label in panel.fit_view._titles]
+    assert "95 % error" in [label.text() for label in panel.fit_view._titles]
     assert panel.fit_view._reasons.text()
     assert panel._name.text() == "<b>B01</b>"
 

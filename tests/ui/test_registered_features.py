@@ -36,18 +36,18 @@ def row(window, title: str) -> str:
 @pytest.mark.full
 def test_the_panel_shows_what_the_registration_adds_and_the_total(window, studio, beds):
     studio.selection.set(["t1"])
-    assert row(window, "95 % error / reg.").endswith("–")
+    assert row(window, "95 % error").endswith("–")
     register(studio)
     measured = studio.measured(["t1"])["t1"]
     subject = Subject(None, measured)
-    shown = row(window, "95 % error / reg.")
+    shown = row(window, "95 % error")
     assert shown == (
         f"{catalogue.TOTAL.text(subject)} / {catalogue.REGISTRATION_ERROR.text(subject)}"
     )
     assert measured.registration_error_deg > 0.0
     assert catalogue.TOTAL.value(subject) > measured.registration_error_deg
     studio.undo()
-    assert row(window, "95 % error / reg.").endswith("–")
+    assert row(window, "95 % error").endswith("–")
 
 
 def test_the_net_has_a_second_ellipse_about_the_selected_pole(window, studio, beds):

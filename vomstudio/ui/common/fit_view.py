@@ -31,7 +31,7 @@ class _Line:
 
 
 _ERROR = _Line(
-    to_translate("95 % error / reg."),
+    to_translate("95 % error"),
     to_translate(
         "The larger half-angle of the 95 % region, with the errors of fit, resolution and "
         "registration, which decides the verdict; and by how much the registration can tilt it."
