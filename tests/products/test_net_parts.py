@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -292,3 +293,14 @@ def test_a_pointer_reaches_a_pole_within_its_reach_and_the_last_of_equals() -> N
     assert circle.feature_at(*(on + 3.3 * toward)) is None
     assert circle.feature_at(*(on + 3.3 * toward), reach_px=8.0) == "a0"
     assert circle.to_net(*circle.centre_px) == pytest.approx((0.0, 0.0))
+
+
+def test_an_ellipse_is_enlarged_to_the_total_error() -> None:
+    """What is added is the same in both directions; a free turn about a line adds nothing."""
+    plane = Plane(120.0, 40.0)
+    same = NetEllipse.with_total(plane, 3.0, 1.0, 20.0, 3.0)
+    assert (same.max_angle_deg, same.min_angle_deg) == pytest.approx((3.0, 1.0))
+    wider = NetEllipse.with_total(plane, 3.0, 1.0, 20.0, 5.0)
+    assert (wider.max_angle_deg, wider.min_angle_deg) == pytest.approx((5.0, math.sqrt(17.0)))
+    free = NetEllipse.with_total(plane, 3.0, 1.0, 20.0, 90.0)
+    assert (free.max_angle_deg, free.min_angle_deg) == pytest.approx((90.0, 1.0))

@@ -247,7 +247,7 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         tr("dip"),
         tr("dip dir"),
         tr("95 % error"),
-        tr("of the fit"),
+        tr("fit 95 %"),
         tr("ang. error"),
         tr("rms"),
         tr("extent"),

@@ -18,7 +18,7 @@ from vomstudio.document.records import (
 )
 from vomstudio.geology import orientation
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_deg, bowing_of
-from vomstudio.geology.common_turns import Region, Turns, region, together
+from vomstudio.geology.common_turns import Region, Turns, region, squared_region, together
 from vomstudio.geology.quality import resolution_tilt_deg, wider_of
 from vomstudio.geometry.tilts import CHI2_TWO, direction_covariance
 
@@ -92,18 +92,15 @@ def normal_covariance(measured: Measurement, model: Model | None) -> Floats | No
         return None
     normal = plane.normal()
     toward = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    across = np.cross(normal, toward)
     largest = max(largest, resolution_tilt_deg(fit, measured.resolution_m) or 0.0)
-    found = np.radians(largest) ** 2 * np.outer(toward, toward)
-    found = found + np.radians(smallest) ** 2 * np.outer(across, across)
-    found /= CHI2_TWO
+    covariance = squared_region(normal, largest, smallest, toward) / CHI2_TWO
     registration = None if model is None else model.registration
     rotation = None if registration is None else registration.rotation_covariance()
     if rotation is None and measured.registration_error_deg is not None:
         rotation = np.radians(measured.registration_error_deg) ** 2 / CHI2_TWO * np.eye(3)
     if rotation is not None:
-        found = found + direction_covariance(rotation, normal)[0]
-    return np.asarray(found)
+        covariance = covariance + direction_covariance(rotation, normal)[0]
+    return np.asarray(covariance)
 
 
 def bowing_of_registration(registration: Registration | None) -> Bowing | None:

@@ -182,19 +182,29 @@ def region(
     v = np.asarray(vector, np.float64)
     spread = np.zeros((3, 3)) if covariance is None else CHI2_TWO * np.asarray(covariance)
     if own is not None:
-        largest, smallest, toward = own
-        first = np.asarray(toward, np.float64)
-        first = first - v * (first @ v)
-        first = first / np.linalg.norm(first)
-        second = np.cross(v, first)
-        spread = spread + np.radians(largest) ** 2 * np.outer(first, first)
-        spread = spread + np.radians(smallest) ** 2 * np.outer(second, second)
+        spread = spread + squared_region(v, *own)
     basis = _across_basis(v)
     squares, directions = np.linalg.eigh(basis @ spread @ basis.T)
     # The cone of a few scattered directions may be wider than that.
     most = 90.0 if own is None else max(90.0, own[0])
     angles = np.minimum(np.degrees(np.sqrt(np.maximum(squares, 0.0))), most)
     return Region(float(angles[1]), float(angles[0]), directions[:, 1] @ basis)
+
+
+def squared_region(
+    vector: Array, largest_deg: float, smallest_deg: float, toward: npt.ArrayLike
+) -> Array:
+    """Return the (3, 3) matrix whose eigenvalues are the squares of a region's half-angles.
+
+    They are in radians squared, along `toward` (3,) and across it; the covariance of the vector is
+    the matrix divided by CHI2_TWO.
+    """
+    first = np.asarray(toward, np.float64)
+    first = first - vector * (first @ vector)
+    first = first / np.linalg.norm(first)
+    second = np.cross(vector, first)
+    along = np.radians(largest_deg) ** 2 * np.outer(first, first)
+    return np.asarray(along + np.radians(smallest_deg) ** 2 * np.outer(second, second))
 
 
 def region_of_line(

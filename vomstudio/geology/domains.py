@@ -118,7 +118,7 @@ class ProjectionAxis:
 
     line : None if the domain has none
     error95_deg : None if it is not known
-    description : what the line is, or why there is none
+    description : name of the line, or the reason why the domain has no line
     valid : "yes" or "conditional", as of a fold axis
     """
 

@@ -84,7 +84,7 @@ class ConeFigures:
     """The best cone: its axis, the angle between axis and poles (90 is a cylinder) with its 95 %
     half-width (None where the poles do not tell), RMS, and the chance of so much better a fit than
     the cylinder's where that is true. by_nearer_ends: the closer circle that is found if each pole
-    may be used by either end, None if there is none."""
+    may be used by either end, None if no circle is closer."""
 
     trend_deg: float
     plunge_deg: float

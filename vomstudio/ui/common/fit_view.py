@@ -40,7 +40,7 @@ _ERROR = _Line(
     catalogue.REGISTRATION_ERROR,
 )
 _CONFIDENCE = _Line(
-    to_translate("of the fit"),
+    to_translate("Fit 95 %"),
     to_translate(
         "Half-angles of the joint 95 % confidence region of the fit alone, largest × smallest."
     ),

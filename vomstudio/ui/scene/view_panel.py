@@ -289,10 +289,8 @@ class ViewPanel(QWidget):
 
     def _error_of(self, id_: str) -> float | None:
         """95 %, together with the registration where that is known."""
-        feature, measured = get_feature(self._studio.records, id_), self._studio.measured([id_])
-        if feature is None or id_ not in measured:
-            return None
-        return measured[id_].total95_deg
+        measured = self._studio.measured([id_]).get(id_)
+        return None if measured is None else measured.total95_deg
 
     def _error_of_current(self) -> float | None:
         current = self._studio.selection.current
