@@ -145,10 +145,12 @@ def cone_curve(
     The ellipse is one of directions on the sphere: at the position angle t the half-angle is the
     radius of an ellipse with those semi-axes, so that no half-angle ever exceeds the larger one.
     """
-    sin_t, cos_t = sin_cos_deg(np.linspace(0.0, 360.0, n))
-    with np.errstate(divide="ignore"):
-        a, b = max(first_angle_deg, 1e-12), max(second_angle_deg, 1e-12)
-        radius = 1.0 / np.sqrt((cos_t / a) ** 2 + (sin_t / b) ** 2)
+    # Even steps of the eccentric angle: even steps of t leave the ends of a long ellipse angular.
+    sin_u, cos_u = sin_cos_deg(np.linspace(0.0, 360.0, n))
+    along = max(first_angle_deg, 1e-12) * cos_u
+    across = max(second_angle_deg, 1e-12) * sin_u
+    radius = np.hypot(along, across)
+    cos_t, sin_t = along / radius, across / radius
     sin_r, cos_r = sin_cos_deg(radius)
     curve = (
         cos_r[:, None] * axis + (sin_r * cos_t)[:, None] * first + (sin_r * sin_t)[:, None] * second
