@@ -96,7 +96,11 @@ class Measurement:
         if self.fit.error is not None:
             return None
         return total_error_deg(
-            self.fit, self.resolution_m, self.judged_as, self.registration_error_deg
+            self.fit,
+            self.resolution_m,
+            self.judged_as,
+            self.registration_error_deg,
+            self.outcrop_normal,
         )
 
     def slip_vector(self) -> Floats | None:
@@ -171,7 +175,7 @@ def as_uncertain(measured: Measurement) -> UncertainPlane | None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
     resolution = measured.resolution_m if measured.by_this_rule else None
-    largest, smallest = wider_of(fit, measured.judged_as, resolution)
+    largest, smallest = wider_of(fit, measured.judged_as, resolution, measured.outcrop_normal)
     free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
     rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
     return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)

@@ -87,12 +87,16 @@ def normal_covariance(measured: Measurement, model: Model | None) -> Floats | No
     fit, plane = measured.fit, measured.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None
-    largest, smallest = wider_of(fit, measured.judged_as, measured.resolution_m)
+    largest, smallest = wider_of(
+        fit, measured.judged_as, measured.resolution_m, measured.outcrop_normal
+    )
     if largest is None or smallest is None or largest >= 90.0:
         return None
     normal = plane.normal()
     toward = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    largest = max(largest, resolution_tilt_deg(fit, measured.resolution_m) or 0.0)
+    largest = max(
+        largest, resolution_tilt_deg(fit, measured.resolution_m, measured.judged_as) or 0.0
+    )
     covariance = squared_region(normal, largest, smallest, toward) / CHI2_TWO
     registration = None if model is None else model.registration
     rotation = None if registration is None else registration.rotation_covariance()

@@ -140,9 +140,9 @@ def rank_of(
     except GeometryError:
         return (3, 90.0), None
     resolution = resolution_near(points)
-    error = total_error_deg(fit, resolution)
     face = None if face_near is None else face_near(points)
+    error = total_error_deg(fit, resolution, outcrop_normal=face)
     if face is not None and abs(float(fit.normal @ face)) > _ALONG_FACE:
         return (_RANK["poor"], 90.0), error
-    verdict = judge(fit, resolution_m=resolution, outcrop_normal=None)
+    verdict = judge(fit, resolution_m=resolution, outcrop_normal=face)
     return (_RANK[verdict.quality], 90.0 if error is None else error), error

@@ -164,14 +164,13 @@ def plane_of(
         fit = fit_plane(points)
     except GeometryError as error:
         return None, None, (str(error),)
-    own = near.resolution_near(points)
-    verdict = judge(
-        fit, resolution_m=own, outcrop_normal=near.outcrop_normal(points), thresholds=thresholds
-    )
+    own, face = near.resolution_near(points), near.outcrop_normal(points)
+    verdict = judge(fit, resolution_m=own, outcrop_normal=face, thresholds=thresholds)
     row = plane_row(
-        fit, verdict, id="1", resolution_m=own, model=model, frame=frame, notes=notes
+        fit, verdict, id="1", resolution_m=own, outcrop_normal=face, model=model, frame=frame,
+        notes=notes,
     )  # fmt: skip
-    band = band_of(fit, resolution_m=own)
+    band = band_of(fit, resolution_m=own, outcrop_normal=face)
     return row, None if band is None else band_figures(band, priors), ()
 
 
