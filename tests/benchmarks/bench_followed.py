@@ -119,22 +119,33 @@ def holds(fit: PlaneFit, normal: Floats) -> bool:
     return bool(second**2 + first**2 <= 1.0)
 
 
-def measured(made: Outcrop, cost: str) -> tuple[PlaneFit, float, float] | None:
-    """The fit of the followed trace, its total error and its true one, degrees."""
+@dataclass(frozen=True)
+class Followed:
+    """The fit of a followed trace, the face (3,) around it, its total error and its true one."""
+
+    fit: PlaneFit
+    face: Floats | None
+    total_deg: float
+    error_deg: float
+
+
+def measured(made: Outcrop, cost: str) -> Followed | None:
     try:
         surface = SurfaceGraph(made.data)
+        near = near_surface(surface)
         if cost == AUTO:
-            near = near_surface(surface)
-            spacing, face = made.spacing, near.outcrop_normal
-            path = follow_best(surface, made.way_points, lambda _: spacing, face)[0]
+            spacing, face_near = made.spacing, near.outcrop_normal
+            path = follow_best(surface, made.way_points, lambda _: spacing, face_near)[0]
         else:
             path = Follower(surface, cost).follow(made.way_points)
         fit = fit_plane(path.points)
     except GeometryError:
         return None
-    total = total_error_deg(fit, made.spacing)
+    face = near.outcrop_normal(path.points)
+    total = total_error_deg(fit, made.spacing, outcrop_normal=face)
     cosine = min(abs(float(fit.normal @ made.normal)), 1.0)
-    return fit, 90.0 if total is None else total, float(np.degrees(np.arccos(cosine)))
+    error = float(np.degrees(np.arccos(cosine)))
+    return Followed(fit, face, 90.0 if total is None else total, error)
 
 
 def population(
@@ -148,15 +159,14 @@ def population(
         found = None if made is None else measured(made, cost)
         if made is None or found is None:
             continue
-        fit, half, error = found
+        fit, face = found.fit, found.face
         joint.append(holds(fit, made.normal))
-        total.append(error <= half)
-        stated.append(half)
-        true.append(error)
-        straight = band_of(fit, resolution_m=made.spacing)
+        total.append(found.error_deg <= found.total_deg)
+        stated.append(found.total_deg)
+        true.append(found.error_deg)
+        straight = band_of(fit, resolution_m=made.spacing, outcrop_normal=face)
         if straight is not None:
             band.append(bool(straight.holds(made.normal)[0]))
-        face = (0.0, 0.0, 1.0) if flat else None
         verdict = judge(fit, resolution_m=made.spacing, outcrop_normal=face)
         good.append(verdict.quality == "good")
     return {
