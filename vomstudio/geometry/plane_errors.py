@@ -183,9 +183,10 @@ def bow_tilt_rad(
     s = (u - np.repeat(low, counts)) / np.repeat(length, counts)
     bow = 4.0 * s * (1.0 - s)
     bow -= np.repeat(total(bow) / n, counts)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    # Groups without a plane have variances of nothing.
+    with np.errstate(all="ignore"):
         first, second = total(bow * u) / (n * values[:, 0]), total(bow * v) / (n * values[:, 1])
-        first, second = np.nan_to_num(first), np.nan_to_num(second, posinf=0.0, neginf=0.0)
+        first, second = (np.nan_to_num(x, posinf=0.0, neginf=0.0) for x in (first, second))
         seen = total(bow * bow) - n * (first**2 * values[:, 0] + second**2 * values[:, 1])
         size = total(bow * r) / seen
         left = np.maximum(n * values[:, 2] - size**2 * seen, 0.0)
