@@ -12,7 +12,12 @@ import numpy.typing as npt
 
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.lines import LineFit
-from vomstudio.geometry.plane_sizes import PlaneSizes, within_wander
+from vomstudio.geometry.plane_sizes import (
+    JOINT_95,
+    POINT_OVER_RESOLUTION,
+    PlaneSizes,
+    within_wander,
+)
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import tr
@@ -45,9 +50,7 @@ _IN_THE_FACE_DEG = DEFAULTS.poor_confidence95_deg
 _RELIEF_OVER_RESOLUTION = 3.0
 _RELIEF_OVER_EXTENT = 0.02
 # Ours, by tests/benchmarks/bench_conditional.py.
-_POINT_OVER_RESOLUTION = 0.08
 _FEWEST_GOOD = 6.0
-_JOINT_95 = math.sqrt(-2.0 * math.log(0.05))
 
 
 def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
@@ -133,7 +136,7 @@ def resolution_tilt_deg(
     most = tilt_of_resolution_deg(resolution_m, shorter)
     if kind == "patch":
         return most
-    return min(most, _tilt_of_points_deg(fit, _POINT_OVER_RESOLUTION * resolution_m))
+    return min(most, _tilt_of_points_deg(fit, POINT_OVER_RESOLUTION * resolution_m))
 
 
 def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
@@ -141,7 +144,7 @@ def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
     about its longer axis."""
     independent = float(fit.n if fit.n_effective is None else fit.n_effective)
     width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
-    return math.degrees(math.atan2(_JOINT_95 * sigma_m, width))
+    return math.degrees(math.atan2(JOINT_95 * sigma_m, width))
 
 
 def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) -> bool:
