@@ -58,8 +58,30 @@ def waves(rng: np.random.Generator, xy: Floats, lengths: Floats, heights: Floats
     return total
 
 
-def outcrop(rng: np.random.Generator, *, mesh: bool, flat: bool = False) -> Outcrop | None:
-    """None where the bed does not cross it for a metre, or lies along a flat face."""
+def seams(rng: np.random.Generator, off: Floats, along: Floats, half: float) -> Floats:
+    """(n,) distance from the middle of the nearest seam that is to be seen: the bed itself and one
+    or two parallels 5 to 30 cm beside it with unmarked rock between them, each with one to three
+    gaps of 10 to 50 cm."""
+    count = rng.integers(1, 3)
+    apart = rng.uniform(max(0.05, 4.0 * half), 0.3, count)
+    sides = rng.permutation([-1.0, 1.0])[:count]
+    nearest = np.full(len(off), np.inf)
+    for offset in [0.0, *(sides * apart)]:
+        distance = np.abs(off - offset)
+        for _ in range(rng.integers(1, 4)):
+            start = rng.uniform(along.min(), along.max())
+            distance[(along > start) & (along < start + rng.uniform(0.1, 0.5))] = np.inf
+        np.minimum(nearest, distance, out=nearest)
+    return np.minimum(nearest, 100.0 * half)
+
+
+def outcrop(
+    rng: np.random.Generator, *, mesh: bool, flat: bool = False, parallel: bool = False
+) -> Outcrop | None:
+    """None where the bed does not cross it for a metre, or lies along a flat face.
+
+    parallel : there are other seams beside the bed, and all have gaps
+    """
     spacing = float(rng.uniform(0.015, 0.04))
     count = round(SIZE / spacing)
     y, x = np.mgrid[0:count, 0:count] * spacing
@@ -83,10 +105,14 @@ def outcrop(rng: np.random.Generator, *, mesh: bool, flat: bool = False) -> Outc
     off = (points - middle) @ normal + waves(rng, xy, short, np.full(30, wander / np.sqrt(30)))
     half = rng.uniform(0.5, 1.5) * spacing
     contrast = 90.0
-    grey = 150.0 - contrast / (1.0 + np.exp(np.clip((np.abs(off) - half) / (0.2 * half), -30, 30)))
+    beside = np.abs(off)
+    if parallel:
+        strike = np.cross(normal, [0.0, 0.0, 1.0])
+        beside = seams(rng, off, points @ (strike / np.linalg.norm(strike)), half)
+    grey = 150.0 - contrast / (1.0 + np.exp(np.clip((beside - half) / (0.2 * half), -30, 30)))
     grey += rng.uniform(0.0, 0.5) * contrast * rng.standard_normal(len(grey))
     colours = np.repeat(np.clip(grey, 0, 255).astype(np.uint8)[:, None], 3, axis=1)
-    on = np.flatnonzero(np.abs(off) < spacing)
+    on = np.flatnonzero((np.abs(off) < spacing) & (beside < 3.0 * spacing))
     if len(on) < 30:
         return None
     along = np.linalg.svd(points[on] - points[on].mean(axis=0), full_matrices=False)[2][0]

@@ -21,6 +21,7 @@ from vomstudio.geology.band_figures import BandFigures, band_figures
 from vomstudio.geology.plane_bands import SetPrior, band_of
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
+from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
 from vomstudio.reprs import Shown
@@ -135,7 +136,11 @@ def followed_trace(
 
 def near_surface(surface: SurfaceGraph) -> VertexSurface:
     """What is asked of a model around the points of a path."""
-    near = VertexSurface(surface.places + surface.origin)
+    data = surface.data
+    own = None
+    if isinstance(data, Mesh) and data.independent is not None:
+        own = data.independent[surface.row]
+    near = VertexSurface(surface.places + surface.origin, lambda: own)
     near.build()
     return near
 

@@ -49,3 +49,10 @@ class Mesh:
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.vertices[:, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
+
+    @cached_property
+    def independent(self) -> npt.NDArray[np.bool_] | None:
+        """(n,) vertices that do not follow from others by linear interpolation; None if all are."""
+        from vomstudio.geometry.independent_vertices import independent_vertices
+
+        return independent_vertices(self.vertices, self.faces)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -51,9 +53,15 @@ class VertexSurface:
     a plain search and are the same.
     """
 
-    def __init__(self, vertices: Array) -> None:
-        """vertices : (n, 3) float64; kept, not copied."""
+    def __init__(
+        self,
+        vertices: Array,
+        independent: Callable[[], npt.NDArray[np.bool_] | None] = lambda: None,
+    ) -> None:
+        """vertices : (n, 3) float64; kept, not copied. independent : (n,) those that count for the
+        resolution, see `geometry.independent_vertices`; None for all."""
         self._vertices = vertices
+        self._independent = independent
         self._tree: cKDTree | None = None
         self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
@@ -71,13 +79,23 @@ class VertexSurface:
                     balanced_tree=False,
                 )
                 self._coarse_tree = cKDTree(np.asarray(self._coarse))
+        if self._resolving is not self:
+            self._resolving.build()
 
     @property
     def extent(self) -> float:
         """Length of the diagonal of the box around it."""
         return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
 
+    @cached_property
+    def _resolving(self) -> VertexSurface:
+        """The independent vertices alone."""
+        chosen = self._independent()
+        return self if chosen is None else VertexSurface(np.asarray(self._vertices[chosen]))
+
     def resolution_near(self, points: Array) -> float | None:
+        if self._resolving is not self:
+            return self._resolving.resolution_near(points)
         places = [self._nearest(point, 1)[0] for point in _sample(points, _SAMPLES)]
 
         def neighbours(count: int) -> Array | None:

@@ -21,7 +21,7 @@ from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
-from vomstudio.geometry.resolution import FewPoints, effective_resolution
+from vomstudio.geometry.resolution import FewPoints, effective_resolution, subdivision
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
@@ -165,16 +165,16 @@ class _Hasher(threading.Thread):
 
 
 def resolution(data: Mesh | PointCloud) -> float:
-    """Effective resolution in units of the file: of a mesh the mean edge length, of a cloud the
-    larger of mean spacing and noise, see `geometry.resolution` (points that stand twice count
-    once).
+    """Effective resolution in units of the file: of a mesh the mean edge length before subdivision,
+    of a cloud the larger of mean spacing and noise, see `geometry.resolution` (points that stand
+    twice count once).
 
     Of big models a sample is taken: every k-th face; all points within windows around points spread
     over the file. NaN where there is none (one point).
     """
     if not isinstance(data, Mesh):
         return _of_cloud(data.points)
-    return point_spacing(data)
+    return point_spacing(data) * subdivision(data)
 
 
 def point_spacing(data: Mesh | PointCloud) -> float:
