@@ -137,10 +137,9 @@ def followed_trace(
 def near_surface(surface: SurfaceGraph) -> VertexSurface:
     """What is asked of a model around the points of a path."""
     data = surface.data
-    own = None
-    if isinstance(data, Mesh) and data.independent is not None:
-        own = data.independent[surface.row]
-    near = VertexSurface(surface.places + surface.origin, lambda: own)
+    own = data.undivided if isinstance(data, Mesh) else data
+    undivided = None if own is data else lambda: own.vertices
+    near = VertexSurface(surface.places + surface.origin, undivided)
     near.build()
     return near
 

@@ -51,8 +51,9 @@ class Mesh:
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
 
     @cached_property
-    def independent(self) -> npt.NDArray[np.bool_] | None:
-        """(n,) vertices that do not follow from others by linear interpolation; None if all are."""
-        from vomstudio.geometry.independent_vertices import independent_vertices
+    def undivided(self) -> Mesh:
+        """The shape before faces were subdivided, without colours; itself if they were not."""
+        from vomstudio.geometry.undivided import undivided
 
-        return independent_vertices(self.vertices, self.faces)
+        found = undivided(self.vertices, self.faces)
+        return self if found is None else Mesh(*found)

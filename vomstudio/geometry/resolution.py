@@ -28,19 +28,8 @@ _SHEET = 0.2
 def resolving_points(data: Mesh | PointCloud) -> Array:
     """Return the points that count for the resolution: all of a cloud, of a mesh the vertices that
     do not follow from others by linear interpolation."""
-    if not isinstance(data, Mesh):
-        return np.asarray(data.points, np.float64)
-    vertices = np.asarray(data.vertices, np.float64)
-    return vertices if data.independent is None else vertices[data.independent]
-
-
-def subdivision(mesh: Mesh) -> float:
-    """Return how many times longer the edges of a mesh were before it was subdivided."""
-    if mesh.independent is None:
-        return 1.0
-    used = np.zeros(len(mesh.vertices), np.bool_)
-    used[np.asarray(mesh.faces).ravel()] = True
-    return float(np.sqrt(used.sum() / mesh.independent.sum()))
+    points = data.undivided.vertices if isinstance(data, Mesh) else data.points
+    return np.asarray(points, np.float64)
 
 
 class Tree(Protocol):

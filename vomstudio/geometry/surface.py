@@ -56,12 +56,12 @@ class VertexSurface:
     def __init__(
         self,
         vertices: Array,
-        independent: Callable[[], npt.NDArray[np.bool_] | None] = lambda: None,
+        undivided: Callable[[], Array] | None = None,
     ) -> None:
-        """vertices : (n, 3) float64; kept, not copied. independent : (n,) those that count for the
-        resolution, see `geometry.independent_vertices`; None for all."""
+        """vertices : (n, 3) float64; kept, not copied. undivided : vertices that count for the
+        resolution, see `geometry.undivided`; None for these."""
         self._vertices = vertices
-        self._independent = independent
+        self._undivided = undivided
         self._tree: cKDTree | None = None
         self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
@@ -89,9 +89,9 @@ class VertexSurface:
 
     @cached_property
     def _resolving(self) -> VertexSurface:
-        """The independent vertices alone."""
-        chosen = self._independent()
-        return self if chosen is None else VertexSurface(np.asarray(self._vertices[chosen]))
+        """With the vertices that count for the resolution."""
+        own = None if self._undivided is None else self._undivided()
+        return self if own is None or own is self._vertices else VertexSurface(own)
 
     def resolution_near(self, points: Array) -> float | None:
         if self._resolving is not self:

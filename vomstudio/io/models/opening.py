@@ -21,7 +21,7 @@ from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
-from vomstudio.geometry.resolution import FewPoints, effective_resolution, subdivision
+from vomstudio.geometry.resolution import FewPoints, effective_resolution
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
@@ -174,7 +174,7 @@ def resolution(data: Mesh | PointCloud) -> float:
     """
     if not isinstance(data, Mesh):
         return _of_cloud(data.points)
-    return point_spacing(data) * subdivision(data)
+    return point_spacing(data.undivided)
 
 
 def point_spacing(data: Mesh | PointCloud) -> float:

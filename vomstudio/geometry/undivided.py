@@ -1,4 +1,4 @@
-"""Vertices of a mesh that carry information: a face that was divided is no finer than it was.
+"""The mesh that was subdivided: a face that was divided carries no more information than before.
 
 Linear subdivision (at the middles of edges, at centroids, by bisection) leaves each face as a flat
 patch whose outline has the corners of that face; the vertices on its sides and inside it follow
@@ -12,11 +12,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.coincident_points import welded
+from vomstudio.geometry.coincident_points import place_keys, welded
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 MIN_BEND_RAD, MAX_BEND_RAD = 3e-4, 2e-2
 """Faces that form a smaller angle are coplanar, sides that do are straight; between these limits as
@@ -31,8 +30,10 @@ MIN_AREA_SHARE = 0.25
 FACE_RATIO = 1.5
 
 
-def independent_vertices(vertices: Array, faces: npt.NDArray[np.integer]) -> Bools | None:
-    """Find the vertices that do not follow from others by linear interpolation.
+def undivided(
+    vertices: Array, faces: npt.NDArray[np.integer]
+) -> tuple[Array, npt.NDArray[np.int32]] | None:
+    """Find the vertices and faces from which others follow by linear interpolation.
 
     Parameters
     ----------
@@ -41,8 +42,8 @@ def independent_vertices(vertices: Array, faces: npt.NDArray[np.integer]) -> Boo
 
     Returns
     -------
-    (n,) array of bool, or None if all are independent, which is so for every mesh that was not
-    subdivided. Of vertices at one place all or none are.
+    Vertices (k, 3), each place once, and faces; None if the mesh was not subdivided. Divided faces
+    that lie in one plane with their neighbours leave their vertices, but no face.
     """
     if len(faces) < 8 or not len(vertices):
         return None
@@ -51,8 +52,9 @@ def independent_vertices(vertices: Array, faces: npt.NDArray[np.integer]) -> Boo
         return None
     used, inverse = np.unique(faces, return_inverse=True)
     number = welded(np.asarray(vertices[used], np.float64))
+    origin = np.asarray(vertices[used[0]], np.float64)
     places = np.empty((int(number.max()) + 1, 3))
-    places[number] = vertices[used] - vertices[used[0]]
+    places[number] = vertices[used] - origin
     own = number[inverse.reshape(-1, 3)]
     normals, areas = _normals(places[own])
     sound = (areas > 0.0) & np.isfinite(areas)
@@ -60,14 +62,10 @@ def independent_vertices(vertices: Array, faces: npt.NDArray[np.integer]) -> Boo
     if len(own) < 8:
         return None
     patch = _flat_patches(own, normals, bend)
-    corner = _corners(places, own, patch, bend)
-    if corner is None:
-        return None
-    independent = np.zeros(len(places), np.bool_)
-    independent[corner[1]] = True
+    outlines, corner = _corners(places, own, patch, bend)
     count = np.bincount(patch)
     area = np.bincount(patch, areas)
-    corners = np.bincount(corner[0], minlength=len(count))
+    corners = np.bincount(outlines, minlength=len(count))
     triangle = corners == 3
     divided = triangle & (count > 1)
     if area[divided].sum() < MIN_AREA_SHARE * area.sum():
@@ -77,10 +75,12 @@ def independent_vertices(vertices: Array, faces: npt.NDArray[np.integer]) -> Boo
     each = float(count[divided][order][np.searchsorted(total, 0.5 * total[-1])])
     ratio = count / np.maximum(corners - 2.0, 1.0) / each
     plain = ~triangle & ~((corners > 2) & (ratio < FACE_RATIO) & (ratio > 1.0 / FACE_RATIO))
-    independent[own[plain[patch]].ravel()] = True
-    found = np.zeros(len(vertices), np.bool_)
-    found[used] = independent[number]
-    return found
+    # The corners come patch by patch.
+    whole = np.concatenate([corner[triangle[outlines]].reshape(-1, 3), own[plain[patch]]])
+    independent = np.zeros(len(places), np.bool_)
+    independent[corner] = independent[whole.ravel()] = True
+    row = np.cumsum(independent) - 1
+    return places[independent] + origin, row[whole].astype(np.int32)
 
 
 def _normals(corners: Array) -> tuple[Array, Array]:
@@ -110,14 +110,13 @@ def _largest_bend(vertices: Array, faces: npt.NDArray[np.integer]) -> float:
     return min(max(bend, MIN_BEND_RAD), MAX_BEND_RAD)
 
 
-def _sampled_share(
-    vertices: Array, faces: npt.NDArray[np.integer], bend: float
-) -> float:
+def _sampled_share(vertices: Array, faces: npt.NDArray[np.integer], bend: float) -> float:
     """Share of some vertices whose faces lie in one plane or in two."""
     step = max(1, len(vertices) // SAMPLED_VERTICES)
-    row = np.full(len(vertices), -1, np.int64)
-    chosen = np.arange(step // 2, len(vertices), step)
-    row[chosen] = np.arange(len(chosen))
+    keys = place_keys(vertices)
+    chosen = np.unique(keys[step // 2 :: step])
+    row = np.minimum(np.searchsorted(chosen, keys), len(chosen) - 1)
+    row[chosen[row] != keys] = -1
     near = row[faces]
     of_face, corner = np.nonzero(near >= 0)
     normals, areas = _normals(np.asarray(vertices[faces[of_face]], np.float64))
@@ -126,7 +125,8 @@ def _sampled_share(
     tensor = np.zeros((len(chosen), 3, 3))
     np.add.at(tensor, at, normals[:, :, None] * normals[:, None, :])
     count = np.bincount(at, minlength=len(chosen))
-    values = np.linalg.eigvalsh(tensor[count > 3])
+    # Of two faces nothing can be said.
+    values = np.linalg.eigvalsh(tensor[count > 2])
     return float((values[:, 0] < bend**2).mean()) if len(values) else 0.0
 
 
@@ -147,10 +147,8 @@ def _flat_patches(faces: Ints, normals: Array, largest: float) -> Ints:
     return np.asarray(connected_components(pairs, directed=False)[1], np.int64)
 
 
-def _corners(
-    places: Array, faces: Ints, patch: Ints, largest: float
-) -> tuple[Ints, Ints] | None:
-    """Patch and vertex of each corner of the patches' outlines; None if there are no outlines."""
+def _corners(places: Array, faces: Ints, patch: Ints, largest: float) -> tuple[Ints, Ints]:
+    """Patch and vertex of each corner of the patches' outlines, patch by patch."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     own = np.repeat(patch, 3)
     size = int(faces.max()) + 1
@@ -161,8 +159,6 @@ def _corners(
     rim = np.ones(len(key), np.bool_)
     rim[order[:-1][twice]] = rim[order[1:][twice]] = False
     start, end, own = start[rim], end[rim], own[rim]
-    if not len(own):
-        return None
     side = places[end] - places[start]
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     # At a vertex of an outline one side arrives and one leaves.
