@@ -46,7 +46,9 @@ def cut_at_centroids(mesh: Mesh) -> Mesh:
     """Each face in three."""
     a, b, c = mesh.faces.T
     centre = len(mesh.vertices) + np.arange(len(mesh.faces))
-    faces = np.concatenate([np.stack(f, axis=1) for f in ((a, b, centre), (b, c, centre), (c, a, centre))])
+    faces = np.concatenate(
+        [np.stack(f, axis=1) for f in ((a, b, centre), (b, c, centre), (c, a, centre))]
+    )
     places = np.concatenate([mesh.vertices, mesh.vertices[mesh.faces].mean(axis=1)])
     return Mesh(places, faces.astype(np.int32))
 
