@@ -145,9 +145,10 @@ def followed_trace(
 def near_surface(surface: SurfaceGraph) -> VertexSurface:
     """What is asked of a model around the points of a path."""
     data = surface.data
-    own = data.undivided if isinstance(data, Mesh) else data
-    undivided = None if own is data else lambda: own.vertices
-    near = VertexSurface(surface.places + surface.origin, undivided)
+    own = None
+    if isinstance(data, Mesh) and data.undivided is not data:
+        own = data.undivided.vertices
+    near = VertexSurface(surface.places + surface.origin, own)
     near.build()
     return near
 

@@ -56,10 +56,10 @@ class VertexSurface:
     def __init__(
         self,
         vertices: Array,
-        undivided: Callable[[], Array] | None = None,
+        undivided: Array | Callable[[], Array] | None = None,
     ) -> None:
         """vertices : (n, 3) float64; kept, not copied. undivided : vertices that count for the
-        resolution, see `geometry.undivided`; None for these."""
+        resolution, see `geometry.undivided`, or what finds them; None for these."""
         self._vertices = vertices
         self._undivided = undivided
         self._tree: cKDTree | None = None
@@ -90,7 +90,7 @@ class VertexSurface:
     @cached_property
     def _resolving(self) -> VertexSurface:
         """With the vertices that count for the resolution."""
-        own = None if self._undivided is None else self._undivided()
+        own = self._undivided() if callable(self._undivided) else self._undivided
         return self if own is None or own is self._vertices else VertexSurface(own)
 
     def resolution_near(self, points: Array) -> float | None:
