@@ -16,9 +16,9 @@ median stated and true error, how many have a band of planes, and how often that
 
 `--jumps`: whether a path that hops to a parallel seam is noticed. The same outcrops where one or
 two seams 5 to 30 cm beside the bed are as dark, all with one to three gaps of 10 to 50 cm; and
-single beds. For each: how many have a doubtful stretch, how many of these lie within 4 cm of the bed all
-the same; how often the total error holds the truth, of all and of those called good, without the
-search for such stretches and with it; and how many of those that state at most 15 degrees.
+single beds. Printed: how many have a doubtful stretch, and how many one within 4 cm of the bed; how
+often the total error holds the truth, without the search for such stretches and with it, of all, of
+those called good and of those that state at most 15 degrees (and how many these are).
 """
 
 from __future__ import annotations
