@@ -200,7 +200,7 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         "warning",
         to_translate(
             "Points {start} to {end} are {offset_m:.2g} m beside the plane of the rest, behind rock"
-            " without a contact. Set a way-point on that stretch."
+            " without a contact. Set a way-point there, on the right contact."
         ),
     ),
     "lines.not-planar": (
