@@ -33,8 +33,8 @@ MIN_VERTICES = 3
 MIN_LENGTH = 4.0
 """Of a stretch, in resolutions of the model."""
 MIN_RATIO = 1.3
-"""Of the offset to what error and scatter allow, both 95 %. With this 1 to 4 % of single contacts
-have a doubtful stretch, in which most have in fact been left (docs/plane_errors.md)."""
+"""Of the offset to what error and scatter allow, both 95 %. Of single contacts 0.5 to 2.2 % then
+have a doubtful stretch, most of them where the path has in fact left (docs/plane_errors.md)."""
 
 
 def find_jumps(points: Array, costs: Array, at: Ints, resolution: float) -> tuple[Range, ...]:
