@@ -155,8 +155,8 @@ def holds(fit: PlaneFit, normal: Floats) -> bool:
 
 @dataclass(frozen=True)
 class Followed:
-    """The fit of a followed trace, the face (3,) around it, its path with what is outside of doubtful
-    stretches, and its true error."""
+    """The fit of a followed trace, the face (3,) around it, its path, what of it is outside of
+    doubtful stretches, its true error, and the resolution of the model."""
 
     fit: PlaneFit
     face: Floats | None

@@ -109,7 +109,7 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     for trace, frame, face, own, (fit, problem), tilt, length in each:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
         rest = rest_of(own, trace.doubtful) if trace.doubtful and fit is not None else None
-        stretch = None if rest is None or fit is None else rest.error95_deg(fit, resolution)
+        stretch = None if rest is None or fit is None else rest.error95_deg(fit, resolution, face)
         verdict = (
             None
             if fit is None
