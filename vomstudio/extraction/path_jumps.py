@@ -33,7 +33,7 @@ MIN_VERTICES = 3
 MIN_LENGTH = 4.0
 """Of a stretch, in resolutions of the model."""
 MIN_RATIO = 1.3
-"""Of the offset to what error and scatter allow, both 95 %. Of single contacts 0.5 to 2.2 % then
+"""Of the offset to what error and scatter allow, both 95 %. Of single contacts up to 2 % then
 have a doubtful stretch, most of them where the path has in fact left (docs/plane_errors.md)."""
 
 
