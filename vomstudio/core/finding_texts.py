@@ -196,6 +196,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         ),
     ),
     # --- lines ---------------------------------------------------------------------------------
+    "trace.beside": (
+        "warning",
+        to_translate(
+            "Points {start} to {end} are {offset_m:.2g} m beside the plane of the rest, behind rock"
+            " without a contact. Set a way-point there, on the right contact."
+        ),
+    ),
     "lines.not-planar": (
         "warning",
         to_translate(

@@ -56,6 +56,8 @@ class Measurement:
     judged_as : what kind of plane the verdict is on
     registration_error_deg : 95 % half-angle by which the model's registration can tilt it; None
         where the model was not registered, or its error is not known
+    stretch_error_deg : 95 % half-angle of a trace's plane in view of its doubtful stretches; None
+        where it has none
     total : joint 95 % region of a line, together with the registration as far as that is known;
         None where its own is not
     """
@@ -85,6 +87,7 @@ class Measurement:
     kind: str = ""
     judged_as: JudgedAs = "trace"
     registration_error_deg: float | None = None
+    stretch_error_deg: float | None = None
     total: Region | None = None
 
     @cached_property
@@ -101,6 +104,7 @@ class Measurement:
             self.judged_as,
             self.registration_error_deg,
             self.outcrop_normal,
+            self.stretch_error_deg,
         )
 
     def slip_vector(self) -> Floats | None:
@@ -175,7 +179,13 @@ def as_uncertain(measured: Measurement) -> UncertainPlane | None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
     resolution = measured.resolution_m if measured.by_this_rule else None
-    largest, smallest = wider_of(fit, measured.judged_as, resolution, measured.outcrop_normal)
+    largest, smallest = wider_of(
+        fit,
+        measured.judged_as,
+        resolution,
+        measured.outcrop_normal,
+        measured.stretch_error_deg,
+    )
     free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
     rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
     return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)

@@ -88,7 +88,11 @@ def normal_covariance(measured: Measurement, model: Model | None) -> Floats | No
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None
     largest, smallest = wider_of(
-        fit, measured.judged_as, measured.resolution_m, measured.outcrop_normal
+        fit,
+        measured.judged_as,
+        measured.resolution_m,
+        measured.outcrop_normal,
+        measured.stretch_error_deg,
     )
     if largest is None or smallest is None or largest >= 90.0:
         return None

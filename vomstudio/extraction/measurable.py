@@ -37,7 +37,12 @@ from vomstudio.geometry.plane_sizes import (
     POINT_OVER_RESOLUTION,
     PlaneSizes,
 )
-from vomstudio.geometry.resolution import COUNTS, effective_resolution, of_neighbours
+from vomstudio.geometry.resolution import (
+    COUNTS,
+    effective_resolution,
+    of_neighbours,
+    resolving_points,
+)
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
@@ -133,7 +138,7 @@ def usual_resolution(data: Mesh | PointCloud) -> float:
     its points stand at one place."""
     from scipy.spatial import cKDTree
 
-    points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
+    points = resolving_points(data)
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) > 3:
         points = points - points.mean(axis=0)
@@ -185,8 +190,7 @@ def measurable(
     surface = _surface(data, asked, progress)
     elements = surface.elements
     if asked.resolution is None:
-        points = data.vertices if isinstance(data, Mesh) else data.points
-        resolution = _resolutions(np.asarray(points, np.float64), elements)
+        resolution = _resolutions(resolving_points(data), elements)
     else:
         resolution = np.full(len(elements), asked.resolution)
     return _of_elements(surface, resolution, asked, progress)

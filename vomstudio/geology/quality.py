@@ -74,9 +74,11 @@ def wider_of(
     kind: Kind = "trace",
     resolution_m: float | None = None,
     outcrop_normal: npt.ArrayLike | None = None,
+    stretch_error_deg: float | None = None,
 ) -> tuple[float | None, float | None]:
     """Return the largest and smallest half-angle of the figure by which a plane is judged (see
-    `confidence_that_counts_deg`), for what follows from the plane."""
+    `confidence_that_counts_deg`), for what follows from the plane. Doubtful stretches may turn it
+    in any direction."""
     counts, smallest = confidence_that_counts_deg(fit, kind), fit.min_confidence95_deg
     if counts is None or smallest is None or fit.max_confidence95_deg is None:
         return None, None
@@ -84,7 +86,8 @@ def wider_of(
     if widened and counts > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
         smallest = max(smallest, fit.min_angular_error_deg)
     turned = is_within_wander(fit, kind, resolution_m, outcrop_normal)
-    return 90.0 if turned else counts, smallest
+    stretch = stretch_error_deg or 0.0
+    return max(90.0 if turned else counts, stretch), max(smallest, stretch)
 
 
 def is_within_wander(
@@ -165,17 +168,19 @@ def total_error_deg(
     kind: Kind = "trace",
     registration_deg: float | None = None,
     outcrop_normal: npt.ArrayLike | None = None,
+    stretch_error_deg: float | None = None,
 ) -> float | None:
     """Return the half-angle by which the verdict is decided, 95 %; None where the fit's is
     undefined.
 
-    That of the fit (see `confidence_that_counts_deg`), no less than what the resolution can tilt,
-    together with what the model's registration can.
+    That of the fit (see `confidence_that_counts_deg`), no less than what the resolution can tilt or
+    what doubtful stretches leave (geology/doubtful_stretches.py), together with what the model's
+    registration can.
     """
     angle = confidence_that_counts_deg(fit, kind)
     if angle is None or is_within_wander(fit, kind, resolution_m, outcrop_normal):
         return None if angle is None else 90.0
-    own = max(angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0)
+    own = max(angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0, stretch_error_deg or 0.0)
     return min(float(np.hypot(own, registration_deg or 0.0)), 90.0) if registration_deg else own
 
 
@@ -188,6 +193,7 @@ def judge(
     thresholds: Thresholds = DEFAULTS,
     registration_deg: float | None = None,
     seen: Sequence[str] = (),
+    stretch_error_deg: float | None = None,
 ) -> Verdict:
     """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
     that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
@@ -198,7 +204,9 @@ def judge(
         sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     registration_deg : 95 % half-angle by which the model's registration can tilt the plane
-    seen : what the surface itself says against its plane (geometry/heights/levels.py)
+    seen : what the surface or the way of a trace says against its plane
+        (geometry/heights/levels.py, geology/doubtful_stretches.py)
+    stretch_error_deg : 95 % half-angle of the plane in view of doubtful stretches
     """
     if fit.error is not None:
         said = tr("There is no plane: {error}", error=_sentence(fit.error))
@@ -206,7 +214,7 @@ def judge(
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
     poor, reasons, notes = decided(
-        fit, kind, resolution_m, thresholds, registration_deg, outcrop_normal
+        fit, kind, resolution_m, thresholds, registration_deg, outcrop_normal, stretch_error_deg
     )
     reasons += [*drawn, *seen]
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
@@ -220,9 +228,12 @@ def _by_error(
     thresholds: Thresholds,
     registration_deg: float | None,
     face: npt.ArrayLike | None,
+    stretch_error_deg: float | None,
 ) -> tuple[bool, list[str], list[str]]:
     """Whether it is poor, reasons and notes."""
-    poor, reasons = _of_direction(fit, kind, resolution_m, thresholds, registration_deg, face)
+    poor, reasons = _of_direction(
+        fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
+    )
     if fit.long_roughness:
         reasons.append(
             tr(
@@ -263,6 +274,7 @@ def _by_shape(
     t: Thresholds,
     registration_deg: float | None,
     face: npt.ArrayLike | None,
+    stretch_error_deg: float | None,
 ) -> tuple[bool, list[str], list[str]]:
     """Whether it is poor, reasons and notes."""
     missed, notes = [], []
@@ -303,7 +315,9 @@ def _by_shape(
             )
         )
     poor = len(missed) > 1
-    _, of_error = _of_direction(fit, kind, resolution_m, t, registration_deg, face)
+    _, of_error = _of_direction(
+        fit, kind, resolution_m, t, registration_deg, face, stretch_error_deg
+    )
     if confidence_that_counts_deg(fit, kind) is None:
         # Without redundancy, or with points that are the same, no shape speaks for a plane.
         return poor, missed + of_error, notes
@@ -360,9 +374,10 @@ def _of_direction(
     t: Thresholds,
     registration_deg: float | None,
     face: npt.ArrayLike | None,
+    stretch_error_deg: float | None,
 ) -> tuple[bool, list[str]]:
     """Whether the plane is poor for its error, and what is to be said of that."""
-    angle = total_error_deg(fit, resolution_m, kind, registration_deg, face)
+    angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
     more_points = _more_points(kind) if angle is None else ""
     if angle is None and fit.n <= 3:
         return False, [
@@ -393,7 +408,7 @@ def _of_direction(
         limit = tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
     own = angle
     if registration_deg is not None:
-        own = total_error_deg(fit, resolution_m, kind, None, face) or 0.0
+        own = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
     if registration_deg is not None and registration_deg > own:
         return poor, [
             tr(
@@ -410,6 +425,9 @@ def _of_direction(
                 "plane through that line is possible. Pick where the trace cuts into the face."
             )
         ]
+    if stretch_error_deg is not None and own <= stretch_error_deg:
+        # The stretches themselves are a reason.
+        return poor, []
     if own > (confidence_that_counts_deg(fit, kind) or 0.0):
         return poor, [
             tr(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -51,9 +53,15 @@ class VertexSurface:
     a plain search and are the same.
     """
 
-    def __init__(self, vertices: Array) -> None:
-        """vertices : (n, 3) float64; kept, not copied."""
+    def __init__(
+        self,
+        vertices: Array,
+        undivided: Array | Callable[[], Array] | None = None,
+    ) -> None:
+        """vertices : (n, 3) float64; kept, not copied. undivided : vertices that count for the
+        resolution, see `geometry.undivided`, or what finds them; None for these."""
         self._vertices = vertices
+        self._undivided = undivided
         self._tree: cKDTree | None = None
         self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
@@ -71,13 +79,23 @@ class VertexSurface:
                     balanced_tree=False,
                 )
                 self._coarse_tree = cKDTree(np.asarray(self._coarse))
+        if self._resolving is not self:
+            self._resolving.build()
 
     @property
     def extent(self) -> float:
         """Length of the diagonal of the box around it."""
         return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
 
+    @cached_property
+    def _resolving(self) -> VertexSurface:
+        """With the vertices that count for the resolution."""
+        own = self._undivided() if callable(self._undivided) else self._undivided
+        return self if own is None or own is self._vertices else VertexSurface(own)
+
     def resolution_near(self, points: Array) -> float | None:
+        if self._resolving is not self:
+            return self._resolving.resolution_near(points)
         places = [self._nearest(point, 1)[0] for point in _sample(points, _SAMPLES)]
 
         def neighbours(count: int) -> Array | None:

@@ -92,6 +92,7 @@ def plane_row(
     *,
     resolution_m: float | None = None,
     registration_error_deg: float | None = None,
+    stretch_error_deg: float | None = None,
     plane: Plane | None = None,
     judged_as: JudgedAs = "trace",
     outcrop_normal: npt.NDArray[np.float64] | None = None,
@@ -101,13 +102,15 @@ def plane_row(
 
     fit, verdict: in World. resolution_m: of the model around the points. registration_error_deg:
     95 % half-angle of the model's rotation, which is added to that of fit and resolution in
-    `total95_deg`. plane: the fit's attitude where it is known already. judged_as, outcrop_normal:
-    as the verdict was given.
+    `total95_deg`. stretch_error_deg: 95 % half-angle in view of doubtful stretches, below which
+    that is not. plane: the fit's attitude where it is known already. judged_as, outcrop_normal: as
+    the verdict was given.
     metadata: any other of `COLUMNS` (id, name, kind, set, overturned, area_m2, model, frame,
     notes). Raises TypeError for a name that is no column.
     """
     own = of_fit(fit, plane)
     own["registration_error_deg"] = registration_error_deg
+    own["stretch_error_deg"] = stretch_error_deg
     measured = Measurement(
         np.zeros((0, 3)),
         resolution_m,

@@ -73,7 +73,11 @@ def _own_error(measured: Measurement, plane: bool) -> float | None:
     largest, smallest = measured.max_confidence95_deg, measured.min_confidence95_deg
     if plane and measured.fit is not None:
         largest, smallest = wider_of(
-            measured.fit, measured.judged_as, measured.resolution_m, measured.outcrop_normal
+            measured.fit,
+            measured.judged_as,
+            measured.resolution_m,
+            measured.outcrop_normal,
+            measured.stretch_error_deg,
         )
     if largest is None or smallest is None:
         return None
