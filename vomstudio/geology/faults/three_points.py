@@ -143,7 +143,7 @@ def _spread_is_noise(sizes: Floats, n: int, sigma_m: float) -> bool:
     if sigma_m:
         return bool(a + b <= sigma_m**2 * float(chi2.ppf(1.0 - _BY_CHANCE, 2 * (n - 2))))
     evenly = (4.0 * a * b / (a + b) ** 2) ** ((n - 3) / 2.0)
-    return evenly > _BY_CHANCE
+    return bool(evenly > _BY_CHANCE)
 
 
 def _half_angles(sizes: Floats, error: float, *, noise: bool) -> tuple[float, float]:
