@@ -16,10 +16,11 @@ from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record,
 from vomstudio.geology import orientation
 from vomstudio.geology.common_turns import Region
 from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
+from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geology.quality import Kind as JudgedAs
-from vomstudio.geology.quality import Verdict, total_error_deg, wider_of
+from vomstudio.geology.quality import Verdict, resolution_tilt_deg, total_error_deg, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
@@ -106,6 +107,13 @@ class Measurement:
             self.outcrop_normal,
             self.stretch_error_deg,
         )
+
+    def attitude(self, notation: str = "dipdir/dip", *, bare: bool = False) -> str:
+        """Return the plane or line with its 95 % error as text; "–" without either."""
+        attitude = self.plane if self.plane is not None else self.line
+        if attitude is None:
+            return "–"
+        return format_attitude(attitude, self.total95_deg, notation, bare=bare)
 
     def slip_vector(self) -> Floats | None:
         """(3,) unit vector along which the hanging wall moves; None where that is not known."""
@@ -275,6 +283,34 @@ def told_of_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
         "surroundings of earlier features."
     )
     return Verdict(verdict.quality, verdict.reasons, (*verdict.notes, said), verdict.limits)
+
+
+def common_error_deg(fit95_deg: float | None, measured: Iterable[Measurement]) -> float | None:
+    """Return the total 95 % error of a plane that was fitted to several features together.
+
+    Parameters
+    ----------
+    fit95_deg : float or None
+        Error of the common fit.
+    measured : iterable of Measurement
+        Of the features: the best resolved one limits what the resolution can tilt, and their
+        registration turns all of them alike.
+
+    Returns
+    -------
+    float or None
+        Degrees, at most 90; None if that of the fit is not known.
+    """
+    if fit95_deg is None:
+        return None
+    each = list(measured)
+    tilts = [
+        resolution_tilt_deg(m.fit, m.resolution_m, m.judged_as) or 0.0
+        for m in each
+        if m.fit is not None
+    ]
+    turned = max((m.registration_error_deg or 0.0 for m in each), default=0.0)
+    return min(math.hypot(max(fit95_deg, min(tilts, default=0.0)), turned), 90.0)
 
 
 _OF_ANY_PLACE = 1.0 / math.sqrt(12.0)

@@ -14,7 +14,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Point
 from vomstudio.geometry.plane_discs import disc
-from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.fit_summary import WIDTH, first_reason, indices_text
 from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.local_surface import around
 from vomstudio.tools.polyline import points_text, type_of_draft
@@ -201,8 +201,7 @@ class TraceTool(FollowingTool[Trace]):
             return (points_text(count), *wrap(measurement.problem, WIDTH))
         fit = measurement.fit
         return (
-            self._context.format_plane(measurement),
-            error_text(measurement),
+            self._context.format_attitude(measurement),
             indices_text(fit, f"n {fit.n}"),
             *first_reason(measurement.verdict),
         )
