@@ -147,7 +147,7 @@ def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, s
     drawn(window)
     shown = net._net
     axes = shown.artists.axes
-    (name,) = [t for t in axes.texts if re.match(r"β \d+/", t.get_text())]
+    (name,) = [t for t in axes.texts if re.match(r"β [\d.]+/", t.get_text())]
     box = name.get_window_extent()
 
     def ink() -> set[tuple[int, int]]:

@@ -247,6 +247,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         ),
     ),
     # --- logs ----------------------------------------------------------------------------------
+    "fold.planes-not-good": (
+        "warning",
+        to_translate(
+            "{not_good} of {used} planes of the fold axis are not good, and count like the others."
+            " Improve them or leave them out."
+        ),
+    ),
     "log.beds-not-parallel": (
         "warning",
         to_translate(

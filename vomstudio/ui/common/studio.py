@@ -70,7 +70,7 @@ class Studio(QObject):
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
         self.fields, self.facets = w.fields, w.facets
-        self.proposed_traces = w.proposed_traces
+        self.proposed_traces, self.fold = w.proposed_traces, w.fold
         self.models, self.tools = w.models.open, w.tools.tools
         self.tool_of = w.tools.of
 
@@ -103,7 +103,7 @@ class Studio(QObject):
             w.tools.set_next,
         )
         self.finish_tool, self.cancel_tool = w.tools.finish, w.tools.cancel
-        self.surface, self.format_plane = w.tools.surface, w.tools.format_plane
+        self.surface, self.format_attitude = w.tools.surface, w.tools.format_attitude
         self.tool_changed = w.tools.tool_changed
 
         self.info, self.warn = w.notices.info, w.notices.warn
