@@ -237,10 +237,13 @@ def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) ->
 
 
 def _in_words(rows: list[dict[str, Any]]) -> str:
+    from vomstudio.geology.notation import attitude_decimals, format_azimuth
+
     heads = [
         tr("id"),
         tr("n"),
         tr("plane"),
+        tr("strike"),
         tr("fit 95 %"),
         tr("ang. error"),
         tr("rms"),
@@ -249,12 +252,15 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
     ]
     largest = tr("deg max/min")
     plane = tr("dip direction/dip ± 95 %")
-    units = ["", "", plane, largest, largest, "m", "m", ""]
+    units = ["", "", plane, tr("deg RHR"), largest, largest, "m", "m", ""]
     body = [
         [
             str(row["id"]),
             str(row["n_points"]),
             text_tables.measured_plane(row),
+            "-"
+            if row["undefined"]
+            else format_azimuth(row["strike_rhr_deg"], attitude_decimals(row["total95_deg"])),
             _pair(row, "confidence95"),
             _pair(row, "angular_error"),
             text_tables.figures(row["rms_m"]),
