@@ -234,8 +234,9 @@ def ellipse_of(measured: Measurement) -> AnyEllipse | None:
 
 
 def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
-    if measured.line is not None and measured.total is not None:
-        return NetLineEllipse.of(measured.line.vector(), measured.total)
+    total = measured.total
+    if measured.line is not None and total is not None and measured.registration_error_deg:
+        return NetLineEllipse(measured.line, total.largest_deg, total.smallest_deg, total.axis)
     line, largest, smallest = (
         measured.line,
         measured.max_confidence95_deg,
