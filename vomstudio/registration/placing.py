@@ -15,7 +15,11 @@ from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import why_no_error
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.agreement import said_of_disagreement, turned_norths
+from vomstudio.registration.agreement import (
+    contradicted_scale,
+    said_of_disagreement,
+    turned_norths,
+)
 from vomstudio.registration.blunders import (
     Blunder,
     Without,
@@ -109,7 +113,8 @@ def place(
         _require_enough(points)
     centre, size = _extent(kinds, extent)
     # Readings that are all off alike are none of them wrong beside the others.
-    norths, judged = turned_norths(kinds, centre, size)
+    contradiction, consistent = contradicted_scale(kinds, centre, size)
+    norths, judged = turned_norths(consistent, centre, size)
     found = widened(judged, adjust(judged, centre, size), centre)
     known = _known(found)
     mirrors = mirror_findings(points)
@@ -128,6 +133,7 @@ def place(
     warnings = [
         *named,
         *said_of_fit(found, kinds),
+        *([] if contradiction is None else [contradiction.in_words()]),
         *said_of_disagreement(judged, centre, size),
         *(north.in_words() for north in norths),
         *said_of_points(control, checked, points),
