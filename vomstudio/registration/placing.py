@@ -32,6 +32,7 @@ from vomstudio.registration.doubts.mirrors import mirror_findings, tipping_findi
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
 from vomstudio.registration.observations import KeptScale, Observed, Points, kind_name
+from vomstudio.registration.precision import add_rounding
 from vomstudio.registration.remarks import (
     said_of_blunders,
     said_of_bowing,
@@ -116,6 +117,7 @@ def place(
     contradiction, consistent = contradicted_scale(kinds, centre, size)
     norths, judged = turned_norths(consistent, centre, size)
     found = widened(judged, adjust(judged, centre, size), centre)
+    found = add_rounding(judged, found, centre, size)
     known = _known(found)
     mirrors = mirror_findings(points)
     blunders, without = _wrong(judged, found, centre, size, mirrored=bool(mirrors))
