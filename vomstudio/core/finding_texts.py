@@ -331,6 +331,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " (95 %) and its scale may be off by {scale95_percent:.2g} %."
         ),
     ),
+    "registration.poor": (
+        "warning",
+        to_translate(
+            "The model may be turned by {rotation95_deg:.2g}° (95 %), which makes planes on it poor."
+            " Add points, lines or readings."
+        ),
+    ),
     # --- files -----------------------------------------------------------------------------------
     "file.other-kind": (
         "error",

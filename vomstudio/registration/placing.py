@@ -56,6 +56,7 @@ from vomstudio.registration.similarity import (
     jacobian,
     nearly_on_a_line,
 )
+from vomstudio.registration.turn_checks import turn_findings
 from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
@@ -140,6 +141,7 @@ def place(
         *(north.in_words() for north in norths),
         *said_of_points(control, checked, points),
         *said_of_errors(rotation, scale95, known, points, named=doubted, share=share),
+        *turn_findings(found.rotation),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)

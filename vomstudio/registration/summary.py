@@ -21,6 +21,7 @@ from vomstudio.registration.remarks import (
     where_edges_lie,
 )
 from vomstudio.registration.scatter import scale_warning
+from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
 from vomstudio.words import to_translate, tr
 
 _Z95 = 1.959963984540054
@@ -84,8 +85,8 @@ def summary_of(registration: Registration) -> Summary:
             (tr("Turned about east, 95 %"), east),
         ):
             facts.append((name, f"± {error:.2g}°"))
-        values, axes = np.linalg.eigh(rotation)
-        worst = _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
+        axes = np.linalg.eigh(rotation)[1]
+        worst = worst_turn95_deg(rotation) or 0.0
         axis = Line.from_vector(axes[:, -1])
         where = f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
         facts.append((tr("Weakest axis, 95 %"), f"{where} ± {worst:.2g}°"))
@@ -200,7 +201,7 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
 
 
 def _warnings(registration: Registration) -> list[Message]:
-    messages: list[Message] = []
+    messages: list[Message] = [*turn_findings(registration.rotation_covariance())]
     control = [p for p in registration.control if not p.check]
     # Of a model that was fitted to another one the surfaces judge the points.
     by_points = registration.method != "reference"

@@ -39,6 +39,7 @@ from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import jacobian
+from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.placing.known_lines import (
     covariance_after,
@@ -286,19 +287,11 @@ def add_reference_error(
 
 def reference_findings(record: Registration) -> tuple[Finding, ...]:
     """Return the finding on the errors of a fit together with those of its reference."""
-    turn, scale = worst_turn_deg(record), record.scale_error
+    turn, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
     if turn is None or scale is None:
         return ()
     values = {"rotation95_deg": turn, "scale95_percent": 100.0 * _Z95 * scale}
     return (Finding("registration.reference-error", **values),)
-
-
-def worst_turn_deg(record: Registration) -> float | None:
-    """95 %, about the axis that a registration holds worst; None where its error is not known."""
-    rotation = record.rotation_covariance()
-    if rotation is None:
-        return None
-    return float(_Z95 * np.degrees(np.sqrt(max(np.linalg.eigvalsh(rotation)[-1], 0.0))))
 
 
 def turned_deg(before: Model, after: Model) -> float:
