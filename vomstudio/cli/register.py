@@ -80,7 +80,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--north-sigma",
         metavar="DEG",
         help=tr("how far a compass may be off for all its readings alike, one sigma (default: 10 "
-                "for photos, 0.5 for other azimuths from magnetic north, else 0)"),
+                "for photos, 2 for other azimuths from magnetic north, else 0)"),
     )  # fmt: skip
     _add_lines(parser)
     parser.add_argument(

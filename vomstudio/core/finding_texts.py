@@ -331,6 +331,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " (95 %) and its scale may be off by {scale95_percent:.2g} %."
         ),
     ),
+    "registration.compass-alone": (
+        "warning",
+        to_translate(
+            "North rests on compass readings alone: a common offset of ± {north_sigma_deg:g}°"
+            " (1 sigma) is assumed. State how far they may all be off (--north-sigma)."
+        ),
+    ),
     "registration.poor": (
         "warning",
         to_translate(

@@ -35,10 +35,10 @@ from vomstudio.registration.attitude_evidence import (
 from vomstudio.registration.blunders import left_out
 from vomstudio.registration.camera_positions import cameras_that_fit
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import said_of_lone_compass
 from vomstudio.registration.compass_evidence import (
     Segment,
     azimuth_lines,
+    compass_alone,
     compass_directions,
     said_of_compass,
 )
@@ -95,6 +95,8 @@ class Evidence:
     """Added to all azimuths of `compass`."""
     compass_doubt_deg: float = 0.0
     """One sigma of what all azimuths, of `compass` and `azimuths`, may be off alike."""
+    compass_doubt_stated: bool = False
+    """Whether the user stated it; else it is a default."""
     lengths: Sequence[Segment] = ()
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
@@ -176,10 +178,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds.append(level_lines_of(evidence.level_lines))
     compass_sigma_deg = evidence.compass_doubt_deg
     if evidence.compass is not None:
-        directions = compass_directions(
-            evidence.compass, evidence.compass_turn_deg, compass_sigma_deg
-        )
-        kinds += directions
+        kinds += compass_directions(evidence.compass, evidence.compass_turn_deg, compass_sigma_deg)
     if evidence.azimuths:
         kinds.append(azimuth_lines(evidence.azimuths, compass_sigma_deg))
     if evidence.reference is not None:
@@ -203,8 +202,12 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         texts = [each for each in messages if not isinstance(each, Finding)]
         texts += [] if suspicions else [str(error)]
         raise GeometryError(" ".join(texts)) from error
-    if evidence.compass is not None and len(kinds) == len(directions) and not compass_sigma_deg:
-        messages += said_of_lone_compass()
+    if evidence.compass is not None or evidence.azimuths:
+        placed = replace(placed, north_sigma_deg=compass_sigma_deg)
+        if compass_alone(kinds) and not evidence.compass_doubt_stated:
+            messages.append(
+                Finding("registration.compass-alone", north_sigma_deg=compass_sigma_deg)
+            )
     messages += scale_unit_findings(placed.scale, placed.scale_error_95)
     excluded = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
     messages += said_of_lengths(evidence.bars, evidence.lengths, evidence.pairs, excluded)

@@ -73,17 +73,20 @@ def placed_by_known(
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
+    north_sigma_stated: bool = False,
     keep_scale: bool = False,
 ) -> Placed:
     """The placement of a model's file by points, lines and planes on it. What these leave free
     stays as the model stands now, and so does its scale where that is kept.
 
     extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
-        what all azimuths may be off alike; turned_deg : added to all azimuths
+        what all azimuths may be off alike; turned_deg : added to all azimuths; north_sigma_stated :
+        whether that error is not a default
     Raises GeometryError, UsageError.
     """
     evidence = evidence_of(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
+    evidence.compass_doubt_stated = north_sigma_stated
     evidence.up = up_of(model)
     if keep_scale:
         evidence.scale = transform.scale_of(transform.matrix(model.to_world))

@@ -319,7 +319,7 @@ def _evidence(
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import check_area
-    from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
+    from vomstudio.registration.north import default_north_sigma_deg, on_grid
     from vomstudio.workspace.placing.marked_points import marked_pairs
 
     evidence = Evidence(without=tuple(order.without), robust=order.robust)
@@ -327,8 +327,9 @@ def _evidence(
     if order.north_sigma is not None:
         sigma_deg = _angle(order.north_sigma, "--north-sigma", zero=True)
         evidence.north_doubt_deg = evidence.compass_doubt_deg = sigma_deg
-    elif order.north == "magnetic":
-        evidence.compass_doubt_deg = DECLINATION_DOUBT_DEG
+        evidence.compass_doubt_stated = True
+    else:
+        evidence.compass_doubt_deg = default_north_sigma_deg(order.north)
     if order.marks is not None and order.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     photo_sources = (order.cameras, order.attitudes, order.horizon, order.gcp)

@@ -141,6 +141,7 @@ def placed_by_points(
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
+    north_sigma_stated: bool = False,
     keep_scale: bool = False,
 ) -> Placed:
     """Place a model by points, known lines and compass readings, and check the coordinates.
@@ -148,7 +149,8 @@ def placed_by_points(
     bounds : (2, 3) of the model in its file's frame, None if not known; crs : CRS of the points
     extent : (n, 3) points all over the model, in its file's frame
     compass : in the frame of the file; turned_deg : added to all azimuths; north_doubt_deg : common
-    error of the azimuths, one sigma; keep_scale : whether the scale of the model is fixed
+    error of the azimuths, one sigma; north_sigma_stated : whether that is not a default
+    keep_scale : whether the scale of the model is fixed
     Raises GeometryError, also for points that are far from the model.
     """
     require_on_model(pairs.model, bounds)
@@ -162,7 +164,7 @@ def placed_by_points(
     else:
         placed = placed_by_known(
             pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
-            keep_scale=keep_scale,
+            north_sigma_stated=north_sigma_stated, keep_scale=keep_scale,
         )  # fmt: skip
     if not len(pairs.labels):
         return placed

@@ -214,7 +214,7 @@ class ControlPanel(QWidget):
                 extent = None if opened is None else some_points(opened.data)
                 return placed_by_points(
                     pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
-                    north.turned_deg, keep_scale=keep_scale,
+                    north.turned_deg, north_sigma_stated=stated, keep_scale=keep_scale,
                 )  # fmt: skip
             except VomError as error:
                 return error
@@ -230,6 +230,8 @@ class ControlPanel(QWidget):
             self._solved(error)
             return
         north = self.north or ReadNorth("grid")
+        said = self.readings.compass
+        stated = said is not None and said.doubt_deg is not None
         self._show_compass()
         # Directions are tried one without the other, which takes a second.
         if self._found <= _FEW and compass is None:
