@@ -31,7 +31,13 @@ from vomstudio.registration.combined import Combined
 from vomstudio.registration.doubts.mirrors import mirror_findings, tipping_findings
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
-from vomstudio.registration.observations import KeptScale, Observed, Points, kind_name
+from vomstudio.registration.observations import (
+    KeptScale,
+    Observed,
+    PhotoUpright,
+    Points,
+    kind_name,
+)
 from vomstudio.registration.precision import add_rounding
 from vomstudio.registration.remarks import (
     said_of_blunders,
@@ -119,7 +125,7 @@ def place(
     norths, judged = turned_norths(consistent, centre, size)
     found = widened(judged, adjust(judged, centre, size), centre)
     found = add_rounding(judged, found, centre, size)
-    known = _known(found)
+    known = _known(found, judged)
     mirrors = mirror_findings(points)
     blunders, without = _wrong(judged, found, centre, size, mirrored=bool(mirrors))
     control = _residuals(points, found.fit)
@@ -301,9 +307,13 @@ def _extent(kinds: Sequence[Observed], extent: Array | None) -> tuple[Array, flo
 
 
 # --- what is known ----------------------------------------------------------------------------
-def _known(found: Adjusted) -> Known:
+def _known(found: Adjusted, kinds: Sequence[Observed]) -> Known:
     free = found.free
     sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+    tilt = float(np.sqrt(max(np.linalg.eigvalsh(found.covariance[:2, :2])[-1], 0.0)))
+    # How photos were held does not make the vertical known: the other observations must.
+    priors = [float(kind.sigma[0, 0]) for kind in kinds if isinstance(kind, PhotoUpright)]
+    unknown_tilt = sum(sigma_rad**-2 for sigma_rad in (_UNKNOWN_RAD, *priors)) ** -0.5
 
     def held(*rows: int) -> bool:
         return not free.shape[1] or bool(np.linalg.norm(free[list(rows)], axis=1).max() < _INTO)
@@ -312,7 +322,7 @@ def _known(found: Adjusted) -> Known:
     north = held(2) or found.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
     return Known(
         north=bool(north and sigma[2] < _UNKNOWN_RAD),
-        vertical=held(0, 1) and bool(max(sigma[:2]) < _UNKNOWN_RAD),
+        vertical=held(0, 1) and bool(tilt < unknown_tilt),
         scale=held(3) and bool(sigma[3] < _UNKNOWN_SCALE),
         position=held(4, 5, 6),
     )

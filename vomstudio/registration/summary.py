@@ -33,8 +33,8 @@ _METHODS = {
     "points": to_translate("control points picked on the model"),
     "attitudes": to_translate("attitudes of the cameras"),
     "lines": to_translate(
-        "lines on the model that are level, or of known azimuth or length, or what was read by "
-        "compass"
+        "lines on the model that are level, vertical, or of known azimuth or length, or what was "
+        "read by compass"
     ),
     "reference": to_translate("another model, to which it was fitted"),
     "local": to_translate("nothing outside of the photos"),
@@ -47,6 +47,8 @@ _OBSERVATIONS = {
     "verticals": to_translate("verticals of cameras"),
     "lengths": to_translate("lengths"),
     "level_lines": to_translate("level lines"),
+    "plumb_lines": to_translate("plumb lines"),
+    "photo_upright": to_translate("upright of the photos"),
     "azimuths": to_translate("azimuths"),
     "compass": to_translate("compass readings"),
     "reference": to_translate("surfaces of another model"),
@@ -156,7 +158,7 @@ def _observations(registration: Registration) -> str:
     """Return how many observations of each kind the registration was computed from."""
     return ", ".join(
         tr(name)
-        if group.kind in ("reference", "kept_scale")
+        if group.kind in ("reference", "kept_scale", "photo_upright")
         else tr("{name}: {count}", name=tr(name), count=group.count)
         for group in registration.observations
         for name in [_OBSERVATIONS.get(group.kind, group.kind)]

@@ -142,6 +142,7 @@ def placed_by_points(
     turned_deg: float = 0.0,
     *,
     north_sigma_stated: bool = False,
+    photo_up: npt.NDArray[np.float64] | None = None,
     keep_scale: bool = False,
 ) -> Placed:
     """Place a model by points, known lines and compass readings, and check the coordinates.
@@ -150,7 +151,7 @@ def placed_by_points(
     extent : (n, 3) points all over the model, in its file's frame
     compass : in the frame of the file; turned_deg : added to all azimuths; north_doubt_deg : common
     error of the azimuths, one sigma; north_sigma_stated : whether that is not a default
-    keep_scale : whether the scale of the model is fixed
+    photo_up : (3,) as of `Evidence`; keep_scale : whether the scale of the model is fixed
     Raises GeometryError, also for points that are far from the model.
     """
     require_on_model(pairs.model, bounds)
@@ -164,7 +165,7 @@ def placed_by_points(
     else:
         placed = placed_by_known(
             pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
-            north_sigma_stated=north_sigma_stated, keep_scale=keep_scale,
+            north_sigma_stated=north_sigma_stated, photo_up=photo_up, keep_scale=keep_scale,
         )  # fmt: skip
     if not len(pairs.labels):
         return placed
