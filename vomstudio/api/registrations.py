@@ -109,7 +109,8 @@ def register(
     ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
     axis), ``scale_error_95``, ``worth_adding`` (where one more point would help most), ``known``,
-    ``blunders`` (points too far off to be chance) and ``warnings``. Called with (n, 3)
+    ``blunders`` (points too far off to be chance), ``north_sigma_deg`` (common offset of compass
+    readings, one sigma; None without any) and ``warnings``. Called with (n, 3)
     model points it gives them in World.
 
     Raises
