@@ -37,8 +37,8 @@ def shares(rho: float) -> tuple[np.ndarray, float, float]:
         stated = placed.rotation_error_95_deg
         assert stated is not None
         inside += off <= np.array([stated.about_east, stated.about_north, stated.about_up], float)
-        bowed += any("bowed" in said for said in placed.warnings)
-        drifted += any("drifted" in said for said in placed.warnings)
+        bowed += any("bowed" in str(said) for said in placed.warnings)
+        drifted += any("drifted" in str(said) for said in placed.warnings)
     return inside / RUNS, bowed / RUNS, drifted / RUNS
 
 

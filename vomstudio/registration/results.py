@@ -103,6 +103,8 @@ class Placed(Shown):
     reach_m, normal : from the middle of the model to its edge, and of its mean plane (World), None
         where only the points are known
     observations : the inputs of the adjustment, by kind
+    north_sigma_deg : common offset of all azimuths and compass readings by which it was computed,
+        one sigma; None without any
     """
 
     matrix: Array
@@ -124,6 +126,7 @@ class Placed(Shown):
     normal: tuple[float, float, float] | None = None
     without: tuple[Without, ...] = ()
     observations: tuple[ObservationGroup, ...] = ()
+    north_sigma_deg: float | None = None
 
     def __call__(self, points: npt.ArrayLike) -> Array:
         """(n, 3) World of model points (n, 3), or (3,) of one. Raises InputError."""
