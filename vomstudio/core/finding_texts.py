@@ -369,8 +369,8 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "registration.poor": (
         "warning",
         to_translate(
-            "The model may be turned by {rotation95_deg:.2g}° (95 %), which makes planes on it poor."
-            " Add points, lines or readings."
+            "The model may be turned by {rotation95_deg:.2g}° (95 %), which makes planes on it"
+            " poor. Add points, lines or readings."
         ),
     ),
     # --- files -----------------------------------------------------------------------------------

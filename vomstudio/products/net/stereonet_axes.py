@@ -120,9 +120,12 @@ def _draw_fold(
     beta, plane = fold_texts(net, fold)
     pi_circle = NetCircle(fold.beta, 90.0, plane)
     ellipse = fold_ellipse(fold)
-    for drawn, line in ((pi_circle, "--"), *([] if ellipse is None else [(ellipse, "-")])):
-        for place, part in enumerate(drawn.outline(net.projection)):
-            label = plane if drawn is pi_circle and place == 0 else "_nolegend_"
+    outlines = [(pi_circle.outline(net.projection), "--", plane)]
+    if ellipse is not None:
+        outlines.append((ellipse.outline(net.projection), "-", "_nolegend_"))
+    for parts, line, first in outlines:
+        for place, part in enumerate(parts):
+            label = first if place == 0 else "_nolegend_"
             ax.plot(*_of_axes(part, net.projection), color=paper.ink, linestyle=line,
                     linewidth=1.5 * thin, label=label)  # fmt: skip
     _plot_lines(
