@@ -19,7 +19,9 @@ import numpy as np
 
 from tests.geology import folded
 from tests.geology.folded import Rng, planes
+from vomstudio.geology.folding.limbs import limbs_of
 from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.statistics import orientation_tensor
 
 BEDS = (3, 5, 6, 8, 10, 12, 15, 20, 30)
 ARC_DEG = 60.0, 180.0
@@ -96,12 +98,48 @@ def simulate(n: int, scatter: float | str, runs: int, seed: int) -> Count:
     return Count(runs, held, yes, yes_held)
 
 
+def limb_row(apart_deg: float, scatter_deg: float, runs: int, seed: int) -> str:
+    """Simulate two limbs of five beds each: share with an interlimb angle, and of right ones."""
+    rng = np.random.default_rng([seed, int(apart_deg), int(scatter_deg)])
+    angles = np.radians(np.repeat([0.0, apart_deg], 5))
+    told = held = 0
+    for _ in range(runs):
+        along = angles + np.radians(rng.normal(0.0, scatter_deg, 10))
+        off = np.radians(rng.normal(0.0, scatter_deg, 10))
+        poles = np.stack(
+            [np.cos(off) * np.cos(along), np.cos(off) * np.sin(along), np.sin(off)], axis=1
+        )
+        poles = poles @ folded.axis_frame(rng)
+        _, axes = orientation_tensor(poles)
+        limbs = limbs_of(poles, axes)
+        if limbs is None or limbs.doubt:
+            continue
+        told += 1
+        between = np.degrees(np.arccos(min(abs(float(limbs.poles[0] @ limbs.poles[1])), 1.0)))
+        truth = min(apart_deg, 180.0 - apart_deg)
+        held += abs(between - truth) <= limbs.errors95_deg(axes[2])[0]
+    share = "-" if told < 20 else f"{100 * held / told:.1f}"
+    return f"| {apart_deg:g} | {scatter_deg:g} | {100 * told / runs:.0f} | {share} |"
+
+
+def print_limbs(runs: int, seed: int) -> None:
+    print("| limbs apart, ° | scatter, ° | told, % | held of them, % |")
+    print("|---|---|---|---|")
+    for apart in (30.0, 50.0, 70.0, 130.0):
+        for scatter in (2.0, 4.0, 6.0, 8.0):
+            print(limb_row(apart, scatter, runs, seed), flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=39)
     parser.add_argument("--beds", type=int, nargs="*", default=BEDS)
+    parser.add_argument("--limbs", action="store_true", help="two limbs of five beds instead")
     arguments = parser.parse_args()
+    if arguments.limbs:
+        print_limbs(arguments.runs, arguments.seed)
+        return
     print("| beds | scatter, ° | yes, % | held, % | held of yes, % | yes |")
     print("|---|---|---|---|---|---|")
     total = Count(0, 0, 0, 0)
