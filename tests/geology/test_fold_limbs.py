@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.benchmarks.bench_folds import ANY, simulate
 from tests.geology import folded
 from tests.geology.folded import planes
 from tests.tiers import first_in_default_tier
@@ -205,3 +206,25 @@ def test_two_dips_that_stray_along_one_direction_only_are_two_dip_domains(along:
         dips = np.degrees(np.arccos(poles[:, 2]))
         azimuths = np.degrees(np.arctan2(poles[:, 0], poles[:, 1])) % 360.0
         assert fold_axis(azimuths, dips).verdict == "undetermined"
+
+
+def bent_beds(n: int, scatter_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    return planes(folded.bent(np.random.default_rng(39), n, 140, scatter_deg))
+
+
+def test_few_beds_give_a_condition_with_a_code_and_the_number_wanted() -> None:
+    few, enough = fold_axis(*bent_beds(7, 0.5)), fold_axis(*bent_beds(8, 0.5))
+    assert (few.verdict, few.valid) == ("cylindrical", "conditional")
+    (finding,) = few.findings
+    assert (finding.code, finding.values) == ("fold.too-few-planes", {"n": 7, "wanted": 8})
+    assert (enough.valid, enough.findings) == ("yes", ())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [8, 12, 20])
+def test_regions_of_valid_axes_hold(n: int) -> None:
+    """Of beds that scatter by 1 to 8 degrees, as `bench_folds` prints for the documentation."""
+    count = simulate(n, ANY, 1000, 40)
+    slack = 3.0 * math.sqrt(0.93 * 0.07 / count.yes)
+    assert count.yes > 300
+    assert count.yes_held >= (0.93 - slack) * count.yes

@@ -238,6 +238,14 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
         ),
     ),
+    # --- folds ---------------------------------------------------------------------------------
+    "fold.too-few-planes": (
+        "info",
+        to_translate(
+            "The axis rests on {n} planes, whose scatter is poorly known. Measure at least"
+            " {wanted} before you rely on its 95 % error."
+        ),
+    ),
     # --- slopes --------------------------------------------------------------------------------
     "slope.pairs-of-one-set": (
         "info",

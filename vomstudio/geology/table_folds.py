@@ -54,7 +54,8 @@ class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
     """n : rows; used : of them; not_good : of those used, planes whose verdict is not good, None
     if none has a verdict; left_out : the others, and why. The figures of the axis are those
     of `FoldAxis`. domains : each with its own axis, one_axis : whether one serves all; None where
-    no domains were named. convention, dropped_lines, warnings : of the table as it was read."""
+    no domains were named. convention, dropped_lines : of the table as it was read; warnings : those
+    of the table, and findings on the axis."""
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
@@ -114,7 +115,11 @@ def table_fold(
         one_axis=one_axis,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
-        warnings=(*table.warnings, *not_good_warning(choice.not_good, int(choice.use.sum()))),
+        warnings=(
+            *table.warnings,
+            *axis.findings,
+            *not_good_warning(choice.not_good, int(choice.use.sum())),
+        ),
     )
 
 

@@ -118,8 +118,10 @@ class Limbs:
             spread += on * np.outer(beside, beside) + off * np.outer(axis, axis)
         flat = np.eye(3) - np.outer(halving, halving)
         widest = float(np.linalg.eigvalsh(flat @ spread @ flat)[-1]) / length**2
-        angle = t95(welch) * math.sqrt(float(along.sum()))
-        region = math.atan(math.sqrt(widest * 2.0 * f95(free)))
+        # Limbs are told by how little they scatter, which of few planes is often by chance.
+        wider = 1.0 + 1.0 / max(n - 2.0, 1.0)
+        angle = wider * t95(welch) * math.sqrt(float(along.sum()))
+        region = math.atan(wider * math.sqrt(widest * 2.0 * f95(free)))
         return min(math.degrees(angle), 180.0), math.degrees(region)
 
 

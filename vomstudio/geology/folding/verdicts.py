@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.folding.shapes import CONE_APART, Cone, Shape, TwoCircles
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.words import tr
@@ -30,6 +31,9 @@ SHORT_ARC_DEG = 30.0
 
 FEW_PLANES = 5
 """Under this many planes neither the scatter nor its shape can be told (an axis can)."""
+
+MIN_PLANES_FOR_YES = 8
+"""Regions of axes that are valid hold in 93 % from so many planes on (docs/folds.md)."""
 
 ONE_DIP_DEG = 20.0
 """Poles of one dip stray by no more than this (RMS) from their mean."""
@@ -60,12 +64,14 @@ UNIFORM_P = 0.01
 @dataclass(frozen=True)
 class Verdict:
     """name: of the verdict; valid: yes, conditional or no; reasons: sentences with numbers.
-    untested: undetermined only since a cone is not told from a cylinder; the axis is known."""
+    untested: undetermined only since a cone is not told from a cylinder; the axis is known.
+    findings: the reasons that have a code."""
 
     name: str
     valid: str
     reasons: tuple[str, ...]
     untested: bool = False
+    findings: tuple[Finding, ...] = ()
 
 
 def verdict_of(
@@ -181,7 +187,17 @@ def _believed(shape: Shape, error95_deg: float, width: float, near: float, far: 
                 limit=KNOWN_AXIS_DEG,
             )
         )
-    return Verdict("cylindrical", "conditional" if conditions else "yes", (*conditions, *reasons))
+    findings = []
+    if shape.n < MIN_PLANES_FOR_YES:
+        few = Finding("fold.too-few-planes", n=shape.n, wanted=MIN_PLANES_FOR_YES)
+        findings.append(few)
+        conditions.append(few.message)
+    return Verdict(
+        "cylindrical",
+        "conditional" if conditions else "yes",
+        (*conditions, *reasons),
+        findings=tuple(findings),
+    )
 
 
 def _limits(waviness_deg: float | None) -> tuple[float, float]:

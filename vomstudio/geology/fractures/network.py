@@ -11,6 +11,13 @@ import numpy as np
 
 from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
+from vomstudio.geology.fractures.intervals import (
+    UNKNOWN,
+    Interval,
+    area_dispersion,
+    density_interval,
+    empty_interval,
+)
 from vomstudio.geology.fractures.length_laws import LEAST_COMPLETE, Fit, Parameter, fit_laws
 from vomstudio.geology.fractures.nodes import Mended, NodeCounts, nodes_of
 from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Pieces, Shapes, pieces_of
@@ -37,7 +44,6 @@ from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
 
 UNASSIGNED = "unassigned"
-_Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True)
@@ -53,13 +59,17 @@ class Counted:
 
 
 @dataclass(frozen=True)
-class Errors95:
-    """Half of the 95 % intervals of the densities, were the traces placed independently of each
-    other: clustered ones scatter more"""
+class Densities:
+    """P20, P20 by nodes and P21 of traces in an area with their 95 % intervals, and the dispersion:
+    the variance of P21 over that of traces placed independently. None without an area."""
 
-    P20_1_per_m2: float
-    P20_nodes_1_per_m2: float
-    P21_1_per_m: float
+    P20_1_per_m2: float | None = None
+    P20_95_1_per_m2: Interval = UNKNOWN
+    P20_nodes_1_per_m2: float | None = None
+    P20_nodes_95_1_per_m2: Interval = UNKNOWN
+    P21_1_per_m: float | None = None
+    P21_95_1_per_m: Interval = UNKNOWN
+    dispersion: float | None = None
 
 
 @dataclass(frozen=True)
@@ -90,8 +100,8 @@ class Lengths:
 
 @dataclass(frozen=True)
 class FractureSet:
-    """n pieces; strike_deg : mean azimuth by length, 0 to 180, with its resultant; densities None
-    without an area, spacing None without a scanline"""
+    """n pieces; strike_deg : mean azimuth by length, 0 to 180, with its resultant; densities with
+    their 95 % intervals as in `Densities`, None without an area; spacing None without a scanline"""
 
     name: str
     n: int
@@ -99,25 +109,32 @@ class FractureSet:
     resultant: float
     length_m: float
     P20_1_per_m2: float | None
+    P20_95_1_per_m2: Interval
     P21_1_per_m: float | None
+    P21_95_1_per_m: Interval
     spacing: Spacing | None
 
 
 @dataclass(frozen=True, repr=False)
 class FractureNetwork(Shown):
     """See docs/cli.md; None is what cannot be stated. P21_unclipped_1_per_m : with all that the
-    traces have outside the area, which is too much; plane : on which three-dimensional traces were
+    traces have outside the area, which is too much; names with 95 : the 95 % intervals, lower and
+    upper limit; dispersion : as in `Densities`; plane : on which three-dimensional traces were
     analysed, None for a map."""
 
     traces: int
     pieces: int
     area_m2: float | None
     P10_1_per_m: float | None
+    P10_95_1_per_m: Interval
     P20_1_per_m2: float | None
+    P20_95_1_per_m2: Interval
     P20_nodes_1_per_m2: float | None
+    P20_nodes_95_1_per_m2: Interval
     P21_1_per_m: float | None
+    P21_95_1_per_m: Interval
     P21_unclipped_1_per_m: float | None
-    error95: Errors95 | None
+    dispersion: float | None
     nodes: NodeCounts
     mended: tuple[Mended, ...]
     snap_m: float
@@ -178,7 +195,6 @@ def fracture_network(
     pieces = pieces_of(lines, area, snap_m)
     nodes = nodes_of(pieces, snap_m, area)
     said += _noticed(lines, pieces, nodes.overlaps, nodes.counts.other)
-    lengths = pieces.lengths()
     crossings = None
     if counted.scanlines is not None:
         crossings = crossings_of(lines, counted.scanlines, terzaghi_cap)
@@ -196,22 +212,26 @@ def fracture_network(
     size = None if area is None else float(shapely.area(area))
     everywhere = np.ones(len(crossings.trace), np.bool_) if crossings is not None else None
     whole = spacing_of(crossings, everywhere, terzaghi_cap) if crossings is not None else None  # type: ignore[arg-type]
-    ends = 2.0 - pieces.cut.sum(axis=1)
+    densities = densities_of(pieces, np.ones(len(pieces), np.bool_), area)
     found = FractureNetwork(
         traces=len(lines),
         pieces=len(pieces),
         area_m2=size,
         P10_1_per_m=None if whole is None else whole.P10_1_per_m,
-        P20_1_per_m2=None if size is None else len(pieces) / size,
+        P10_95_1_per_m=UNKNOWN if whole is None else whole.P10_95_1_per_m,
+        P20_1_per_m2=densities.P20_1_per_m2,
+        P20_95_1_per_m2=densities.P20_95_1_per_m2,
         P20_nodes_1_per_m2=None if size is None else (nodes.counts.I + nodes.counts.Y) / 2 / size,
-        P21_1_per_m=None if size is None else float(lengths.sum()) / size,
+        P20_nodes_95_1_per_m2=densities.P20_nodes_95_1_per_m2,
+        P21_1_per_m=densities.P21_1_per_m,
+        P21_95_1_per_m=densities.P21_95_1_per_m,
         P21_unclipped_1_per_m=None if size is None else float(shapely.length(lines).sum()) / size,
-        error95=None if size is None else _errors(lengths, ends, size),
+        dispersion=densities.dispersion,
         nodes=nodes.counts,
         mended=nodes.mended,
         snap_m=snap_m,
         length=length_figures(pieces, area),
-        sets=_sets(names, set_of, pieces, lengths, size, crossings, terzaghi_cap, plane),
+        sets=_sets(names, set_of, pieces, area, crossings, terzaghi_cap, plane),
         P21_by_size=() if area is None else intensity_by_size(pieces, area),
         circle=None if counted.circle is None else circle_estimates(pieces, counted.circle[2]),
         scanline=whole,
@@ -369,12 +389,34 @@ def _few(rows: Ints) -> str:
     return shown if len(rows) <= 5 else f"{shown}, ..."
 
 
-def _errors(lengths: Floats, ends: Floats, size: float) -> Errors95:
-    return Errors95(
-        _Z95 * math.sqrt(len(lengths)) / size,
-        _Z95 * math.sqrt(float(np.sum((ends / 2) ** 2))) / size,
-        _Z95 * math.sqrt(float(np.sum(lengths**2))) / size,
-    )
+def densities_of(pieces: Pieces, members: Flags, area: Any) -> Densities:
+    """Return the densities over an area of those pieces (n,) that are members of a set."""
+    import shapely
+
+    if area is None:
+        return Densities()
+    size = float(shapely.area(area))
+    lengths = pieces.lengths()[members]
+    ends = 2.0 - pieces.cut[members].sum(axis=1)
+    if not len(lengths):
+        none = empty_interval(size)
+        return Densities(0.0, none, 0.0, none, 0.0, (0.0, None), 1.0)
+    rows = np.unique(pieces.trace[members], return_inverse=True)[1]
+    middles = shapely.get_coordinates(shapely.centroid(pieces.lines[members]))
+    # Pieces of one trace belong together; it lies where its mean piece does.
+    places = np.stack([np.bincount(rows, xy) for xy in middles.T], axis=-1)
+    places /= np.bincount(rows)[:, None]
+
+    def density(weights: Floats) -> tuple[float, Interval, float]:
+        of_traces = np.bincount(rows, weights)
+        dispersion = area_dispersion(places, of_traces, area)
+        interval = density_interval(of_traces, size, dispersion)
+        return float(weights.sum()) / size, interval, dispersion
+
+    number, number_95, _ = density(np.ones(len(lengths)))
+    by_ends, by_ends_95, _ = density(ends / 2.0)
+    intensity, intensity_95, dispersion = density(lengths)
+    return Densities(number, number_95, by_ends, by_ends_95, intensity, intensity_95, dispersion)
 
 
 def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], Ints]:
@@ -394,13 +436,12 @@ def _sets(
     names: tuple[str, ...],
     set_of: Ints,
     pieces: Pieces,
-    lengths: Floats,
-    size: float | None,
+    area: Any,
     crossings: Crossings | None,
     cap: float | None,
     plane: TracePlane | None,
 ) -> tuple[FractureSet, ...]:
-    azimuth = trace_azimuths_deg(directions_of(pieces), plane)
+    azimuth, lengths = trace_azimuths_deg(directions_of(pieces), plane), pieces.lengths()
     own = set_of[pieces.trace]
     found = []
     for i, name in enumerate(names):
@@ -409,12 +450,19 @@ def _sets(
         spacing = None
         if crossings is not None:
             spacing = spacing_of(crossings, set_of[crossings.trace] == i, cap)
-        total = float(lengths[mine].sum())
+        densities = densities_of(pieces, mine, area)
         found.append(
             FractureSet(
-                name, int(mine.sum()), strike, resultant, total,
-                None if size is None else float(mine.sum()) / size,
-                None if size is None else total / size, spacing,
+                name=name,
+                n=int(mine.sum()),
+                strike_deg=strike,
+                resultant=resultant,
+                length_m=float(lengths[mine].sum()),
+                P20_1_per_m2=densities.P20_1_per_m2,
+                P20_95_1_per_m2=densities.P20_95_1_per_m2,
+                P21_1_per_m=densities.P21_1_per_m,
+                P21_95_1_per_m=densities.P21_95_1_per_m,
+                spacing=spacing,
             )
-        )  # fmt: skip
+        )
     return tuple(found)

@@ -8,6 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.geology.fractures.intervals import (
+    MIN_FOR_DISPERSION,
+    UNKNOWN,
+    Interval,
+    are_regular,
+    crossings_per_trace,
+    density_interval,
+    empty_interval,
+    line_dispersion,
+    regular_half_width,
+)
 from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Shapes, segments_of
 
 
@@ -17,7 +28,7 @@ class Crossings:
 
     trace, scanline : (n,) rows; along_m : (n,) from the start of the scanline; angle_deg : (n,)
     acute, between trace and scanline; weight : (n,) Terzaghi's 1 / sin of it, no more than the cap
-    where there is one; length_m : of all scanlines together; capped : weights that the cap lowered
+    where there is one; lengths_m : (k,) of the scanlines; capped : weights that the cap lowered
     """
 
     trace: Ints
@@ -25,9 +36,14 @@ class Crossings:
     along_m: Floats
     angle_deg: Floats
     weight: Floats
-    length_m: float
+    lengths_m: Floats
     capped: int
     overlaps: int
+
+    @property
+    def length_m(self) -> float:
+        """Of all scanlines together."""
+        return float(self.lengths_m.sum())
 
 
 @dataclass(frozen=True)
@@ -37,16 +53,23 @@ class Spacing:
     random, below where regular, above where clustered; true_mean_m : across the traces, by the sine
     of each gap's mean angle; P21_1_per_m : sum of the weights over the length, Terzaghi's (1965)
     correction, which in a plane estimates the length of traces per area; capped : weights that were
-    lowered to the cap"""
+    lowered to the cap; names with 95 : the 95 % intervals (see `intervals`); dispersion : variance
+    of the number of crossings over that of random ones, below 1 only if the gaps are significantly
+    regular"""
 
     n: int
     gaps: int
     P10_1_per_m: float
+    P10_95_1_per_m: Interval
     mean_m: float | None
+    mean_95_m: Interval
     std_m: float | None
     cv: float | None
     true_mean_m: float | None
+    true_mean_95_m: Interval
     P21_1_per_m: float
+    P21_95_1_per_m: Interval
+    dispersion: float
     capped: int
 
 
@@ -93,7 +116,7 @@ def crossings_of(lines: Shapes, scanlines: Shapes, cap: float | None = None) -> 
         weight = np.minimum(weight, cap)
     return Crossings(
         trace, scanline, along, np.degrees(np.arcsin(np.minimum(sine, 1.0))), weight,
-        float(steps.sum()), capped, overlaps,
+        np.bincount(line, steps, minlength=len(scanlines)), capped, overlaps,
     )  # fmt: skip
 
 
@@ -105,19 +128,71 @@ def spacing_of(crossings: Crossings, members: Flags, cap: float | None = None) -
     gaps = (along[1:] - along[:-1])[same]
     true = gaps * ((sine[1:] + sine[:-1]) / 2)[same]
     mean = float(gaps.mean()) if len(gaps) else None
+    true_mean = float(true.mean()) if len(true) else None
     std = float(gaps.std(ddof=1)) if len(gaps) > 1 else None
-    weights = crossings.weight[members]
+    cv = std / mean if std is not None and mean else None
+    trace, weights = crossings.trace[members], crossings.weight[members]
+    size = crossings.length_m
+    frequency, mean_95, dispersion = _intervals(crossings, members, gaps, cv)
+    ratio = true_mean / mean if true_mean is not None and mean else None
+    of_traces = np.bincount(trace, weights)
     return Spacing(
         n=len(along),
         gaps=len(gaps),
-        P10_1_per_m=len(along) / crossings.length_m,
+        P10_1_per_m=len(along) / size,
+        P10_95_1_per_m=frequency,
         mean_m=mean,
+        mean_95_m=mean_95,
         std_m=std,
-        cv=std / mean if std is not None and mean else None,
-        true_mean_m=float(true.mean()) if len(true) else None,
-        P21_1_per_m=float(weights.sum()) / crossings.length_m,
+        cv=cv,
+        true_mean_m=true_mean,
+        true_mean_95_m=_scaled(mean_95, ratio),
+        P21_1_per_m=float(weights.sum()) / size,
+        P21_95_1_per_m=density_interval(of_traces, size, max(dispersion, 1.0)),
+        dispersion=dispersion,
         capped=0 if cap is None else int(np.sum(1.0 / np.maximum(sine, 1e-12) > cap * (1 + 1e-12))),
     )
+
+
+def _intervals(
+    crossings: Crossings, members: Flags, gaps: Floats, cv: float | None
+) -> tuple[Interval, Interval, float]:
+    """Return the intervals of the frequency, 1/m, and of the mean gap, m, and the dispersion.
+
+    The mean gap is 1 over the frequency, and so is its interval, unless the gaps are regular: then
+    both follow from the scatter of the gaps, as in a renewal process (Cox 1962, Renewal theory).
+    """
+    line, along, size = crossings.scanline[members], crossings.along_m[members], crossings.length_m
+    n, lines = len(along), len(crossings.lengths_m)
+    if not n:
+        return empty_interval(size), UNKNOWN, 1.0
+    weights = crossings_per_trace(crossings.trace[members])
+    # Parallel scanlines meet the same traces again, which tells nothing new.
+    repeats = float(np.sum(weights**2)) / n
+    if cv is not None and are_regular(gaps, repeats):
+        free = len(gaps) / repeats
+        half = regular_half_width(cv, free)
+        mean = float(gaps.mean())
+        # Each line begins and ends at any place between two traces.
+        dispersion = cv**2 + lines / (6.0 * n)
+        error = regular_half_width(math.sqrt(dispersion * n * repeats) * math.sqrt(free), free)
+        frequency = max(n - error, 0.0) / size, (n + error) / size
+        return frequency, (mean * math.exp(-half), mean * math.exp(half)), dispersion
+    before = np.cumsum(crossings.lengths_m) - crossings.lengths_m
+    dispersion = line_dispersion(before[line] + along, size)
+    if cv is not None and len(gaps) >= MIN_FOR_DISPERSION:
+        dispersion = max(dispersion, cv**2)
+    low, high = density_interval(weights, size, dispersion)
+    if not len(gaps) or not low or not high:
+        return (low, high), UNKNOWN, dispersion
+    return (low, high), (1.0 / high, 1.0 / low), dispersion
+
+
+def _scaled(interval: Interval, factor: float | None) -> Interval:
+    low, high = interval
+    if low is None or high is None or factor is None:
+        return UNKNOWN
+    return low * factor, high * factor
 
 
 def axial_mean_deg(azimuth_deg: Floats, weights: Floats) -> tuple[float | None, float]:

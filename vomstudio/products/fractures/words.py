@@ -21,16 +21,16 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     ]  # fmt: skip
     if network.plane is not None:
         rows.append((tr("plane"), _plane_in_words(network.plane)))
-    error = found["error95"]
-    if error is not None:
+    if found["area_m2"] is not None:
         rows += [
             (tr("area"), tr("{size} m2", size=number(found["area_m2"], 1))),
-            ("P20", _with_error(found["P20_1_per_m2"], error["P20_1_per_m2"], "1/m2")),
+            ("P20", _with_interval(found["P20_1_per_m2"], found["P20_95_1_per_m2"], "1/m2")),
             (
                 tr("P20 by nodes"),
-                _with_error(found["P20_nodes_1_per_m2"], error["P20_nodes_1_per_m2"], "1/m2"),
+                _with_interval(found["P20_nodes_1_per_m2"], found["P20_nodes_95_1_per_m2"], "1/m2"),
             ),
-            ("P21", _with_error(found["P21_1_per_m"], error["P21_1_per_m"], "1/m")),
+            ("P21", _with_interval(found["P21_1_per_m"], found["P21_95_1_per_m"], "1/m")),
+            (tr("  dispersion"), _dispersion_in_words(found["dispersion"])),
         ]
     if found["scanline"] is not None:
         line = found["scanline"]
@@ -38,13 +38,17 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
             (tr("scanline"), tr_n(
                 "{count} crossing on {length} m", "{count} crossings on {length} m", line["n"],
                 length=number(found["scanline_m"], 2))),
-            ("P10", tr("{value} 1/m", value=figures(found["P10_1_per_m"]))),
-            (tr("  by Terzaghi"), tr("P21 {value} 1/m, cap: {cap}",
-                                   value=figures(line["P21_1_per_m"]),
+            ("P10", _with_interval(found["P10_1_per_m"], found["P10_95_1_per_m"], "1/m")),
+            (tr("  by Terzaghi"), tr("P21 {value}, cap: {cap}",
+                                   value=_with_interval(line["P21_1_per_m"],
+                                                        line["P21_95_1_per_m"], "1/m"),
                                    cap=found["terzaghi_cap"] or tr("none"))),
-            (tr("  spacing"), tr("{mean} m along the line, {true} m across the traces, cv {cv}",
-                               mean=figures(line["mean_m"]), true=figures(line["true_mean_m"]),
+            (tr("  spacing"), tr("{mean} along the line, {true} across the traces, cv {cv}",
+                               mean=_with_interval(line["mean_m"], line["mean_95_m"], "m"),
+                               true=_with_interval(line["true_mean_m"],
+                                                   line["true_mean_95_m"], "m"),
                                cv=number(line["cv"], 2))),
+            (tr("  dispersion"), _dispersion_in_words(line["dispersion"])),
         ]  # fmt: skip
     rows.append((
         tr("nodes"),
@@ -66,11 +70,20 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     return rows
 
 
-def _with_error(value: float, error: float, unit: str) -> str:
+def _with_interval(
+    value: float | None, interval: tuple[float | None, float | None], unit: str
+) -> str:
+    low, high = interval
     return tr(
-        "{value} +- {error} {unit} (95 %, of traces placed independently)",
-        value=figures(value), error=figures(error, 2), unit=unit,
+        "{value} {unit} (95 %: {low} to {high})",
+        value=figures(value), unit=unit, low=figures(low, 3), high=figures(high, 3),
     )  # fmt: skip
+
+
+def _dispersion_in_words(dispersion: float) -> str:
+    return tr(
+        "{ratio} times the variance of traces placed independently", ratio=number(dispersion, 1)
+    )
 
 
 def _law_in_words(length: dict[str, Any]) -> str:
@@ -115,12 +128,17 @@ def _set_in_words(of_set: dict[str, Any], plane: TracePlane | None) -> str:
             strike=strike,
         )  # fmt: skip
     if of_set["P21_1_per_m"] is not None:
-        text += tr(", P21 {value} 1/m", value=figures(of_set["P21_1_per_m"]))
+        text += tr(
+            ", P21 {value}",
+            value=_with_interval(of_set["P21_1_per_m"], of_set["P21_95_1_per_m"], "1/m"),
+        )
     if of_set["spacing"] is not None:
         text += tr(
-            ", spacing {mean} m, across the traces {true} m",
-            mean=figures(of_set["spacing"]["mean_m"]),
-            true=figures(of_set["spacing"]["true_mean_m"]),
+            ", spacing {mean}, across the traces {true}",
+            mean=_with_interval(of_set["spacing"]["mean_m"], of_set["spacing"]["mean_95_m"], "m"),
+            true=_with_interval(
+                of_set["spacing"]["true_mean_m"], of_set["spacing"]["true_mean_95_m"], "m"
+            ),
         )
     return text
 
