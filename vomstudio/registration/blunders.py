@@ -109,11 +109,26 @@ def find_blunders(
     One mistake makes others look wrong: what was named before the worst were out is held against
     the rest again, and cleared where it fits that.
     """
+    stated = _find_blunders(kinds, found, centre, size, trust_stated=True)
+    if not stated:
+        return []
+    labels = {blunder.label for blunder in stated}
+    rest = [chosen(kind, [label not in labels for label in kind.labels]) for kind in kinds]
+    if not adjust([kind for kind in rest if len(kind.labels)], centre, size).overdrawn > 1.0:
+        return stated
+    # What remains exceeds the stated accuracies too: these are too small, which is no blunder.
+    return _find_blunders(kinds, found, centre, size, trust_stated=False)
+
+
+def _find_blunders(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, *, trust_stated: bool
+) -> list[Blunder]:
+    """trust_stated : residuals are compared with the stated errors, not with each other"""
     total = sum(len(kind.labels) for kind in kinds)
     out: list[Single] = []
     named: dict[Single, Blunder] = {}
     while len(named) < total // 3:
-        worst = _worst(_judged(kinds, out, found))
+        worst = _worst(_judged(kinds, out, found, trust_stated=trust_stated))
         if worst is None:
             break
         out.append(worst.single)
@@ -121,16 +136,16 @@ def find_blunders(
         found = _adjusted(kinds, out, centre, size)
     else:
         # As many as can be named at all: then it is not these that are wrong.
-        if total // 3 and _worst(_judged(kinds, out, found)) is not None:
+        if total // 3 and _worst(_judged(kinds, out, found, trust_stated=trust_stated)) is not None:
             return []
     if not named and (hidden := _hidden(kinds)):
         # Mistakes that hide each other: each is held against those that agree.
         out = hidden
         named = {one: Blunder(kinds[one[0]].labels[one[1]], None, None) for one in hidden}
-        _cleared(kinds, out, named, centre, size)
+        _cleared(kinds, out, named, centre, size, trust_stated=trust_stated)
         return list(named.values())
     if len(out) > 1:
-        _cleared(kinds, out, named, centre, size)
+        _cleared(kinds, out, named, centre, size, trust_stated=trust_stated)
     return list(named.values())
 
 
@@ -168,12 +183,15 @@ def _cleared(
     named: dict[Single, Blunder],
     centre: Array,
     size: float,
+    *,
+    trust_stated: bool,
 ) -> None:
     """Takes out of both what fits the rest; the others are described by their miss from it."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*out]:
         tried = [other for other in out if other != single]
-        again = _judged(kinds, tried, _adjusted(kinds, tried, centre, size))
+        rest = _adjusted(kinds, tried, centre, size)
+        again = _judged(kinds, tried, rest, trust_stated=trust_stated)
         judged = next((one for one in again if one.single == single), None)
         if judged is None:
             continue
@@ -224,12 +242,14 @@ def _worst(judged: Sequence[_Judged]) -> _Judged | None:
     return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
 
 
-def _judged(kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted) -> list[_Judged]:
+def _judged(
+    kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted, *, trust_stated: bool
+) -> list[_Judged]:
     """Each one that the others say something of, held against these."""
     from scipy.stats import chi2, f
 
     rows, sigma = found.rows, found.sigma
-    stated = np.isfinite(rows.sigma)
+    stated = np.isfinite(rows.sigma) & trust_stated
     moves, covariance = weighed_rows(found)
     misses = rows.misses / sigma
     free = found.redundancy

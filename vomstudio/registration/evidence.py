@@ -52,7 +52,15 @@ from vomstudio.registration.coordinate_checks import (
 from vomstudio.registration.length_evidence import kept_scale, lengths_of, said_of_lengths
 from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
 from vomstudio.registration.marks.mark_checks import finder
-from vomstudio.registration.marks.wrong_marks import agreeing
+from vomstudio.registration.marks.mark_errors import (
+    Marks,
+    agreement_px,
+    mark_error_px,
+    mark_scatter_findings,
+    marks_disagree,
+    place_covariance,
+)
+from vomstudio.registration.marks.wrong_marks import agreeing, meet
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
@@ -79,6 +87,13 @@ class Evidence:
     views: Mapping[str, View] = field(default_factory=dict)
     centres: Mapping[str, Array] = field(default_factory=dict)
     pairs: Pairs | None = None
+    click_sigma_m: float | None = None
+    """Error of each coordinate of a click on the model, metres; None to derive it from
+    `resolution`."""
+    resolution: float | None = None
+    """Effective resolution of the model, in its unit; None if not known."""
+    mark_scatter_px: float | None = None
+    """Error of a mark in one direction; None without marks."""
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
     """In metres."""
@@ -156,7 +171,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
-        control, check = _pairs(evidence.pairs)
+        control, check = _pairs(evidence)
         messages += evidence.pairs.notes
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
@@ -213,7 +228,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         _refuse_unsure(placed, suspicions)
     if attitudes is not None:
         messages += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
-    return with_warnings(_with_pixels(placed, evidence), messages)
+    placed = _with_errors_of_control(_with_pixels(placed, evidence), evidence)
+    return with_warnings(placed, messages)
 
 
 def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
@@ -241,13 +257,52 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
 
 
 # --- points -----------------------------------------------------------------------
-def _pairs(pairs: Pairs) -> tuple[Points, Points]:
+def _pairs(evidence: Evidence) -> tuple[Points, Points]:
+    pairs, click_m = evidence.pairs, evidence.click_sigma_m
+    assert pairs is not None
+    clicked = _clicked(pairs)
+    sigma_m = np.where(clicked, click_m or 0.0, 0.0)
+    half = 0.5 * (evidence.resolution or 0.0) if click_m is None else 0.0
+    covariance = np.tile(half**2 * np.eye(3), (len(clicked), 1, 1))
+    if pairs.covariance is not None:
+        covariance[~clicked] = pairs.covariance[~clicked]
+
     def those(which: npt.NDArray[np.bool_]) -> Points:
         rows = np.flatnonzero(which)
         labels = [pairs.labels[i] for i in rows]
-        return Points(labels, pairs.model[rows], pairs.world[rows], pairs.sigma[rows])
+        return Points(
+            labels,
+            pairs.model[rows],
+            pairs.world[rows],
+            pairs.sigma[rows],
+            click_m=sigma_m[rows] if sigma_m.any() else None,
+            covariance=covariance[rows] if covariance.any() else None,
+        )
 
     return those(~pairs.check), those(pairs.check)
+
+
+def _clicked(pairs: Pairs) -> npt.NDArray[np.bool_]:
+    """Return which of the points (n,) were clicked on the model, not marked in photos."""
+    if pairs.covariance is None:
+        return np.ones(len(pairs.labels), bool)
+    return np.asarray(~np.isfinite(pairs.covariance).all(axis=(1, 2)))
+
+
+def _with_errors_of_control(placed: Placed, evidence: Evidence) -> Placed:
+    """Add the errors of clicks and marks that were used, and findings on them."""
+    placed = replace(placed, mark_scatter_px=evidence.mark_scatter_px)
+    findings = mark_scatter_findings(evidence.mark_scatter_px or 0.0)
+    pairs = evidence.pairs
+    if pairs is not None and _clicked(pairs).any():
+        click_m = evidence.click_sigma_m
+        if click_m is None:
+            click_m = 0.5 * placed.scale * (evidence.resolution or 0.0)
+            stated = np.isfinite(pairs.sigma[_clicked(pairs)]).all()
+            if evidence.resolution is None and stated:
+                findings.append(Finding("control.click-error-unknown"))
+        placed = replace(placed, click_sigma_m=click_m)
+    return with_warnings(placed, findings)
 
 
 # --- cameras ----------------------------------------------------------------------------------
@@ -383,25 +438,29 @@ def _refuse_unsure(placed: Placed, suspicions: Sequence[Message]) -> None:
 
 def marked_places(
     evidence: Evidence, marks: Sequence[Marked], messages: list[Message] | None = None
-) -> dict[str, Array]:
+) -> dict[str, tuple[Array, Array]]:
     """Triangulate the points that are marked in at least two photos.
+
+    The scatter of the marks is stored in `evidence`.
 
     Parameters
     ----------
     evidence : Evidence
     marks : sequence of (label, photo, x, y)
     messages : list of Message, optional
-        Messages about excluded marks are appended.
+        Messages about excluded marks and points are appended.
 
     Returns
     -------
-    dict of str to (3,) array
-        Points on the model by label.
+    dict of str to (3,) array and (3, 3) array
+        Points on the model and their covariances, by label.
 
     Raises
     ------
     UsageError
         If no cameras are known.
+    GeometryError
+        If the marks scatter too much to show the same points.
     """
     collected = [] if messages is None else messages
     views_of: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
@@ -427,13 +486,27 @@ def marked_places(
         views, pixels = views_of.setdefault(label, ([], []))
         views.append(view)
         pixels.append((x, y))
-    triangulated = {}
-    for label, (views, pixels) in views_of.items():
-        places = np.array(pixels, np.float64)
-        rows, wrong_marks = agreeing(label, views, places)
+    points = {
+        label: Marks(views, np.array(pixels, np.float64))
+        for label, (views, pixels) in views_of.items()
+    }
+    mark_px = mark_error_px(list(points.values()))
+    evidence.mark_scatter_px = mark_px if points else None
+    triangulated, contradictory = {}, []
+    for label, each in points.items():
+        rows, wrong_marks = agreeing(label, each, agreement_px(mark_px))
         collected += [mark.in_words() for mark in wrong_marks]
-        triangulated[label] = triangulate([views[int(row)] for row in rows], places[rows])
-    return {label: place_ for label, place_ in triangulated.items() if np.isfinite(place_).all()}
+        right = Marks([each.views[int(row)] for row in rows], each.pixels[rows])
+        place = triangulate(*right)
+        if not np.isfinite(place).all():
+            continue
+        if not meet(right, agreement_px(mark_px)):
+            contradictory.append(label)
+            continue
+        triangulated[label] = place, place_covariance(right, place, mark_px)
+    if contradictory:
+        collected.append(marks_disagree(contradictory))
+    return triangulated
 
 
 def _attitudes(evidence: Evidence, table: AttitudeTable, messages: list[Message]) -> Held:

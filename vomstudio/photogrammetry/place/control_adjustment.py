@@ -96,7 +96,9 @@ class GroundPoints:
         require_width(places)
         fit, good = fit_robustly(places, wanted, floor=self.floor)
         misses = (fit(places) - wanted)[good]
-        scatter = scatter_of(wanted[good], misses, self.surveyed or None)
+        used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
+        stated = self.errors(scene, fit, used) if self.surveyed else None
+        scatter = scatter_of(wanted[good], misses, stated, in_order=True)
         # What is exact in every digit is not known better than a part of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(wanted[good], misses, _PART_OF_PIXEL * self.pixel)
@@ -110,9 +112,20 @@ class GroundPoints:
                     angle=worst,
                 )
             )
-        return ControlFit(
-            fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], scatter
-        )
+        return ControlFit(fit, used, scatter)
+
+    def errors(self, scene: SparseScene, fit: Similarity, rows: Sequence[int]) -> Array:
+        """Return the covariances (n, 3, 3) of points: surveyed accuracy and scatter of the marks.
+
+        fit : from the scene to the control points
+        """
+        turn = fit.scale * fit.rotation
+        errors = []
+        for row in rows:
+            marked = self.seen[row].covariance(scene, self.mark_px)
+            surveyed = self.control[row].sigma_m or self.surveyed
+            errors.append(turn @ marked @ turn.T + surveyed**2 * np.eye(3))
+        return np.array(errors)
 
     def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Root mean square distance of these points from where they are in a placed scene, m."""

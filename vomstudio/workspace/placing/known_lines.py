@@ -74,16 +74,21 @@ def placed_by_known(
     turned_deg: float = 0.0,
     *,
     keep_scale: bool = False,
+    click_sigma_m: float | None = None,
+    resolution: float | None = None,
 ) -> Placed:
     """The placement of a model's file by points, lines and planes on it. What these leave free
     stays as the model stands now, and so does its scale where that is kept.
 
     extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
         what all azimuths may be off alike; turned_deg : added to all azimuths
+    click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
+        model, which is in the unit of its file
     Raises GeometryError, UsageError.
     """
     evidence = evidence_of(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
+    evidence.click_sigma_m, evidence.resolution = click_sigma_m, resolution
     evidence.up = up_of(model)
     if keep_scale:
         evidence.scale = transform.scale_of(transform.matrix(model.to_world))
@@ -127,6 +132,9 @@ def _moved(evidence: Evidence, by: Array) -> Evidence:
         pairs=pairs,
         compass=compass,
         scale=None if evidence.scale is None else evidence.scale / transform.scale_of(by),
+        resolution=None
+        if evidence.resolution is None
+        else evidence.resolution * transform.scale_of(by),
         up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_of(by),
         level_lines=[
             replace(line, first=there(line.first), second=there(line.second))

@@ -73,10 +73,11 @@ def marked_pairs(
     sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated]
     pairs = Pairs(
         tuple(p.label for p in triangulated),
-        np.array([places[p.label] for p in triangulated]).reshape(-1, 3),
+        np.array([places[p.label][0] for p in triangulated]).reshape(-1, 3),
         np.array([p.position for p in triangulated], np.float64).reshape(-1, 3),
         np.array(sigma, np.float64).reshape(-1, 3),
         np.array([p.check for p in triangulated], bool),
+        covariance=np.array([places[p.label][1] for p in triangulated]).reshape(-1, 3, 3),
     )
     if evidence.pairs is not None:
         pairs = evidence.pairs.with_more(pairs)
