@@ -11,7 +11,6 @@ flagged, and that of runs with one blunder in which it and no other point is fla
 from __future__ import annotations
 
 import sys
-
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -139,7 +138,7 @@ def points(case: Case, runs: int, seed: int) -> Shares:
 
 @dataclass(frozen=True)
 class MarkCase:
-    """Points marked in photos with an error of `mark_px`; one mark in `wrong_every` is elsewhere."""
+    """Points marked in photos with an error of `mark_px`; one in `wrong_every` marks is wrong."""
 
     name: str
     count: int
@@ -227,6 +226,7 @@ def by_reconstruct(
     return found, report.covariance, np.array(report.centre)
 
 
+_SURVEYS = ((12, "terrace", TERRACE), (20, "wall", WALL), (40, "terrace", TERRACE))
 GNSS = (0.02, 0.02, 0.03)
 CASES = (
     *(
@@ -254,7 +254,7 @@ CASES = (
         Case(f"{n} points on a {name} by GNSS of 2, 2, 3 cm {'' if stated else 'not '}stated, "
              f"correlation {drift}", n, shape, GNSS, stated, click_m=0.005, given_m=0.005,
              drift=drift)
-        for n, name, shape in ((12, "terrace", TERRACE), (20, "wall", WALL), (40, "terrace", TERRACE))
+        for n, name, shape in _SURVEYS
         for stated in (True, False)
         for drift in (0.0, 0.8, 0.95)
     ),

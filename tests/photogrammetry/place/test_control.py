@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from tests.photogrammetry.made_photos import LENS, ORIGIN, abreast, around, face
 from tests.photogrammetry.place.test_georeference import scene_of
 from tests.photogrammetry.place.test_gps_priors import block
+from vomstudio.core.findings import as_finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
@@ -19,8 +20,8 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.control import place_by_control
-from vomstudio.photogrammetry.place.mark_observations import PointMarks
-from vomstudio.photogrammetry.place.wrong_marks import mark_scatter_px
+from vomstudio.registration.evidence import Evidence, marked_places
+from vomstudio.registration.marks.mark_errors import MIN_MARK_PX
 from vomstudio.registration.similarity import fit_similarity
 
 PLACES = np.array(
@@ -283,8 +284,7 @@ def test_a_point_is_triangulated_where_it_is() -> None:
 def test_marks_that_scatter_register_the_model_with_their_own_error(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
-    """No three points have marks that agree within 20 pixels. The errors are those of the marks,
-    and the tie points are not bent to them."""
+    """The errors are those of the marks, and the tie points are not bent to them."""
     views, points, scene = wall
     control, marks = marked(views, 25.0)
     placed, report = place_by_control(scene, control, marks)
@@ -297,31 +297,26 @@ def test_marks_that_scatter_register_the_model_with_their_own_error(
     assert after < 1.1 * before
 
 
-def test_marks_that_agree_report_no_scatter(
+def test_marks_that_agree_are_as_good_as_marks_set_by_hand(
     wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
     _, report = place_by_control(scene, *marked(views), adjust=False)
-    assert report.mark_scatter_px is None
+    assert report.mark_scatter_px == MIN_MARK_PX
+    assert not any(as_finding(each).code == "control.mark-scatter" for each in report.warnings)
 
 
-@pytest.mark.parametrize("noise_px", [1.0, 25.0])
-@pytest.mark.parametrize("photos", [2, 3, 8])
-def test_the_scatter_of_marks_is_that_of_which_they_were_made(
-    wall: tuple[list[View], np.ndarray, SparseScene], noise_px: float, photos: int
+def test_both_commands_find_the_same_scatter_and_errors_of_marks(
+    wall: tuple[list[View], np.ndarray, SparseScene],
 ) -> None:
     views, _, scene = wall
-    rng = np.random.default_rng(1)
-    rows = np.arange(8) if photos == 8 else np.arange(photos) * 3
-    seen = []
-    for place in rng.uniform([-4, -0.5, 0], [4, 0.5, 4], (60, 3)):
-        pixels = np.array([views[row].project(place)[0] for row in rows])
-        seen.append(PointMarks(rows, pixels + rng.normal(0, noise_px, pixels.shape)))
-    assert mark_scatter_px(scene, seen) == pytest.approx(noise_px, rel=0.3)
-    # One point in three with a wrong mark does not change it much.
-    for marks in seen[::3]:
-        marks.pixels[0] += 400.0
-    assert mark_scatter_px(scene, seen) < 2.0 * noise_px
+    control, marks = marked(views, 12.0)
+    _, report = place_by_control(scene, control, marks, adjust=False)
+    evidence = Evidence(views={view.name: view for view in scene.views})
+    places = marked_places(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
+    assert evidence.mark_scatter_px == pytest.approx(report.mark_scatter_px)
+    assert report.mark_scatter_px == pytest.approx(12.0, rel=0.3)
+    assert sorted(places) == sorted(p.label for p in report.points if p.role != "unseen")
 
 
 def test_marks_that_show_other_points_are_refused(
