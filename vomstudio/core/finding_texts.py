@@ -230,6 +230,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " show the same points. Check labels, photos and poses."
         ),
     ),
+    "control.few-marks": (
+        "warning",
+        to_translate(
+            "Points with fewer than two right marks in photos of the model were not used: {labels}."
+            " Mark them again."
+        ),
+    ),
     "control.marks-disagree": (
         "warning",
         to_translate(

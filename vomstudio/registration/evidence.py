@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -464,10 +465,12 @@ def marked_places(
     """
     collected = [] if messages is None else messages
     views_of: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
+    given: Counter[str] = Counter()
     for label, photo, x, y in marks:
         view = _view(evidence, photo, "--marks")
         if view is None:
             continue
+        given[label] += 1
         lens = view.intrinsics
         if not (0 <= x <= lens.width and 0 <= y <= lens.height):
             collected.append(
@@ -497,15 +500,19 @@ def marked_places(
         rows, wrong_marks = agreeing(label, each, agreement_px(mark_px))
         collected += [mark.in_words() for mark in wrong_marks]
         right = Marks([each.views[int(row)] for row in rows], each.pixels[rows])
-        place = triangulate(*right)
-        if not np.isfinite(place).all():
+        if len(rows) < 2:
             continue
         if not meet(right, agreement_px(mark_px)):
             contradictory.append(label)
             continue
+        place = triangulate(*right)
         triangulated[label] = place, place_covariance(right, place, mark_px)
     if contradictory:
         collected.append(marks_disagree(contradictory))
+    # Points that are marked once are reported where labels are compared.
+    few = [k for k in given if given[k] > 1 and k not in triangulated and k not in contradictory]
+    if few:
+        collected.append(Finding("control.few-marks", labels=few))
     return triangulated
 
 

@@ -142,6 +142,8 @@ def _unfitted(count: int) -> float:
 def mark_error_px(points: Sequence[Marks]) -> float:
     """Return the error of a mark in one direction that counts, from the scatter of all marks.
 
+    Points whose marks scatter so much that they cannot show the same point take no part.
+
     Parameters
     ----------
     points : sequence of Marks
@@ -150,19 +152,22 @@ def mark_error_px(points: Sequence[Marks]) -> float:
     Raises
     ------
     GeometryError
-        If the marks scatter so much that they cannot show the same points.
+        If this applies to all points.
     """
-    scatter_px = mark_scatter_px(points)
-    if not math.isfinite(scatter_px):
+    scatters_px = {row: mark_scatter_px([marks]) for row, marks in enumerate(points)}
+    located = {row: value for row, value in scatters_px.items() if math.isfinite(value)}
+    if not located:
         return MIN_MARK_PX
-    diagonals = [
-        math.hypot(view.intrinsics.width, view.intrinsics.height)
-        for marks in points
-        for view in marks.views
-    ]
-    if scatter_px > _MAX_SHARE * float(np.median(diagonals)):
+    plausible = [points[row] for row, value in located.items() if value <= _max_px(points[row])]
+    if not plausible:
+        scatter_px = mark_scatter_px(points)
         raise GeometryError.of_finding(Finding("control.marks-scattered", scatter_px=scatter_px))
-    return max(MIN_MARK_PX, scatter_px)
+    return max(MIN_MARK_PX, mark_scatter_px(plausible))
+
+
+def _max_px(marks: Marks) -> float:
+    sizes = [math.hypot(v.intrinsics.width, v.intrinsics.height) for v in marks.views]
+    return _MAX_SHARE * float(np.median(sizes))
 
 
 def mark_scatter_findings(scatter_px: float) -> list[Finding]:
