@@ -179,7 +179,10 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         every = evidence.pairs
         suspicions += point_findings(control, every.labels, every.world, every.model, evidence.crs)
         messages += suspicions
-    kinds += lengths_of(evidence.bars, evidence.lengths, evidence.pairs)
+    click_m, click = _click_errors(evidence)
+    kinds += lengths_of(
+        evidence.bars, evidence.lengths, evidence.pairs, click_m=click_m, click=click
+    )
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, messages, suspicions))
     attitudes = None
@@ -259,12 +262,12 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
 
 # --- points -----------------------------------------------------------------------
 def _pairs(evidence: Evidence) -> tuple[Points, Points]:
-    pairs, click_m = evidence.pairs, evidence.click_sigma_m
+    pairs = evidence.pairs
     assert pairs is not None
-    clicked = _clicked(pairs)
-    sigma_m = np.where(clicked, click_m or 0.0, 0.0)
-    half = 0.5 * (evidence.resolution or 0.0) if click_m is None else 0.0
-    covariance = np.tile(half**2 * np.eye(3), (len(clicked), 1, 1))
+    clicked = pairs.is_clicked
+    click_m, click = _click_errors(evidence)
+    sigma_m = np.where(clicked, click_m, 0.0)
+    covariance = np.tile(click**2 * np.eye(3), (len(clicked), 1, 1))
     if pairs.covariance is not None:
         covariance[~clicked] = pairs.covariance[~clicked]
 
@@ -283,11 +286,11 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
     return those(~pairs.check), those(pairs.check)
 
 
-def _clicked(pairs: Pairs) -> npt.NDArray[np.bool_]:
-    """Return which of the points (n,) were clicked on the model, not marked in photos."""
-    if pairs.covariance is None:
-        return np.ones(len(pairs.labels), bool)
-    return np.asarray(~np.isfinite(pairs.covariance).all(axis=(1, 2)))
+def _click_errors(evidence: Evidence) -> tuple[float, float]:
+    """Return the error of a click in metres as given, and else in the unit of the model."""
+    if evidence.click_sigma_m is not None:
+        return evidence.click_sigma_m, 0.0
+    return 0.0, 0.5 * (evidence.resolution or 0.0)
 
 
 def _with_errors_of_control(placed: Placed, evidence: Evidence) -> Placed:
@@ -295,11 +298,11 @@ def _with_errors_of_control(placed: Placed, evidence: Evidence) -> Placed:
     placed = replace(placed, mark_scatter_px=evidence.mark_scatter_px)
     findings = mark_scatter_findings(evidence.mark_scatter_px or 0.0)
     pairs = evidence.pairs
-    if pairs is not None and _clicked(pairs).any():
+    if pairs is not None and pairs.is_clicked.any():
         click_m = evidence.click_sigma_m
         if click_m is None:
             click_m = 0.5 * placed.scale * (evidence.resolution or 0.0)
-            stated = np.isfinite(pairs.sigma[_clicked(pairs)]).all()
+            stated = np.isfinite(pairs.sigma[pairs.is_clicked]).all()
             if evidence.resolution is None and stated:
                 findings.append(Finding("control.click-error-unknown"))
         placed = replace(placed, click_sigma_m=click_m)

@@ -150,6 +150,8 @@ class Lengths:
     """Distances on the model that were measured, metres.
 
     first, second : (n, 3) model; length : (n,); sigma : (n,), NaN where not stated
+    click_m : (n,) errors that the clicks on both ends add, World metres; None for 0
+    click : (n,) the same in the unit of the model; None for 0
     """
 
     labels: Sequence[str]
@@ -157,12 +159,23 @@ class Lengths:
     second: Array
     length: Array
     sigma: Array
+    click_m: Array | None = None
+    click: Array | None = None
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
         moves = np.zeros((len(placed), 7))
         moves[:, 3] = placed
-        return _rows(placed - self.length, moves, self.sigma, ("lengths",))
+        sigma = self.sigma
+        if self.click_m is not None:
+            sigma = np.hypot(sigma, self.click_m)
+        if self.click is not None:
+            sigma = np.hypot(sigma, fit.scale * self.click)
+        return _rows(placed - self.length, moves, sigma, ("lengths",))
+
+    def without_click(self) -> Lengths:
+        """Return the same lengths as if their ends on the model were exact."""
+        return replace(self, click_m=None, click=None)
 
 
 @dataclass(frozen=True, eq=False)

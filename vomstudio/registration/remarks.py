@@ -91,7 +91,7 @@ def _too_good(found: Adjusted, kinds: Sequence[Observed]) -> float | None:
     the errors of clicks are not counted."""
     from scipy.stats import chi2
 
-    exact = [kind.without_click() if isinstance(kind, Points) else kind for kind in kinds]
+    exact = [kind.without_click() if isinstance(kind, Points | Lengths) else kind for kind in kinds]
     stated = all_rows(exact, found.fit, found.centre)[0].sigma
     if not len(stated) or not np.isfinite(stated).all() or found.redundancy < _FEWEST_LEFT:
         return None

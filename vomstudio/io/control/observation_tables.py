@@ -54,6 +54,13 @@ class Pairs:
     crs: str | None = None
     covariance: Array | None = None
 
+    @property
+    def is_clicked(self) -> npt.NDArray[np.bool_]:
+        """Which of the points (n,) were clicked on the model, not marked in photos."""
+        if self.covariance is None:
+            return np.ones(len(self.labels), bool)
+        return np.asarray(~np.isfinite(self.covariance).all(axis=(1, 2)))
+
     def with_more(self, other: Pairs) -> Pairs:
         """These and others. Raises UsageError where a label is in both."""
         for label in set(self.labels) & set(other.labels):
