@@ -23,12 +23,14 @@ from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.control import place_by_control
 from vomstudio.registration.combined import difference
 from vomstudio.registration.evidence import Evidence, marked_places, register
-from vomstudio.registration.similarity import Similarity
+from vomstudio.registration.similarity import Similarity, fit_similarity
 
 Array = npt.NDArray[np.float64]
+FACE = face(30)
 _Z95 = 1.959963984540054
 
 WALL, TERRACE, QUARRY = (45.0, 8.0, 24.0), (130.0, 85.0, 9.0), (22.0, 18.0, 15.0)
@@ -57,6 +59,15 @@ class Case:
     blunder_m: float = 0.5
 
 
+def _spread(case: Case, rng: np.random.Generator) -> Array:
+    """Points (n, 3) as somebody places them: not nearly on a line."""
+    while True:
+        exact = np.asarray(rng.uniform(-0.5, 0.5, (case.count, 3)) * case.shape)
+        sizes = np.linalg.svd(exact - exact.mean(axis=0), compute_uv=False)
+        if sizes[1] > 0.15 * sizes[0]:
+            return exact
+
+
 def evidence_of(case: Case, rng: np.random.Generator, *, blunder: bool) -> Run:
     """Draw a model and the errors of its points."""
     scale = float(rng.uniform(0.5, 3.0))
@@ -65,7 +76,7 @@ def evidence_of(case: Case, rng: np.random.Generator, *, blunder: bool) -> Run:
         Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
         np.array([398_000.0, 4_980_000.0, 320.0]),
     )
-    exact = rng.uniform(-0.5, 0.5, (case.count, 3)) * case.shape
+    exact = _spread(case, rng)
     errors = rng.normal(size=exact.shape)
     for row in range(1, case.count):
         errors[row] = case.drift * errors[row - 1] + np.sqrt(1.0 - case.drift**2) * errors[row]
@@ -170,7 +181,7 @@ def marks_of(case: MarkCase, views: list[View], rng: np.random.Generator) -> tup
 def marked(case: MarkCase, runs: int, seed: int, *, reconstruct: bool) -> Shares:
     rng = np.random.default_rng(seed)
     views = around()
-    scene = scene_of(views, face(30))
+    scene = scene_of(views, FACE)
     shares = Shares()
     for _ in range(runs):
         truth = Similarity(
@@ -193,7 +204,7 @@ def marked(case: MarkCase, runs: int, seed: int, *, reconstruct: bool) -> Shares
 
 
 def by_register(
-    scene: object, views: list[View], world: Array, sigma: float | None, marks: list[Mark]
+    scene: SparseScene, views: list[View], world: Array, sigma: float | None, marks: list[Mark]
 ) -> tuple[Similarity, Array, Array]:
     evidence = Evidence(views={view.name: view for view in views})
     places = marked_places(evidence, [(m.label, m.photo, m.x, m.y) for m in marks])
@@ -213,27 +224,26 @@ def by_register(
 
 
 def by_reconstruct(
-    scene, views: list[View], world: Array, sigma: float | None, marks: list[Mark]
-) -> tuple[Similarity, Array, Array]:  # type: ignore[no-untyped-def]
-    from vomstudio.registration.similarity import fit_similarity
-
+    scene: SparseScene, views: list[View], world: Array, sigma: float | None, marks: list[Mark]
+) -> tuple[Similarity, Array, Array]:
     control = [
         ControlPoint(f"P{row}", tuple(place), sigma)  # type: ignore[arg-type]
         for row, place in enumerate(world.tolist())
     ]
     placed, report = place_by_control(scene, control, marks, adjust=False)
-    found = fit_similarity(scene.points, placed.points + placed.origin)
+    found = fit_similarity(FACE, placed.points + placed.origin)
     return found, report.covariance, np.array(report.centre)
 
 
-_SURVEYS = ((12, "terrace", TERRACE), (20, "wall", WALL), (40, "terrace", TERRACE))
+_SURVEYS = ((12, "terrace", TERRACE), (30, "wall", WALL))
 GNSS = (0.02, 0.02, 0.03)
 CASES = (
     *(
         Case(f"{n} points on a {name}, survey 1 cm, click 4 cm: given", n, shape,
              click_m=0.04, given_m=0.04)
-        for n in (3, 4, 6, 12)
-        for name, shape in (("wall", WALL), ("terrace", TERRACE))
+        for n, name, shape in (
+            (3, "wall", WALL), (4, "wall", WALL), (6, "wall", WALL), (12, "wall", WALL),
+            (4, "terrace", TERRACE), (6, "terrace", TERRACE))
     ),
     *(
         Case(f"{n} points in a quarry, survey 1 cm, click 4 cm: half of 8 cm", n, QUARRY,
@@ -243,8 +253,6 @@ CASES = (
     Case("6 points on a wall, survey 2, 2, 4 cm, click 1 cm: given", 6, WALL,
          (0.02, 0.02, 0.04), click_m=0.01, given_m=0.01),
     Case("6 points on a wall, survey 1 cm, click 4 cm: taken as exact", 6, WALL, click_m=0.04,
-         given_m=0.0),
-    Case("12 points on a wall, survey 1 cm, click 4 cm: taken as exact", 12, WALL, click_m=0.04,
          given_m=0.0),
     Case("3 points on a wall, survey 1 cm, click 4 cm: taken as exact", 3, WALL, click_m=0.04,
          given_m=0.0),
@@ -263,11 +271,11 @@ CASES = (
 MARK_CASES = (
     *(
         MarkCase(f"{n} points marked in {k} photos to {px:g} px, survey 1 cm stated", n, px, k)
-        for n, k, px in ((4, 6, 15.0), (4, 4, 3.0), (6, 8, 15.0), (8, 3, 8.0))
+        for n, k, px in ((4, 4, 15.0), (8, 3, 5.0))
     ),
-    MarkCase("6 points marked in 6 photos to 10 px, one mark in 12 wrong", 6, 10.0, 6,
+    MarkCase("5 points marked in 5 photos to 10 px, one mark in 12 wrong", 5, 10.0, 5,
              wrong_every=12),
-    MarkCase("6 points marked in 6 photos to 10 px, survey not stated", 6, 10.0, 6, stated=False),
+    MarkCase("6 points marked in 4 photos to 10 px, survey not stated", 6, 10.0, 4, stated=False),
 )  # fmt: skip
 
 

@@ -97,7 +97,7 @@ def test_accuracies_that_are_too_small_make_no_blunders() -> None:
         sigma = np.full(model.shape, 0.01)
         flagged += bool(register_points(model, world, sigma).blunders)
         world[2] += [4.0, 0.0, 0.0]
-        found += [b.label for b in register_points(model, world, sigma).blunders] == ["3"]
+        found += "3" in [b.label for b in register_points(model, world, sigma).blunders]
     assert flagged <= 1
     assert found >= 29
 
@@ -139,7 +139,8 @@ def test_command_and_python_take_the_same_error(
     path = str(table(tmp_path))
     assert main(["register", "-", "--pairs", path, "--click-sigma", "0.04", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
-    placed = vs.register(MODEL, WORLD, sigma_m=SIGMA, click_sigma_m=0.04)
+    with pytest.warns(vs.errors.VomWarning):
+        placed = vs.register(MODEL, WORLD, sigma_m=SIGMA, click_sigma_m=0.04)
     assert result["click_sigma_m"] == 0.04
     assert result["rotation_error_deg"]["about_up"] == pytest.approx(
         placed.rotation_error_deg.about_up

@@ -161,7 +161,7 @@ def test_heights_in_another_unit(times: float, unit: str) -> None:
 def test_more_spread_is_no_help_where_nothing_fits() -> None:
     model, world = site(3)
     found = register_points(model, world[np.random.default_rng(1).permutation(8)])
-    said = " ".join(found.warnings)
+    said = " ".join(map(str, found.warnings))
     assert "of how far they reach" in said
     assert "Spread the points wider" not in said
     with pytest.raises(GeometryError):

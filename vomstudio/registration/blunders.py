@@ -7,6 +7,7 @@ and the worst one is removed as long as one is significant, since one mistake hi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
@@ -109,21 +110,49 @@ def find_blunders(
     One mistake makes others look wrong: what was named before the worst were out is held against
     the rest again, and cleared where it fits that.
     """
-    stated = _find_blunders(kinds, found, centre, size, trust_stated=True)
-    if not stated:
-        return []
-    labels = {blunder.label for blunder in stated}
-    rest = [chosen(kind, [label not in labels for label in kind.labels]) for kind in kinds]
-    if not adjust([kind for kind in rest if len(kind.labels)], centre, size).overdrawn > 1.0:
-        return stated
-    # What remains exceeds the stated accuracies too: these are too small, which is no blunder.
-    return _find_blunders(kinds, found, centre, size, trust_stated=False)
+    named = _find_blunders(kinds, found, centre, size, trust_stated=True)
+    if not np.isfinite(found.rows.sigma).any():
+        return named or []
+    if named is None or (named and not _explain_misfit(kinds, named, found, centre, size)):
+        # The stated accuracies are too small, which is no blunder.
+        named = _find_blunders(kinds, found, centre, size, trust_stated=False)
+    return named or []
+
+
+def _explain_misfit(
+    kinds: Sequence[Observed],
+    named: Sequence[Blunder],
+    found: Adjusted,
+    centre: Array,
+    size: float,
+) -> bool:
+    """Return whether the observations without the named ones agree with the stated accuracies.
+
+    Those without the two worst or more may agree by chance, so the named ones must be farther off
+    than the worst of so many are, whatever the accuracies.
+    """
+    from scipy.stats import f
+
+    labels = {blunder.label for blunder in named}
+    kinds = [chosen(kind, [label not in labels for label in kind.labels]) for kind in kinds]
+    rest = adjust([kind for kind in kinds if len(kind.labels)], centre, size)
+    if rest.overdrawn > 1.0 or len(named) == 1:
+        return rest.overdrawn <= 1.0
+    squares = [float(((each.rows.misses / each.sigma) ** 2).sum()) for each in (found, rest)]
+    free = found.redundancy - rest.redundancy, rest.redundancy
+    if min(free) < 1.0:
+        return False
+    ratio = (squares[0] - squares[1]) / free[0] / max(squares[1] / free[1], 1e-300)
+    ways = math.comb(len(named) + sum(len(kind.labels) for kind in kinds), len(named))
+    return ratio > float(f.isf(_BY_CHANCE / ways, *free))
 
 
 def _find_blunders(
     kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, *, trust_stated: bool
-) -> list[Blunder]:
-    """trust_stated : residuals are compared with the stated errors, not with each other"""
+) -> list[Blunder] | None:
+    """trust_stated : residuals are compared with the stated errors, not with each other
+
+    Returns None if more than a third would be named."""
     total = sum(len(kind.labels) for kind in kinds)
     out: list[Single] = []
     named: dict[Single, Blunder] = {}
@@ -137,7 +166,7 @@ def _find_blunders(
     else:
         # As many as can be named at all: then it is not these that are wrong.
         if total // 3 and _worst(_judged(kinds, out, found, trust_stated=trust_stated)) is not None:
-            return []
+            return None
     if not named and (hidden := _hidden(kinds)):
         # Mistakes that hide each other: each is held against those that agree.
         out = hidden

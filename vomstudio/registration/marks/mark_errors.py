@@ -110,15 +110,25 @@ def mark_scatter_px(points: Sequence[Marks]) -> float:
     float
         One sigma, pixels; NaN if no point is located.
     """
+    return _scatter_px(_robust_distances(points))
+
+
+def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, Array]]:
+    """Return the points that are located, and the distances of their marks from there."""
     places = [(marks, robust_place(marks)) for marks in points if len(marks.views) >= 2]
-    places = [(marks, place) for marks, place in places if np.isfinite(place).all()]
-    distances = [mark_distances(marks, place) for marks, place in places]
+    return [
+        (marks, mark_distances(marks, place)) for marks, place in places if np.isfinite(place).all()
+    ]
+
+
+def _scatter_px(located: Sequence[tuple[Marks, Array]]) -> float:
+    distances = [off for _, off in located]
     if not distances:
         return float("nan")
     scatter = float(np.median(np.concatenate(distances))) / _MEDIAN_LENGTH
     for _ in range(_ROUNDS):
         lengths: list[Array] = []
-        for (marks, _), off in zip(places, distances, strict=True):
+        for marks, off in located:
             near = np.flatnonzero(off <= _LIMIT_SIGMAS * scatter)
             if len(near) >= 2 and len(near) < len(off):
                 place = triangulate([marks.views[int(i)] for i in near], marks.pixels[near])
@@ -154,15 +164,14 @@ def mark_error_px(points: Sequence[Marks]) -> float:
     GeometryError
         If this applies to all points.
     """
-    scatters_px = {row: mark_scatter_px([marks]) for row, marks in enumerate(points)}
-    located = {row: value for row, value in scatters_px.items() if math.isfinite(value)}
+    located = _robust_distances(points)
     if not located:
         return MIN_MARK_PX
-    plausible = [points[row] for row, value in located.items() if value <= _max_px(points[row])]
+    plausible = [each for each in located if float(np.median(each[1])) <= _max_px(each[0])]
     if not plausible:
-        scatter_px = mark_scatter_px(points)
+        scatter_px = _scatter_px(located)
         raise GeometryError.of_finding(Finding("control.marks-scattered", scatter_px=scatter_px))
-    return max(MIN_MARK_PX, mark_scatter_px(plausible))
+    return max(MIN_MARK_PX, _scatter_px(plausible))
 
 
 def _max_px(marks: Marks) -> float:
