@@ -25,8 +25,11 @@ from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.control import place_by_control
+from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.blunders import find_blunders
 from vomstudio.registration.combined import difference
 from vomstudio.registration.evidence import Evidence, marked_places, register
+from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import Similarity, fit_similarity
 
 Array = npt.NDArray[np.float64]
@@ -44,7 +47,7 @@ class Case:
     survey_m : (east, north, up); stated : whether it is in the table
     click_m : true error of the click; given_m : as stated, None for half of `resolution_m`
     drift : correlation of the errors of neighbours in the table
-    blunder_m : size of the mistake in runs with one
+    blunder_m : size of the mistake in runs with one, 0 for no such runs
     """
 
     name: str
@@ -68,7 +71,7 @@ def _spread(case: Case, rng: np.random.Generator) -> Array:
             return exact
 
 
-def evidence_of(case: Case, rng: np.random.Generator, *, blunder: bool) -> Run:
+def draw_run(case: Case, rng: np.random.Generator, *, blunder: bool) -> Run:
     """Draw a model and the errors of its points."""
     scale = float(rng.uniform(0.5, 3.0))
     truth = Similarity(
@@ -89,20 +92,32 @@ def evidence_of(case: Case, rng: np.random.Generator, *, blunder: bool) -> Run:
     clicked = exact + rng.normal(size=exact.shape) * case.click_m
     model = truth.inverse(clicked + truth.translation)
     sigma = np.tile(case.survey_m if case.stated else (np.nan,) * 3, (case.count, 1))
-    labels = tuple(f"P{row}" for row in range(case.count))
-    pairs = Pairs(labels, model, world, sigma, np.zeros(case.count, bool))
-    resolution = None if case.resolution_m is None else case.resolution_m / scale
-    evidence = Evidence(pairs=pairs, click_sigma_m=case.given_m, resolution=resolution)
-    return Run(evidence, truth, None if wrong is None else labels[wrong])
+    labels = [f"P{row}" for row in range(case.count)]
+    click_m = None if case.given_m is None else np.full(case.count, case.given_m)
+    covariance = None
+    if case.resolution_m is not None:
+        half = 0.5 * case.resolution_m / scale
+        covariance = np.tile(half**2 * np.eye(3), (case.count, 1, 1))
+    control = Points(labels, model, world, sigma, click_m=click_m, covariance=covariance)
+    return Run(control, truth, None if wrong is None else labels[wrong])
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """evidence, true similarity, and label of the point that is wrong"""
+    """Control points, true similarity, and label of the point that is wrong."""
 
-    evidence: Evidence
+    control: Points
     truth: Similarity
     wrong: str | None
+
+    def adjusted(self) -> tuple[Adjusted, list[str]]:
+        """The adjustment, and the labels of points that are flagged."""
+        model = self.control.model
+        centre = model.mean(axis=0, keepdims=True)
+        size = float(np.sqrt(((model - centre) ** 2).sum(axis=1).mean()))
+        found = adjust([self.control], centre, size)
+        flagged = find_blunders([self.control], found, centre, size)
+        return found, [blunder.label for blunder in flagged]
 
 
 @dataclass
@@ -133,17 +148,14 @@ def points(case: Case, runs: int, seed: int) -> Shares:
     rng = np.random.default_rng(seed)
     shares = Shares()
     for _ in range(runs):
-        run = evidence_of(case, rng, blunder=False)
-        placed = register(run.evidence)
-        matrix = np.array(placed.matrix)
-        found = Similarity(placed.scale, matrix[:3, :3] / placed.scale, matrix[:3, 3])
+        run = draw_run(case, rng, blunder=False)
+        found, flagged = run.adjusted()
         shares.runs += 1
-        shares.inside += is_inside(
-            found, run.truth, np.array(placed.covariance), np.array(placed.centre)
-        )
-        shares.flagged += bool(placed.blunders)
-        run = evidence_of(case, rng, blunder=True)
-        shares.detected += [b.label for b in register(run.evidence).blunders] == [run.wrong]
+        shares.inside += is_inside(found.fit, run.truth, found.covariance, found.centre)
+        shares.flagged += bool(flagged)
+        if case.blunder_m:
+            run = draw_run(case, rng, blunder=True)
+            shares.detected += run.adjusted()[1] == [run.wrong]
     return shares
 
 
@@ -261,7 +273,7 @@ CASES = (
     *(
         Case(f"{n} points on a {name} by GNSS of 2, 2, 3 cm {'' if stated else 'not '}stated, "
              f"correlation {drift}", n, shape, GNSS, stated, click_m=0.005, given_m=0.005,
-             drift=drift)
+             drift=drift, blunder_m=0.0)
         for n, name, shape in _SURVEYS
         for stated in (True, False)
         for drift in (0.0, 0.8, 0.95)
