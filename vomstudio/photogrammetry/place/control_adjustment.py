@@ -23,6 +23,7 @@ from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjus
 from vomstudio.photogrammetry.place.mark_observations import PointMarks
 from vomstudio.photogrammetry.place.world_frame import moved
 from vomstudio.progress import Progress
+from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
 from vomstudio.registration.scatter import Scatter, scatter_of
 from vomstudio.registration.similarity import (
     Similarity,
@@ -149,19 +150,18 @@ class GroundPoints:
     def known(self, used: Sequence[int], sigma: float) -> list[KnownPoint]:
         """These points and all ties, as an adjustment wants them."""
         usual = max(self.surveyed or sigma, self.pixel)
+        mark_px = max(HAND_MARK_PX, self.mark_px)
         known = [
             KnownPoint(
                 self.local[i],
                 self.control[i].sigma_m or usual,
                 self.seen[i].views,
                 self.seen[i].pixels,
-                self.mark_px,
+                mark_px,
             )
             for i in used
         ]
-        return known + [
-            KnownPoint(None, 0.0, tie.views, tie.pixels, self.mark_px) for tie in self.ties
-        ]
+        return known + [KnownPoint(None, 0.0, tie.views, tie.pixels, mark_px) for tie in self.ties]
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Progress, Silent
-from vomstudio.registration.marks.mark_errors import MIN_MARK_PX
+from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
 
 Array = npt.NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class KnownPoint:
     sigma: float
     views: npt.NDArray[np.int64]
     pixels: Array
-    mark_px: float = MIN_MARK_PX
+    mark_px: float = HAND_MARK_PX
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,8 +22,10 @@ from vomstudio.geometry.triangulation import triangulate
 
 Array = npt.NDArray[np.float64]
 
-MIN_MARK_PX = 1.0
-"""Error of a mark in one direction, one sigma, below which no mark set by hand is trusted."""
+MIN_MARK_PX = 0.3
+"""Error of a mark in one direction, one sigma, below which no estimate from marks is trusted."""
+HAND_MARK_PX = 1.0
+"""Error of a mark set by hand: the least that it is weighted with and that others are judged by."""
 WARN_MARK_PX = 5.0
 """Scatter above which marks or poses should be checked."""
 _LIMIT_SIGMAS = 6.0
@@ -196,7 +198,7 @@ def agreement_px(mark_px: float) -> float:
 
     mark_px : error of a mark in one direction
     """
-    return _LIMIT_SIGMAS * mark_px
+    return _LIMIT_SIGMAS * max(HAND_MARK_PX, mark_px)
 
 
 def place_covariance(marks: Marks, place: Array, mark_px: float) -> Array:
