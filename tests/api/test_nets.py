@@ -223,7 +223,7 @@ def test_a_girdle_a_maximum_and_averages_are_drawn() -> None:
     assert any("about 090/20" in text.get_text() for text in ax.texts)
 
 
-def test_errors_are_ellipses_of_the_semi_axes_in_the_table(picks: Any, library: Any) -> None:
+def test_errors_are_ellipses_of_the_total_error_in_the_table(picks: Any, library: Any) -> None:
     bed = vs.fit_planes(picks[picks["pick"] == "B01"], by="pick")
     ax = vs.stereonet(bed, errors=True)
     plain = vs.stereonet(bed)
@@ -232,8 +232,11 @@ def test_errors_are_ellipses_of_the_semi_axes_in_the_table(picks: Any, library: 
     ]
     pole = bed[["normal_x", "normal_y", "normal_z"]].to_numpy()[0]
     away = np.degrees(np.arccos(np.abs(_on_the_net(ellipse, library) @ pole)))
-    assert away.max() == pytest.approx(bed["max_confidence95_deg"][0], rel=1e-3)
-    assert away.min() == pytest.approx(bed["min_confidence95_deg"][0], rel=1e-2)
+    total, largest, smallest = (
+        bed[name][0] for name in ("total95_deg", "max_confidence95_deg", "min_confidence95_deg")
+    )
+    assert away.max() == pytest.approx(total, rel=1e-3)
+    assert away.min() == pytest.approx(np.sqrt(smallest**2 + total**2 - largest**2), rel=1e-2)
     with pytest.raises(vs.errors.UsageError, match="no errors of planes"):
         vs.stereonet((DIRECTION, DIP), errors=True)
 

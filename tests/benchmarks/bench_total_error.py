@@ -20,8 +20,8 @@ from tests.benchmarks.bench_registration import _TURN, CASES, Case
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Frame, Model, Registration
-from vomstudio.document.registration_errors import pole_region
-from vomstudio.geology.orientation import Plane
+from vomstudio.geology.orientation import Plane, line_from_rake
+from vomstudio.geometry.tilts import enlarged_semi_axes
 from vomstudio.registration.placing import place
 from vomstudio.tables.project_table import project_table
 
@@ -64,17 +64,22 @@ def shares(case: Case, part: float, runs: int, seed: int = 1) -> tuple[float, fl
         measurements = Measurements()
         (row,) = project_table(records, measurements).rows
         measured = measurements.of(records, ["t1"])["t1"]
-        region = pole_region(measured, model)
-        assert region is not None
+        fit, total = measured.fit, measured.total95_deg
+        assert fit is not None
+        assert total is not None
         assert measured.plane is not None
+        assert fit.error_rake_deg is not None
+        largest, smallest = enlarged_semi_axes(
+            fit.max_confidence95_deg or 0.0, fit.min_confidence95_deg or 0.0, total
+        )
         seen, true = np.asarray(measured.plane.normal()), np.asarray(plane.normal())
         true = true if seen @ true >= 0 else -true
         off = np.degrees(np.arctan2(np.linalg.norm(np.cross(seen, true)), seen @ true))
-        first = region.axis
+        first = line_from_rake(measured.plane, fit.error_rake_deg).vector()
         second = np.cross(seen, first)
         x, y = np.degrees([true @ first, true @ second])
         inside += [
-            (x / region.largest_deg) ** 2 + (y / region.smallest_deg) ** 2 <= 1.0,
+            (x / largest) ** 2 + (y / smallest) ** 2 <= 1.0,
             off <= row["total95_deg"],
         ]
         stated.append(row["total95_deg"])

@@ -53,7 +53,7 @@ def test_the_published_traces_give_the_published_planes_and_errors(
 def test_people_read_strike_dip_errors_and_verdict(run, data_dir: Path) -> None:
     ran = run("fit", data_dir / "planes" / "well_defined.txt")
     assert ran.code == 0
-    for words in ("011.266", "03.492", "0.4753/0.1473", "deg RHR", "quality"):
+    for words in ("101.3/03.5 ± ", "011.3", "0.4753/0.1473", "deg RHR", "quality"):
         assert words in ran.out
 
 

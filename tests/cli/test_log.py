@@ -51,7 +51,7 @@ def test_bennisons_seam_has_the_published_attitude(run, write) -> None:
     assert ran.json["dip_deg"] == pytest.approx(7.37, abs=0.005)
     assert 0 < ran.json["dip_error_deg"] < 1
     assert ran.json["max_confidence95_deg"] > ran.json["dip_error_deg"]
-    assert "196.4/07.4, dip ± " in run("threepoint", write(BENNISON), "--sigma", "5").out
+    assert "196.4/07.4 ± " in run("threepoint", write(BENNISON), "--sigma", "5").out
     assert "nothing is known" in run("threepoint", write(BENNISON)).out
     for wrong in ("0 0 0\n1 1 1\n2 2 2\n", "0 0 0\n1 1 1\n", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n"):
         assert run("threepoint", write(wrong)).code == 2

@@ -81,7 +81,7 @@ def test_true_level_lines_lie_within_the_stated_error() -> None:
     from scipy.spatial.transform import Rotation
 
     from vomstudio.registration.evidence import Evidence, register
-    from vomstudio.registration.level_evidence import LevelLine
+    from vomstudio.registration.level_evidence import KnownDirection
 
     rng = np.random.default_rng(8)
     inside = []
@@ -91,7 +91,8 @@ def test_true_level_lines_lie_within_the_stated_error() -> None:
             a, tilt = rng.uniform(0, 2 * np.pi), np.radians(rng.normal(0.0, 0.5))
             along = [np.sin(a) * np.cos(tilt), np.cos(a) * np.cos(tilt), np.sin(tilt)]
             end = TURN.T @ np.array(along)
-            lines.append(LevelLine((0.0, 0.0, 0.0), (float(end[0]), float(end[1]), float(end[2]))))
+            ends = float(end[0]), float(end[1]), float(end[2])
+            lines.append(KnownDirection((0.0, 0.0, 0.0), ends))
         found = register(Evidence(level_lines=lines))
         error = found.rotation_error_95_deg
         if error.about_east is None or error.about_north is None:

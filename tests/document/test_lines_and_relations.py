@@ -254,7 +254,8 @@ def straight(id_: str, seed: int = 3, rule: int = SURROUNDINGS_RULE) -> Trace:
     points[:, 1] = chance.normal(0.0, 0.05 * RESOLUTION, 30)
     points[:, 2] = chance.normal(0.0, 0.5 * RESOLUTION, 30)
     vertices = tuple(map(tuple, points.tolist()))
-    return Trace(id_, id_, "bedding", "m1", HASH, vertices, RESOLUTION, rule=rule)
+    wall = (0.0, 1.0, 0.0)
+    return Trace(id_, id_, "bedding", "m1", HASH, vertices, RESOLUTION, wall, rule=rule)
 
 
 def test_what_follows_from_a_plane_that_could_have_any_turn_says_so():

@@ -38,6 +38,7 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.intersections import stray95
 from vomstudio.geology.orientation import Plane, line_from_rake
 from vomstudio.geology.profiles import Thresholds
+from vomstudio.geology.quality import confidence_that_counts_deg
 from vomstudio.geometry.planes import fit_plane, fit_planes
 
 COLLINEAR = tuple((float(i), 2.0 * i, 3.0 * i) for i in range(5))
@@ -318,7 +319,8 @@ def test_a_plane_carries_the_error_and_the_roughness_of_its_points():
     assert found.normal == pytest.approx(fit.normal)
     # The tilt is largest along the rake that is told, by the angle that is told.
     worst = line_from_rake(measured.plane, fit.error_rake_deg).vector()
-    assert math.degrees(math.atan(stray95(found, worst))) == pytest.approx(fit.max_confidence95_deg)
+    stated = math.degrees(math.atan(stray95(found, worst)))
+    assert stated == pytest.approx(confidence_that_counts_deg(fit))
     best = np.cross(found.normal, worst)
     assert math.degrees(math.atan(stray95(found, best))) == pytest.approx(fit.min_confidence95_deg)
     # Three of the points' freedoms went into the plane.

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.stats import spearmanr
+from scipy.stats import chi2, spearmanr
 
 from vomstudio.errors import Cancelled, GeometryError, UsageError
 from vomstudio.extraction.finer_faces import finer
@@ -83,8 +83,9 @@ def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
     smaller, larger = np.linalg.eigvalsh([[squares[0], mixed], [mixed, squares[1]]])
     assert found.extent[row] == pytest.approx(np.sqrt(12 * larger), rel=0.06)
     assert found.relief[row] == pytest.approx(np.sqrt(12 * smaller), rel=0.12)
-    # What the resolution can tilt over the shorter axis is more than the noise can.
-    wanted = np.degrees(np.arctan2(0.005, np.sqrt(12 * smaller)))
+    # What errors of 0.08 of the resolution of each point tilt is more than the noise can.
+    joint = np.sqrt(chi2.ppf(0.95, 2))
+    wanted = np.degrees(np.arctan2(joint * 0.08 * 0.01, np.sqrt(both / 0.01 * smaller)))
     assert found.trace_deg[row] == pytest.approx(wanted, rel=0.12)
     assert CLASSES[found.classes[row]] == "good"
 

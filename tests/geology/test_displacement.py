@@ -251,3 +251,25 @@ def test_points_whose_spread_beside_their_line_is_error_alone_tell_no_plane(stat
         assert found.max_error95_deg is not None
         known += found.max_error95_deg < 89.9
     assert known / 300 <= 0.08
+
+
+@pytest.mark.parametrize("n", [3, 5, 8])
+@pytest.mark.parametrize("beside", [0.1, 1.0, 10.0])
+def test_dip_directions_hold_where_their_error_is_told(n: int, beside: float) -> None:
+    """Of points known to 5 cm along 20 m, the less they lie beside the line the fewer are told."""
+    chance = np.random.default_rng(n)
+    told, held = 0, 0
+    for _ in range(300):
+        flat = chance.uniform(-1.0, 1.0, (n, 2)) * (10.0, beside)
+        turn = np.linalg.qr(chance.normal(size=(3, 3)))[0]
+        normal = turn[:, 2] * np.sign(turn[2, 2])
+        points = np.column_stack([flat, np.zeros(n)]) @ turn.T + chance.normal(0, 0.05, (n, 3))
+        found = plane_of_three_points(points, 0.05)
+        if found.dip_direction_error_deg is None:
+            continue
+        true = math.degrees(math.atan2(normal[0], normal[1]))
+        off = (true - found.dip_direction_deg + 180.0) % 360.0 - 180.0
+        told += 1
+        held += abs(off) <= found.dip_direction_error_deg
+    assert held >= 0.9 * told or told <= 0.04 * 300
+    assert told >= 270 or beside < 10.0

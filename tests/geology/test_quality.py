@@ -31,7 +31,7 @@ def good_fit() -> PlaneFit:
     return fit_plane(points + np.random.default_rng(0).normal(0.0, 0.005, (40, 3)))
 
 
-GOOD = good_fit()
+GOOD = replace(good_fit(), bow_tilt_deg=None)
 
 
 def judged(fit: PlaneFit, **changes: object) -> Verdict:
@@ -102,20 +102,70 @@ def test_an_extent_under_a_hundred_resolutions_is_a_note_and_under_ten_a_reason(
     assert reasons.startswith("The extent is only 9.9 times the resolution of the model.")
 
 
-def test_the_resolution_tilts_a_plane_by_half_a_spacing_over_its_width() -> None:
+def test_the_resolution_tilts_a_patch_by_half_a_spacing_over_its_width() -> None:
     """Points spread evenly over 6 m by 2 m: half of 0.4 m over 2 m are 5.71 degrees."""
     x, y = np.meshgrid(np.linspace(-3, 3, 301), np.linspace(-1, 1, 101))
     points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
     fit = fit_plane(points, ordered=False)
-    assert resolution_tilt_deg(fit, 0.4) == pytest.approx(np.degrees(np.arctan(0.1)), rel=0.02)
-    assert total_error_deg(fit, 0.4) == resolution_tilt_deg(fit, 0.4)
-    assert total_error_deg(replace(fit, max_confidence95_deg=30.0), 0.4) == 30.0
-    assert total_error_deg(replace(fit, max_confidence95_deg=None), 0.4) is None
-    quality, reasons = verdict(fit, resolution_m=0.4)
+    tilt = resolution_tilt_deg(fit, 0.4, "patch")
+    assert tilt == pytest.approx(np.degrees(np.arctan(0.1)), rel=0.02)
+    assert total_error_deg(fit, 0.4, "patch") == tilt
+    rough = replace(fit, max_confidence95_deg=30.0)
+    assert total_error_deg(rough, 0.4, "patch") == 30.0
+    unknown = replace(fit, max_confidence95_deg=None, max_angular_error_deg=None)
+    assert total_error_deg(unknown, 0.4, "patch") is None
+    quality, reasons = verdict(fit, resolution_m=0.4, kind="patch")
     assert quality == "doubtful"
-    assert "The resolution of the model can tilt the plane by 5.7° (5° wanted)." in reasons
-    assert verdict(fit, resolution_m=1.2)[0] == "poor"
-    assert verdict(fit, resolution_m=0.3)[0] == "good"
+    assert "5.7°" in reasons
+    assert verdict(fit, resolution_m=1.2, kind="patch")[0] == "poor"
+    assert verdict(fit, resolution_m=0.3, kind="patch")[0] == "good"
+
+
+def test_the_resolution_tilts_a_trace_as_errors_of_its_points_would() -> None:
+    """Against the spread of the slopes of simulated planes."""
+    rng = np.random.default_rng(5)
+    t = np.linspace(-1.0, 1.0, 25)
+    along = np.stack([5.0 * t, np.cos(9.0 * t)], axis=1)
+    exact = fit_plane(np.column_stack([along, np.zeros(25)]))
+    stated = resolution_tilt_deg(exact, 1.0)
+    design = np.column_stack([np.ones(25), along])
+    slopes = np.linalg.lstsq(design, rng.normal(0.0, 0.08, (25, 4000)), rcond=None)[0][1:]
+    joint = np.degrees(np.arctan(np.sqrt(-2.0 * np.log(0.05)) * slopes.std(axis=1).max()))
+    assert stated == pytest.approx(joint, rel=0.05)
+    few = fit_plane(np.column_stack([along[::6], np.zeros(5)]))
+    width = np.sqrt(12.0 * few.trace * few.eigenvalues[1])
+    assert resolution_tilt_deg(few, 1.0) <= np.degrees(np.arctan(0.5 / width)) + 1e-9
+
+
+@pytest.mark.parametrize("sagitta", [0.3, 2.0])
+def test_an_arc_may_be_tilted_by_the_bow_that_it_hides(sagitta: float) -> None:
+    """A parabola of 10 m with a bow of 1 cm, along it, is a plane that is tilted by the quotient of
+    the two sagittas, and shows no residual; a trace that bends to and fro shows it."""
+    t = np.linspace(0.0, 1.0, 30)
+    bow, noise = 4.0 * t * (1.0 - t), 1e-5 * np.random.default_rng(1).normal(size=30)
+    arc = fit_plane(np.column_stack([10.0 * t, sagitta * bow, noise]))
+    assert arc.bow_tilt_deg == pytest.approx(np.degrees(np.arctan(0.01 / sagitta)), rel=1e-3)
+    counts = confidence_that_counts_deg(arc)
+    assert counts == pytest.approx(np.hypot(arc.max_confidence95_deg or 0.0, arc.bow_tilt_deg or 0))
+    bowed = fit_plane(np.column_stack([10.0 * t, sagitta * bow, noise + 0.01 * bow]))
+    tilted = np.degrees(np.arccos(abs(bowed.normal[2])))
+    assert tilted == pytest.approx(arc.bow_tilt_deg, rel=0.02)
+    assert tilted <= (total_error_deg(bowed, None) or 0.0) * 1.02
+    wave = fit_plane(np.column_stack([10.0 * t, sagitta * np.sin(2 * np.pi * t), noise]))
+    assert wave.bow_tilt_deg == pytest.approx(0.0, abs=0.01)
+    exact = fit_plane(np.column_stack([10.0 * t, sagitta * bow, 0.0 * t]))
+    assert exact.bow_tilt_deg == 0.0
+
+
+@pytest.mark.parametrize(("n", "quality"), [(4, "doubtful"), (5, "doubtful"), (6, "good")])
+def test_fewer_than_six_points_need_a_model_to_be_good(n: int, quality: str) -> None:
+    t = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    points = np.column_stack([5.0 * np.cos(t), 5.0 * np.sin(t), 1e-3 * np.cos(2.0 * t)])
+    fit = fit_plane(points)
+    assert (total_error_deg(fit, None) or 90.0) < 1.0
+    assert verdict(fit, resolution_m=None)[0] == quality
+    assert verdict(fit, resolution_m=0.05)[0] == "good"
+    assert verdict(fit, resolution_m=0.8)[0] == ("good" if n == 6 else "doubtful")
 
 
 @pytest.mark.parametrize("n", [6, 9, 20, 100])
@@ -127,9 +177,10 @@ def test_a_straight_line_picked_on_a_flat_face_leaves_its_plane_open(n: int) -> 
     for _ in range(60):
         picks = np.column_stack([100.0 * rng.uniform(size=n), rng.normal(size=n), np.zeros(n)])
         fit = fit_plane(picks + [[0.0, 0.0, 0.2]] * rng.normal(size=(n, 1)))
-        total = total_error_deg(fit, 1.0)
+        face = (0.0, 0.0, 1.0)
+        total = total_error_deg(fit, 1.0, outcrop_normal=face)
         held += total is not None and total >= 60.0
-        found, reasons = verdict(fit, resolution_m=1.0, outcrop_normal=None)
+        found, reasons = verdict(fit, resolution_m=1.0, outcrop_normal=face)
         unexplained += total == 90.0 and not (found == "poor" and reasons)
     assert held >= 0.9 * 60
     assert unexplained == 0
@@ -143,26 +194,33 @@ def test_the_width_that_is_no_evidence_is_that_of_points_that_stray_by_a_spacing
             np.column_stack([t, np.sqrt(2.0) * sigma * np.sin(t), 0.01 * np.sin(2.7 * t)])[::thin]
         )
 
-    assert total_error_deg(wide(0.8), 1.0) == 90.0
-    assert wider_of(wide(0.8), "trace", 1.0)[0] == 90.0
-    narrow = total_error_deg(wide(1.5), 1.0)
+    def total(fit: PlaneFit, resolution: float) -> float | None:
+        return total_error_deg(fit, resolution, outcrop_normal=(0.0, 0.1, 1.0))
+
+    assert total(wide(0.8), 1.0) == 90.0
+    assert wider_of(wide(0.8), "trace", 1.0, (0.0, 0.1, 1.0))[0] == 90.0
+    narrow = total(wide(1.5), 1.0)
     assert narrow is not None
     assert narrow < 15.0
     # Few picks may be wider by chance; points that lie much closer than the model's stray less.
-    assert total_error_deg(wide(1.2, 13), 1.0) == 90.0
-    assert total_error_deg(wide(3.0, 5), 4.0) == 90.0
-    dense = total_error_deg(wide(3.0), 4.0)
+    assert total(wide(1.2, 13), 1.0) == 90.0
+    assert total(wide(3.0, 5), 4.0) == 90.0
+    dense = total(wide(3.0), 4.0)
     assert dense is not None
     assert dense < 20.0
     # A patch has no line that it could stray from, and without a resolution nothing is known.
-    assert total_error_deg(wide(0.8), 1.0, "patch") != 90.0
-    assert total_error_deg(wide(0.8), None) == wide(0.8).max_confidence95_deg
+    assert total_error_deg(wide(0.8), 1.0, "patch", None, (0.0, 0.0, 1.0)) != 90.0
+    assert total_error_deg(wide(0.8), None) == confidence_that_counts_deg(wide(0.8))
+    # Out of the face the residuals tell how far the points stray.
+    across = total_error_deg(wide(0.8), 1.0, outcrop_normal=(0.0, 1.0, 0.0))
+    assert across is not None
+    assert across < 15.0
 
 
 @pytest.mark.parametrize("unknown", [None, 0.0, -1.0, float("nan")])
 def test_an_unknown_resolution_tilts_nothing(unknown: float | None) -> None:
     assert resolution_tilt_deg(GOOD, unknown) is None
-    assert total_error_deg(GOOD, unknown) == GOOD.max_confidence95_deg
+    assert total_error_deg(GOOD, unknown) == confidence_that_counts_deg(GOOD)
     failed = fit_planes(np.zeros((2, 3)), [0, 2])[0]
     assert resolution_tilt_deg(failed, 0.1) is None
 
@@ -298,7 +356,7 @@ def test_a_face_without_a_direction_is_not_compared() -> None:
 
 def test_what_follows_from_a_plane_takes_the_figure_it_is_judged_by() -> None:
     fit = replace(
-        GOOD, max_confidence95_deg=2.0, min_confidence95_deg=1.0,
+        GOOD, max_confidence95_deg=2.0, min_confidence95_deg=1.0, bow_tilt_deg=None,
         max_angular_error_deg=7.0, min_angular_error_deg=3.0,
     )  # fmt: skip
     assert wider_of(fit) == (2.0, 1.0)

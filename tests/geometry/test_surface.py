@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vomstudio.geology.quality import total_error_deg
+from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
 
 
@@ -239,3 +241,41 @@ def test_vertices_that_all_stand_at_one_place_have_neither_normal_nor_face():
     heap.build()
     assert heap._normal(np.ones(3), 1.0) is None
     assert heap.outcrop_normal(np.array([[0.0, 1, 1], [2.0, 1, 1]])) is None
+
+
+def ridge() -> tuple[VertexSurface, float]:
+    """Two faces of 4 x 3 m that meet at a right angle along x, which together face up; vertices
+    0.1 m apart."""
+    x, t = np.meshgrid(np.arange(0.0, 4.0, 0.1), np.arange(-3.0, 3.0, 0.1))
+    rows = np.column_stack([x.ravel(), t.ravel() * np.sqrt(0.5), -np.abs(t).ravel() * np.sqrt(0.5)])
+    rows += np.random.default_rng(4).normal(0.0, 0.01, rows.shape)
+    surface = VertexSurface(rows)
+    surface.build()
+    return surface, 0.1
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_face_of_a_line_within_one_face_is_that_one(side: float) -> None:
+    """Picks that stray along one side of a ridge say nothing of the plane about their line."""
+    surface, spacing = ridge()
+    rng = np.random.default_rng(1)
+    t = 1.5 + 0.5 * spacing * rng.normal(size=30)
+    x = np.linspace(1.0, 2.0, 30)
+    picks = np.column_stack([x, side * t * np.sqrt(0.5), -t * np.sqrt(0.5)])
+    face = surface.outcrop_normal(picks)
+    assert face is not None
+    assert abs(face @ (0.0, side * np.sqrt(0.5), np.sqrt(0.5))) > np.cos(np.radians(5.0))
+    assert total_error_deg(fit_plane(picks), spacing, outcrop_normal=face) == 90.0
+
+
+def test_a_narrow_line_that_cuts_into_the_rock_has_the_face_around_it() -> None:
+    surface, spacing = ridge()
+    x = np.linspace(1.0, 2.0, 30)
+    # Over the crest, in the plane x - y = 1.5, as narrow as picks stray.
+    picks = np.column_stack([x, x - 1.5, -np.abs(x - 1.5)])
+    face = surface.outcrop_normal(picks)
+    assert face is not None
+    assert abs(face[2]) > np.cos(np.radians(10.0))
+    stated = total_error_deg(fit_plane(picks), spacing, outcrop_normal=face)
+    assert stated is not None
+    assert stated < 15.0

@@ -189,6 +189,41 @@ def test_lines_place_a_model_as_far_as_they_tell(window, tilted) -> None:
     assert studio.session.of(Model)[0].registration is None
 
 
+def test_one_plumb_line_levels_a_model(window, tilted) -> None:
+    from vomstudio.ui.interpret.tool_panels.control_command import options
+
+    world = np.load(tilted.with_name("world.npy"))
+    file = to_file(world, world.mean(axis=0))
+    window.open_path(tilted)
+    driver.wait(lambda: driver.dialog_of(window) is not None, "the frame dialog")
+    driver.dialog_of(window).reject()
+    driver.settled(window)
+    window.actions_table.run("register_model")
+    panel = driver.tool_panel(window, ControlPanel)
+    driver.settled(window)
+    driver.look_at(window, file, 25.0, 5.0)
+    rows = np.flatnonzero(seen(window, file))
+    steps = world[rows][:, None] - world[rows][None]
+    aside = np.linalg.norm(steps[..., :2], axis=2)
+    # The longest pair of points one above the other, within a degree.
+    height = np.where(aside <= 0.02 * np.abs(steps[..., 2]), steps[..., 2], 0.0)
+    ends = rows[list(np.unravel_index(int(height.argmax()), height.shape))]
+    choose(panel, "plumb")
+    click(window, file[ends])
+    (line,) = window.studio.session.of(KnownLine)
+    assert (line.kind, line.value, line.complete) == ("plumb", None, True)
+    assert panel.placed.known == panel.placed.known.__class__(False, True, False, False)
+    assert float(panel.lines.item(0, 5).text().rstrip("°")) == pytest.approx(0.0, abs=0.01)
+    assert [option for option, _ in options([line])] == ["--plumb"]
+    driver.click(panel.register, panel.register.rect().center())
+    driver.pause()
+    model = window.studio.session.of(Model)[0]
+    assert model.frame.level
+    up = np.array(model.to_world)[:3, :3] @ TURN @ [0.0, 0.0, 1.0]
+    assert np.degrees(np.arccos(up[2] / np.linalg.norm(up))) < 3.0
+    assert [group.kind for group in model.registration.observations] == ["plumb_lines"]
+
+
 def test_the_first_click_can_be_taken_back_and_one_line_tells_too_little(window, tilted) -> None:
     world = np.load(tilted.with_name("world.npy"))
     file = to_file(world, world.mean(axis=0))

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vomstudio.geology.folds import fold_axis
+from vomstudio.geology.notation import degrees
 from vomstudio.geology.orientation import (
     Line,
     Plane,
@@ -104,7 +105,8 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     assert (striae.text, striae.line) == ("Striae, lines (n = 2)", None)
     assert (beds.like, beds.color) == (sets[0], sets[0].color)
     major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
-    assert beta.text == f"β, joint 95 %: ±{major:.1f}° / ±{minor:.1f}°"
+    errors = f"±{degrees(major)} / ±{degrees(minor)}"
+    assert beta.text == f"β, joint 95 %: {errors}, n = {fold.n}"
     plane = fold.pi_plane
     assert pi.text == f"π-plane {plane.dip_direction_deg:05.1f}/{plane.dip_deg:04.1f}"
     assert (mean.text, mean.outlined, mean.color) == ("Open symbol: Fisher mean", True, style.net)
@@ -114,7 +116,9 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     terse = legend_entries(replace(full, compact=True, means=()), style)
     assert [e.text.split(" ")[0] for e in terse] == ["Beds", "Striae", "β", "π"]
     assert terse[0].text == "Beds (3)"
-    assert terse[2].text == f"β ±{major:.1f}° / ±{minor:.1f}°"
+    assert terse[2].text == f"β {errors}, n = {fold.n}"
+    poor = legend_entries(replace(full, fold_not_good=2), style)
+    assert "2 not good" in poor[2].text
     bare = legend_entries(NetContents(sets, poles=False, circles=False), style)
     assert (bare[0].text, bare[0].marker, bare[0].line) == ("Beds, planes (n = 3)", None, None)
     both = make_sets({"Fault": BEDS})
@@ -122,7 +126,7 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     texts = [e.text for e in legend_entries(NetContents(twice, compact=True), style)]
     assert texts == ["Fault (3)", "Fault, lines (2)"]
     two = fold_axis([100, 220], [30, 55])
-    assert legend_entries(NetContents(fold=two), style)[0].text == "β"
+    assert legend_entries(NetContents(fold=two), style)[0].text == "β, n = 2"
 
 
 def test_a_text_is_shortened_to_what_fits() -> None:

@@ -58,6 +58,35 @@ def test_the_true_turn_lies_within_the_stated_error_with_the_scale_kept() -> Non
     assert (np.abs(inside / runs - 0.95) < 0.085).all()
 
 
+@pytest.mark.parametrize("times", [1e-3, 0.3, 0.8, 1.0, 1.5, 2.5, 10.0, 1e3])
+@pytest.mark.parametrize("stated", [True, False])
+def test_the_closed_form_holds_however_wrong_the_kept_scale_is(times: float, stated: bool) -> None:
+    """Rotation and shift of Kabsch's solution do not depend on the scale, for equal weights."""
+    for seed in range(3):
+        model, world = drawn(np.random.default_rng(seed), 6, 0.05 * times, scale=times)
+        sigma = np.full(world.shape, 0.05 * times) if stated else None
+        placed = register_points(model, world, sigma, scale=1.0)
+        turn, shift = by_kabsch(model, world)
+        assert placed.scale == pytest.approx(1.0, abs=1e-8)
+        assert placed.matrix[:3, :3] / placed.scale == pytest.approx(turn, abs=1e-8)
+        assert placed(model) == pytest.approx(model @ turn.T + shift, abs=1e-6)
+
+
+def test_accurate_points_that_contradict_the_kept_scale_do_not_turn_the_model() -> None:
+    """Heights ten times worse than positions, as of GNSS: of a scale of 1 instead of 0.01 the
+    squares alone would be least with the model on its side."""
+    rng = np.random.default_rng(7)
+    for times in (0.01, 0.4, 3.0):
+        model, world = drawn(rng, 8, 0.0, scale=times)
+        sigma = np.tile(np.array([0.02, 0.02, 0.2]) * times, (8, 1))
+        world = world + rng.normal(size=world.shape) * sigma
+        placed = register_points(model, world, sigma, scale=1.0)
+        off = Rotation.from_matrix(placed.matrix[:3, :3] / placed.scale @ TURN.T).magnitude()
+        limit = placed.rotation_error_95_deg.weakest.error_deg
+        assert limit is not None
+        assert np.degrees(off) < 1.5 * limit < 10.0
+
+
 @pytest.mark.parametrize("stated", [True, False])
 def test_points_that_contradict_the_kept_scale_are_told(stated: bool) -> None:
     model, world = drawn(np.random.default_rng(3), 6, 0.01, scale=1.06)

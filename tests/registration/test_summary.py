@@ -50,6 +50,6 @@ def test_errors_beyond_all_turns_are_no_figures() -> None:
     model = np.array([[0, 0, 0], [12, 0.3, 2.3], [3, -0.3, 4], [12, 0.1, 0]], float)
     world = model.copy()
     world[3] = model[0]
-    said = " ".join(register_points(model, world).warnings)
+    said = " ".join(map(str, register_points(model, world).warnings))
     assert "as good as unknown" in said
     assert "turned by about" not in said

@@ -85,9 +85,8 @@ class Context:
     def measure(self, feature):
         return measure_all(self.session.records, [feature])[0]
 
-    def format_plane(self, measurement):
-        fit = measurement.fit
-        return f"{fit.dip_direction_deg:03.0f}/{fit.dip_deg:02.0f}"
+    def format_attitude(self, measurement):
+        return measurement.attitude()
 
     def show(self, preview):
         self.shown.append(preview)

@@ -373,3 +373,60 @@ def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
     for _, _, ends_, _, answer in asked:
         answer(Way(np.array(ends_)))
     assert tool.vertices == straight
+
+
+class Rock:
+    """A surface of 2 cm that lies in no plane."""
+
+    def resolution_near(self, points):
+        return 0.02
+
+    def outcrop_normal(self, points):
+        return None
+
+
+def hopping(ends) -> Way:
+    """A way that bends in the plane z = 0, of which the second third is 15 cm above it, behind rock
+    that costs much."""
+    one, other = map(np.asarray, ends)
+    t = np.linspace(0.0, 1.0, 61)[:, None]
+    points = one + (other - one) * t + np.array([0.4, -0.6, 0.0]) * t * (1.0 - t)
+    points[20:40, 2] += 0.15
+    costs = np.full(61, 0.1)
+    costs[[19, 20, 39, 40]] = 1.0
+    return Way(points, costs=costs)
+
+
+def test_a_stretch_on_a_parallel_contact_is_drawn_and_kept(tool, context, monkeypatch):
+    monkeypatch.setattr(Context, "surface", lambda self, model_id: Rock())
+    ends = (0.0, 0.0, 0.0), (2.0, 0.5, 0.0), (3.0, 2.0, 0.0)
+    clicks(tool, *ends)
+    for number, (_, _, leg, _, answer) in enumerate(list(context.paths.asked)):
+        way = hopping(leg)
+        answer(way if number else replace(way, points=way.points * [1.0, 1.0, 0.0]))
+    assert not tool.searching
+    (part,) = context.shown[-1].doubtful
+    assert part[:, 2] == pytest.approx(0.15, abs=0.151)
+    assert np.median(part[:, 2]) == pytest.approx(0.15)
+    assert context.shown[-1].verdict != "good"
+    total = tool.measurement.total95_deg
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    ((first, last),) = trace.doubtful
+    assert np.median(np.array(trace.vertices)[first : last + 1, 2]) == pytest.approx(0.15)
+    assert replay(context.journal.kept).records[trace.id] == trace
+    kept, plain = context.measure(trace), context.measure(replace(trace, doubtful=()))
+    assert kept.total95_deg == pytest.approx(total)
+    assert kept.total95_deg >= max(plain.total95_deg, kept.stretch_error_deg)
+    assert plain.stretch_error_deg is None
+    assert len(kept.verdict.reasons) == len(plain.verdict.reasons) + 1
+    # It goes with its vertices, and the rest of the trace with it.
+    shorter = edits.set_vertices(
+        context.session.records, trace.id, trace.vertices[10:], resolution=0.02, outcrop_normal=None
+    ).after[trace.id]
+    assert shorter.doubtful == ((first - 10, last - 10),)
+    gone = edits.set_vertices(
+        context.session.records, trace.id, trace.vertices[:first], resolution=0.02,
+        outcrop_normal=None,
+    ).after[trace.id]  # fmt: skip
+    assert gone.doubtful == ()

@@ -108,7 +108,7 @@ def test_the_reading_follows_the_cursor_from_the_first_click_on(line, context):
     line.pointer(event(Pointer.MOVE, (5.0, 0.0, 0.0), button=Button.NONE))
     assert context.shown[-1].reading[0] == "090/00"
     clicks(line, [(0.0, 5.0, -5.0)])
-    assert context.shown[-1].reading[:2] == ("000/45", "95 %: undefined   n 2")
+    assert context.shown[-1].reading[:2] == ("000/45", "n 2")
     line.pointer(event(Pointer.MOVE, (5.0, 0.0, 0.0), button=Button.NONE))
     assert context.shown[-1].reading[0] == "000/45", "what is picked, not where the cursor is"
 

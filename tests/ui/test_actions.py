@@ -289,6 +289,32 @@ def test_the_frame_badge_warns_until_the_frame_is_declared(window, studio):
     assert "not registered" in window.status_line._badge.text()
 
 
+@pytest.mark.parametrize(("sigma_deg", "is_amber"), [(7.0, False), (8.0, True)])
+def test_the_frame_badge_is_amber_where_the_model_may_be_turned_by_15_degrees(
+    window, studio, sigma_deg, is_amber
+):
+    from vomstudio.document import edits
+    from vomstudio.document.records import Registration
+    from vomstudio.registration.summary import summary_of
+
+    add_cliff(studio, Frame())
+    record = Registration(
+        "r1", "compass", "lines", Frame("local"), rotation_error_deg=(1.0, sigma_deg, 1.0)
+    )
+    studio.attempt(edits.set_registration, record, ["m1"])
+    badge = window.status_line._badge
+    assert ("#e69f00" in badge.styleSheet()) == is_amber
+    assert (f"{1.96 * sigma_deg:.0f}°" in badge.text()) == is_amber
+    # The same rule, and the same figure.
+    assert list(studio.turn_findings()) == [
+        each for each in summary_of(record).warnings if getattr(each, "code", "") ==
+        "registration.poor"
+    ]  # fmt: skip
+    assert [each.values["rotation95_deg"] for each in studio.turn_findings()] == (
+        [pytest.approx(1.95996 * sigma_deg, rel=1e-4)] if is_amber else []
+    )
+
+
 def test_declaring_y_up_turns_every_plane_with_the_model(window, studio):
     from vomstudio.document import edits
 

@@ -246,7 +246,7 @@ def test_selected_traces_say_whether_they_are_of_one_bed_and_how_thick_it_is(win
     assert "parallel planes" in three
     assert "may be one bed" in three
     assert "two beds" in three
-    assert "270/17" in three
+    assert "270.00/16.70 ± " in three
     # Limbs of a fold are no parallel beds.
     assert "Fitted together" not in said("a", "d")
     assert said("a", "b", "d") == ""

@@ -1,4 +1,4 @@
-"""The fold axis on the net: that of the beds shown, found once while they stay the same."""
+"""The fold axis: one choice of planes for the net, the statistics and the view direction."""
 
 from __future__ import annotations
 
@@ -7,33 +7,47 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.document import edits, fold_planes
+from vomstudio.document.edit import change
+from vomstudio.document.fold_planes import FoldPlanes
 from vomstudio.geology.common_turns import Turns
+from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.folds import fold_axis
-from vomstudio.products.net.contents import NetContents, NetSet
-from vomstudio.ui.analyse.net import source
+from vomstudio.products.net.contents import NetContents
+from vomstudio.ui.analyse.net.source import with_fold
+from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
 
 DIPS = np.array([30.0, 35.0, 28.0, 40.0, 33.0, 27.0])
-BEDS = NetSet("beds", "plane", np.array([100.0, 110.0, 95.0, 280.0, 270.0, 290.0]), DIPS)
+AZIMUTHS = np.array([100.0, 110.0, 95.0, 280.0, 270.0, 290.0])
 
 
 @pytest.fixture
 def found(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """One entry for each time that an axis was looked for."""
+    """One entry for each time that an axis was computed."""
     times: list[int] = []
 
-    def counted(*words: object) -> object:
+    def counted(*words: object, **more: object) -> object:
         times.append(1)
-        return fold_axis(*words)
+        return fold_axis(*words, **more)
 
-    source._fold_of_planes.cache_clear()
-    monkeypatch.setattr(source, "fold_axis", counted)
+    fold_planes._axis.cache_clear()
+    monkeypatch.setattr(fold_planes, "fold_axis", counted)
     return times
 
 
-def beta(bed: NetSet) -> tuple[float, float]:
-    fold = source.with_fold(NetContents(sets=()), [bed]).fold
-    assert fold is not None
-    return fold.beta.trend_deg, fold.error95_deg or 0.0
+class Bed:
+    name, id, overturned = "B", "b", False
+
+
+BEDS = FoldPlanes((Bed(),) * 6, AZIMUTHS, DIPS, None, None, 1, ())
+
+
+def beta(beds: FoldPlanes) -> tuple[float, float]:
+    net = with_fold(NetContents(sets=()), beds)
+    assert net.fold is not None
+    assert net.fold_not_good == beds.not_good
+    return net.fold.beta.trend_deg, net.fold.error95_deg or 0.0
 
 
 @pytest.mark.full
@@ -54,3 +68,78 @@ def test_another_registration_has_another_error(found: list[int]) -> None:
     ]
     assert errors[0] < errors[1]
     assert len(found) == 2
+
+
+@pytest.fixture
+def beds(window, studio):
+    """Six beds of two sets; those of the set "straight" are picked along lines."""
+    add_cliff(studio)
+    made = [add_bed(studio, f"t{k}", dip=0.3 + 0.3 * k, set_name="bent") for k in range(4)]
+    bed = made[0]
+    straight = [
+        replace(
+            bed, id=f"s{k}", name=f"S{k}", set_name="straight",
+            vertices=tuple(
+                (float(i), 0.1 * k * (-1) ** i, 5.0 + 0.1 * (i * 7 % 3)) for i in range(9)
+            ),
+        )
+        for k in range(1, 3)
+    ]  # fmt: skip
+    studio.session.apply(change(studio.records, "Add straight", {t.id: t for t in straight}))
+    window._add_stereonet()
+    window.workspaces.switch("analyse")
+    window.docks.bring_forward("statistics")
+    return made
+
+
+def axes(window, studio) -> list[tuple[float, float, int]]:
+    """Beta and its count, by the net, the view direction and the planes of the statistics."""
+    net = window.net.contents().fold
+    view = window.view_panel._bedding.found()
+    statistics = studio.fold.planes().axis()
+    return [(a.beta.trend_deg, a.beta.plunge_deg, a.n) for a in (net, view, statistics)]
+
+
+def test_net_statistics_and_view_have_one_axis_whatever_is_chosen(window, studio, beds) -> None:
+    counts = []
+    for which in (
+        FoldFilter(),
+        FoldFilter("doubtful"),
+        FoldFilter(set_name="bent"),
+        FoldFilter("doubtful", "bent"),
+    ):
+        studio.fold.choose(which, selected=False)
+        net, view, statistics = axes(window, studio)
+        assert net == view == statistics
+        counts.append(net[2])
+    assert counts[0] == 6
+    assert counts[1] < 6
+    assert counts[2] == 4
+    measured = studio.measured([f.id for f in studio.fold.features()])
+    bad = sum(m.verdict.quality != "good" for m in measured.values())
+    studio.fold.choose(FoldFilter(), selected=False)
+    assert studio.fold.planes().not_good == window.net.contents().fold_not_good == bad > 0
+    text = window.findChild(StatisticsPanel)
+    text.show_now()
+    assert f"{bad} not good" in text.figures.toPlainText()
+
+
+def test_it_may_be_that_of_the_selected_planes(window, studio, beds) -> None:
+    studio.selection.set(["t0", "t1", "t2"])
+    studio.fold.choose(FoldFilter(), selected=True)
+    assert [each[2] for each in axes(window, studio)] == [3, 3, 3]
+    assert window.view_panel.only_selected.isChecked()
+    studio.selection.set(["t0", "t1", "t2", "t3"])
+    assert [each[2] for each in axes(window, studio)] == [4, 4, 4]
+
+
+def test_the_lists_choose_once_for_all(window, studio, beds) -> None:
+    first = window.view_panel.fold_box
+    second = window.findChild(StatisticsPanel).fold_box
+    first.set.setCurrentIndex(first.set.findData("bent"))
+    first.quality.setCurrentIndex(first.quality.findData("good"))
+    first.quality.activated.emit(first.quality.currentIndex())
+    assert studio.fold.which == FoldFilter("good", "bent")
+    assert (second.quality.currentData(), second.set.currentData()) == ("good", "bent")
+    assert studio.attempt(edits.delete, ["t3"])
+    assert second.set.currentData() == "bent"

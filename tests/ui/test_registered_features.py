@@ -10,7 +10,7 @@ from tests.document.test_bowed_models import registration
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import catalogue, edits
 from vomstudio.document.figures import Subject
-from vomstudio.products.net.contents import NetLineEllipse
+from vomstudio.products.net.contents import fold_ellipse
 from vomstudio.ui.scene.view_panel import ViewPanel
 
 
@@ -50,22 +50,23 @@ def test_the_panel_shows_what_the_registration_adds_and_the_total(window, studio
     assert row(window, "95 % error").endswith("–")
 
 
-def test_the_net_has_a_second_ellipse_about_the_selected_pole(window, studio, beds):
+def test_the_ellipse_about_the_selected_pole_grows_with_the_registration(window, studio, beds):
     window._add_stereonet()
     studio.selection.set(["t1"])
-    assert window.net.contents().registered == ()
+    (before,) = window.net.contents().ellipses
     register(studio)
-    (ellipse,) = window.net.contents().registered
-    assert isinstance(ellipse, NetLineEllipse)
-    fit = studio.measured(["t1"])["t1"].fit
-    assert ellipse.max_angle_deg >= fit.max_confidence95_deg
+    (ellipse,) = window.net.contents().ellipses
+    measured = studio.measured(["t1"])["t1"]
+    assert ellipse.max_angle_deg == pytest.approx(measured.total95_deg)
+    turned = measured.registration_error_deg
+    assert turned > 0.0
+    assert ellipse.max_angle_deg**2 - before.max_angle_deg**2 == pytest.approx(turned**2)
+    assert ellipse.min_angle_deg**2 - before.min_angle_deg**2 == pytest.approx(turned**2)
     fold = window.net.contents().fold
     assert fold.registration_error_deg > 0.0
-    assert fold.total.largest_deg >= fold.max_confidence95_deg
+    assert fold_ellipse(fold).max_angle_deg == fold.total.largest_deg > fold.max_confidence95_deg
     # Printed without what is selected; beta keeps its own.
-    printed = window.net.for_print()
-    assert printed.registered == ()
-    assert len(printed.with_registration) == 1
+    assert window.net.for_print().ellipses == ()
 
 
 def test_the_panel_of_the_model_says_what_its_registration_is_worth(window, studio, beds):

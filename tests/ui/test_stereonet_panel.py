@@ -147,7 +147,7 @@ def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, s
     drawn(window)
     shown = net._net
     axes = shown.artists.axes
-    (name,) = [t for t in axes.texts if re.match(r"β \d+/", t.get_text())]
+    (name,) = [t for t in axes.texts if re.match(r"β [\d.]+/", t.get_text())]
     box = name.get_window_extent()
 
     def ink() -> set[tuple[int, int]]:
@@ -166,7 +166,8 @@ def test_no_selected_circle_crosses_out_the_name_of_the_fold_axis(net, window, s
     across = Line2D(*ends.T, linewidth=30.0, color="white")
     axes.add_line(across)
     shown.artists.emphasis.append(across)
-    assert before <= ink()
+    # All but a few points of curves that ran below the name, too.
+    assert len(before - ink()) < 0.05 * len(before)
 
 
 def test_great_circles_are_left_out_of_a_crowd_and_the_net_says_so(net, window, studio):

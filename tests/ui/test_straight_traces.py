@@ -82,4 +82,4 @@ def test_two_straight_traces_that_cross_give_their_plane(beds, studio):
     QApplication.processEvents()
     said = beds.properties._relation.text()
     assert "cross at 90" in said
-    assert "090/40" in said
+    assert "/40.0 ± 0.20°" in said

@@ -34,6 +34,7 @@ def line(number: int, kind: str, azimuth_deg: float, plunge_deg: float = 0.0, **
 
 LEVEL = [line(1, "level", 10.0), line(2, "level", 95.0)]
 AZIMUTH = line(3, "azimuth", 220.0, 20.0, value=220.0)
+PLUMB = line(8, "plumb", 0.0, 90.0)
 LENGTH = line(4, "length", 77.0, -40.0, value=10.0)
 
 
@@ -50,6 +51,8 @@ def registered(lines, model=BARE, crs=None) -> Registration:
         ([LENGTH], Frame("scaled")),
         ([*LEVEL, AZIMUTH], Frame("oriented")),
         ([*LEVEL, AZIMUTH, LENGTH], Frame("local")),
+        ([PLUMB], Frame("undeclared", level=True)),
+        ([PLUMB, AZIMUTH, LENGTH], Frame("local")),
     ],
 )
 def test_a_frame_says_what_the_lines_tell_and_no_more(lines, frame) -> None:
@@ -79,10 +82,11 @@ def test_the_record_is_that_of_the_command() -> None:
         values += [] if known.value is None else [known.value]
         return ",".join(repr(v) for v in values)
 
-    record = registered([*LEVEL, AZIMUTH, LENGTH])
+    record = registered([*LEVEL, PLUMB, AZIMUTH, LENGTH])
     order = RegisterOrder(
-        "-", level=[text(known) for known in LEVEL], azimuth=[text(AZIMUTH)], scale=[text(LENGTH)]
-    )
+        "-", level=[text(known) for known in LEVEL], plumb=[text(PLUMB)], azimuth=[text(AZIMUTH)],
+        scale=[text(LENGTH)],
+    )  # fmt: skip
     placed = register_model(order, None).placed
     ours, theirs = np.array(record.matrix)[:3, :3], np.array(placed.matrix)[:3, :3]
     assert ours == pytest.approx(theirs, abs=1e-9)
@@ -126,20 +130,40 @@ def test_residuals_are_in_the_unit_of_each_and_judges_take_no_part() -> None:
     wrong = replace(line(5, "level", 40.0, 6.0), check=True)
     long = replace(LENGTH, id="k6", name="K6", value=10.5, check=True)
     far = replace(AZIMUTH, id="k7", name="K7", value=225.0, check=True)
-    lines = [*LEVEL, AZIMUTH, LENGTH]
-    placed = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*lines, wrong, long, far])
-    off = {miss.id: miss.off for miss in line_misses([*lines, wrong, long, far], placed)}
+    leaning = replace(line(9, "plumb", 120.0, -86.0), check=True)
+    judges = [wrong, long, far, leaning]
+    lines = [*LEVEL, PLUMB, AZIMUTH, LENGTH]
+    placed = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*lines, *judges])
+    off = {miss.id: miss.off for miss in line_misses([*lines, *judges], placed)}
     for each in lines:
         assert off[each.id] == pytest.approx(0.0, abs=1e-5)
     assert off["k5"] == pytest.approx(-6.0, abs=1e-5)
     assert off["k6"] == pytest.approx(-0.5, abs=1e-6)
     assert off["k7"] == pytest.approx(-5.0, abs=1e-5)
+    assert off["k9"] == pytest.approx(4.0, abs=1e-5)
 
 
 def test_what_all_azimuths_may_be_off_alike_is_in_the_error_of_north() -> None:
     many = [replace(AZIMUTH, id=f"a{i}", name=f"A{i}", sigma=0.01) for i in range(9)]
     placed = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, *many], 4.0)
     assert placed.rotation_error_deg.about_up == pytest.approx(4.0, rel=0.01)
+
+
+def test_the_upright_of_photos_is_that_of_the_file_also_of_a_model_that_was_turned() -> None:
+    """Two lines 2 degrees apart level the model along them; what they leave open stays by the
+    photos, wherever the model stands."""
+    up = TURN @ [0.0, 0.0, 1.0]
+    lines = [line(1, "level", 10.0), line(2, "level", 12.0, 1.0)]
+    turned = Rotation.from_euler("xyz", [25.0, 10.0, 60.0], degrees=True).as_matrix()
+    matrix = np.eye(4)
+    matrix[:3, :3] = turned
+    record = Registration("r", "r", "lines", Frame("scaled"), tuple(map(tuple, matrix.tolist())))
+    for model in (BARE, replace(BARE, placement=record)):
+        placed = placed_by_points(NO_PAIRS, None, model, None, EXTENT, lines, photo_up=up)
+        tilt = placed.matrix[:3, :3] / placed.scale @ up
+        assert np.degrees(np.arccos(tilt[2])) < 1.0
+        assert not placed.known.vertical
+    assert {group.kind for group in placed.observations} == {"level_lines", "photo_upright"}
 
 
 def test_a_line_without_its_value_places_nothing_yet() -> None:

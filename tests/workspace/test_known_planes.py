@@ -234,7 +234,7 @@ def test_magnetic_north_is_turned_by_the_declination_of_the_day_and_the_converge
     convergence = Proj("EPSG:32632").get_factors(11.35, 46.5).meridian_convergence
     assert used.declination_deg == pytest.approx(expected)
     assert used.turned_deg == pytest.approx(expected - convergence, abs=1e-6)
-    assert used.doubt_deg == 0.5
+    assert used.doubt_deg == 2.0
     assert not used.stated
     assert used.day == "2024-05-12"
     for part in (f"{expected:+.1f}°", "IGRF-14", "2024-05-12", f"{convergence:+.1f}°"):
@@ -266,7 +266,7 @@ def test_the_options_of_the_command_turn_azimuths_by_as_much_or_are_not_given() 
     stated = compass(north="magnetic", declination_deg=3.25)
     used, _ = north_of(stated, known_of(stated, BARE, None, NO_PAIRS, None))
     options = as_the_command(stated, used, NO_PAIRS, None)
-    assert dict(options) == {"--north": "magnetic", "--declination": 3.25, "--north-sigma": 0.5}
+    assert dict(options) == {"--north": "magnetic", "--declination": 3.25, "--north-sigma": 2.0}
     placed_by = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5))
     used, _ = north_of(placed_by, known_of(placed_by, BARE, None, NO_PAIRS, None))
     assert as_the_command(placed_by, used, NO_PAIRS, None) is None

@@ -14,13 +14,13 @@ from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import DEFAULT_TYPES, Frame, Model, Registration
 from vomstudio.geometry import transform
 from vomstudio.registration.similarity import jacobian
+from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.workspace.placing.registering import (
     add_reference_error,
     expected,
     set_words,
     sets_turned_deg,
     turned_deg,
-    worst_turn_deg,
 )
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
@@ -131,7 +131,8 @@ def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None
     # About up, east, north, as the record has it.
     sums = np.sqrt(sum(np.diag(s @ s.T)[:3] for s in scatter))
     assert both.rotation_error_deg == pytest.approx(tuple(np.degrees(sums[[2, 0, 1]])))
-    assert worst_turn_deg(both) > max(worst_turn_deg(one) for one in known)
+    worst = [worst_turn95_deg(one.rotation_covariance()) for one in (both, *known)]
+    assert worst[0] > max(worst[1:])
     # Nothing is made up where the error of the other one is not known.
     unknown = replace(known[1], covariance=None)
     assert add_reference_error(known[0], unknown, scale_fitted=True) == known[0]

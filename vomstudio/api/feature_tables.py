@@ -14,7 +14,6 @@ from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
-from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.tables.orientation_table import COLUMNS
 from vomstudio.tables.project_layers import Layer, project_layers
@@ -110,8 +109,6 @@ def _drawing(
 
 
 def _attitude(measured: Measurement) -> str:
-    if measured.plane is not None:
-        return format_plane(measured.plane)
-    if measured.line is not None:
-        return format_line(measured.line)
-    return ""
+    if measured.plane is None and measured.line is None:
+        return ""
+    return measured.attitude()

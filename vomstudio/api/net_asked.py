@@ -11,6 +11,7 @@ from vomstudio.api.checking import (
     flag,
     items_of,
     naming,
+    one_of,
     required_number,
     single_number,
     slashed,
@@ -18,6 +19,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.errors import InputError
 from vomstudio.geology.density import SIGMA
+from vomstudio.geology.fold_planes import MIN_QUALITIES, FoldFilter
 from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.contours import check_contouring
 from vomstudio.products.net.figure_style import FigureStyle
@@ -71,6 +73,7 @@ class NetAsked:
                 frozenset([name for name in FINDINGS if flag(given.pop(name, False), name)]),
                 flag(given.pop("intersections", False), "intersections"),
                 flag(given.pop("errors", False), "errors"),
+                _fold(given),
             ),
             style,
             None if size is None else style.size_mm,
@@ -110,6 +113,20 @@ def _contouring(given: dict[str, Any], contour: str | None) -> Contouring:
         flag(given.pop("each_set", False), "each_set"),
         sigma,
     )
+
+
+def _fold(given: dict[str, Any]) -> FoldFilter | None:
+    quality, only_set = given.pop("quality", None), given.pop("only_set", None)
+    if not flag(given.pop("fold", False), "fold"):
+        for name, value in (("quality", quality), ("only_set", only_set)):
+            if value is not None:
+                raise InputError(
+                    tr("It chooses planes of the fold axis: give fold=True."), field=name
+                )
+        return None
+    if quality is not None:
+        one_of(quality, MIN_QUALITIES, "quality")
+    return FoldFilter(quality, words_of(only_set, "only_set"))
 
 
 def _turning(given: dict[str, Any]) -> Turning:

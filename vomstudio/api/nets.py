@@ -37,6 +37,8 @@ class NetOptions(TypedDict, total=False):
     maxima : a cross where each set, or all as contoured, is densest
     errors : the 95 % ellipse of each plane, by the error columns of the table
     averages : of each set in words, with n and method
+    fold : the fold axis of the bedding, its 95 % ellipse and its great circle
+    quality, only_set : planes of the fold axis, as in `fold`
     size_mm : (width, height) of a new figure; None for that of pyplot's notebooks
     font, font_pt, symbol_pt, line_pt, grey : of letters, symbols and lines, and no colours at all
     """
@@ -55,6 +57,9 @@ class NetOptions(TypedDict, total=False):
     maxima: bool
     errors: bool
     averages: bool
+    fold: bool
+    quality: Literal["good", "doubtful"] | None
+    only_set: str | None
     size_mm: tuple[float, float] | None
     font: str | None
     font_pt: float | None
@@ -87,7 +92,8 @@ def stereonet(
     projection : "area" (Schmidt) or "angle" (Wulff), of new axes
     options : ``levels``, ``filled``, ``each_set``, ``sigma`` of the contours; ``untilt`` (dip
         direction, dip), ``rotate`` (trend, plunge, angle), degrees; ``intersections``, ``girdles``,
-        ``maxima``, ``errors``, ``averages``, True where wanted; ``planes``, ``cones``,
+        ``maxima``, ``errors``, ``averages``, ``fold``, True where wanted; ``quality``, ``only_set``
+        of the fold's planes; ``planes``, ``cones``,
         ``slip_lines`` to draw as well; ``size_mm``, ``font``, ``font_pt``, ``symbol_pt``,
         ``line_pt``, ``grey``: as in the command, see ``vomstudio.api.nets.NetOptions``
 

@@ -24,7 +24,8 @@ from vomstudio.api.tables import dataframe_crs, frame
 from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
-from vomstudio.geology.notation import format_azimuth
+from vomstudio.geology.notation import format_attitude
+from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.gate.points import points_to_world
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
@@ -172,15 +173,9 @@ class PlaneFit(OrientationFigures):
         return np.array([[ee, en, eu], [en, nn, nu], [eu, nu, uu]], np.float64)
 
     def __repr__(self) -> str:
-        known = (
-            "95 % undefined"
-            if self.max_confidence95_deg is None
-            else f"95 % {self.max_confidence95_deg:.2f} x {self.min_confidence95_deg:.2f} deg"
-        )
-        azimuth = self.dip_direction_deg
-        where = "horizontal" if azimuth is None else format_azimuth(azimuth, 1)
+        plane = Plane(self.dip_direction_deg or 0.0, self.dip_deg)
         name = f"{self.name}: " if self.name else ""
-        return f"PlaneFit({name}{where}/{self.dip_deg:.1f}, {known}, {self.quality})"
+        return f"PlaneFit({name}{format_attitude(plane, self.total95_deg)}, {self.quality})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -206,9 +201,9 @@ class LineFit(OrientationFigures):
     plunge_deg: float
 
     def __repr__(self) -> str:
-        where = "vertical" if self.trend_deg is None else format_azimuth(self.trend_deg, 1)
+        line = Line(self.trend_deg or 0.0, self.plunge_deg)
         name = f"{self.name}: " if self.name else ""
-        return f"LineFit({name}{where}/{self.plunge_deg:.1f})"
+        return f"LineFit({name}{format_attitude(line, self.total95_deg)})"
 
 
 _AZIMUTHS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")

@@ -41,8 +41,8 @@ class Known(TypedDict, total=False):
     pairs, gcp, marks, horizon, orientations, scale_bars : tables
     scale, azimuth : rows of seven numbers: two places on the model (model frame), and the metres
         between them or the azimuth from the first to the second, degrees; an eighth states the
-        error of that, one sigma. level : rows of six: two places at one height; a seventh states
-        the error of the line, degrees, one sigma
+        error of that, one sigma. level, plumb : rows of six: two places at one height, or one above
+        the other; a seventh states the error of the line, degrees, one sigma
     reference, stable : the model that it is fitted to, and what of that has not moved
     north : "grid", "true" or "magnetic", where a table does not say; ``date`` (YYYY-MM-DD),
         ``declination_deg``, ``north_sigma_deg`` : of compass readings
@@ -64,6 +64,7 @@ class Known(TypedDict, total=False):
     scale: Any
     azimuth: Any
     level: Any
+    plumb: Any
     reference: str | Path | None
     stable: str | Path | None
     north: str
@@ -113,7 +114,8 @@ def register(
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
     axis), ``scale_error_95``, ``worth_adding`` (where one more point would help most), ``known``,
     ``blunders`` (points too far off to be chance), ``click_sigma_m`` (metres), ``mark_scatter_px``
-    (of marks in photos) and ``warnings``. Called with (n, 3)
+    (of marks in photos), ``north_sigma_deg`` (common offset of compass readings, one sigma; None
+    without any) and ``warnings``. Called with (n, 3)
     model points it gives them in World.
 
     Raises
@@ -195,6 +197,8 @@ _FILES = (
     "stable",
 )
 _TEXTS = ("date", "crs")
+_LINES = {"scale": (7, 8), "azimuth": (7, 8), "level": (6, 7), "plumb": (6, 7)}
+"""Numbers of a row, without and with its error."""
 
 
 def _by_file(
@@ -206,10 +210,7 @@ def _by_file(
     one_of(north, ("grid", "true", "magnetic"), "north")
     angles = [single_number(given.pop(f"{name}_deg", None), f"{name}_deg")
               for name in ("declination", "north_sigma")]  # fmt: skip
-    lines = {
-        name: _rows(given.pop(name, ()), name, lengths)
-        for name, lengths in (("scale", (7, 8)), ("azimuth", (7, 8)), ("level", (6, 7)))
-    }
+    lines = {name: _rows(given.pop(name, ()), name, lengths) for name, lengths in _LINES.items()}
     labels = [words_of(each, "without") for each in items_of(given.pop("without", ()), "without")]
     texts = {name: _beside(given.pop(name, None), name) for name in _BESIDE}
     texts |= {name: _file(given.pop(name, None), name) for name in _FILES}

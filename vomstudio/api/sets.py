@@ -21,6 +21,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
+from vomstudio.geology.fold_planes import MIN_QUALITIES
 from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.populations.error_weights import WEIGHTINGS
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
@@ -95,6 +96,8 @@ def fold(
     sets: Sequence[str] | None = None,
     domain: str | None = None,
     waviness_deg: float | None = None,
+    quality: Literal["good", "doubtful"] | None = None,
+    only_set: str | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
     """Pi-plane and fold axis of planes, and whether one view direction is valid for them.
@@ -108,10 +111,13 @@ def fold(
         axis, and whether one serves all is tested
     waviness_deg : how far poles of a cylindrical fold stray (standard deviation); None for the
         limits of Ramsay & Huber (1987): nine tenths within 10 degrees
+    quality : worst verdict (column ``quality``) that is used; None for any
+    only_set : use planes of this set only
 
     Returns
     -------
-    TableFold: ``n``, ``used``, ``left_out``, ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
+    TableFold: ``n``, ``used``, ``not_good`` (of those used; None without verdicts), ``left_out``,
+    ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
     its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``,
     ``arc_deg``, ``cone`` (the best small circle), ``limbs`` (mean planes, interlimb angle and axial
     plane with errors), ``leave_one_out`` (the plane that turns beta most), ``pairs`` (where
@@ -139,11 +145,25 @@ def fold(
     """
     rows = rows_of(table, azimuth)
     waviness = single_number(waviness_deg, "waviness_deg")
-    with naming("sets", "--sets"):
+    if quality is not None:
+        one_of(quality, MIN_QUALITIES, "quality")
+    with (
+        naming("sets", "--sets"),
+        naming("quality", "--quality"),
+        naming("only_set", "--only-set"),
+    ):
         names = None if sets is None else checked_names([str(n) for n in items_of(sets, "sets")])
-        return table_fold(
-            rows, words_of(kind, "kind"), names, column_of(domain, "domain"), waviness
+        found = table_fold(
+            rows,
+            words_of(kind, "kind"),
+            names,
+            column_of(domain, "domain"),
+            waviness,
+            min_quality=quality,
+            only_set=words_of(only_set, "only_set"),
         )
+    warn(found.warnings[len(rows.warnings) :])
+    return found
 
 
 def slope(

@@ -259,9 +259,9 @@ def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -
     from vomstudio.document.edits import new_id
     from vomstudio.document.kinds.trace import Trace
     from vomstudio.document.records import SURROUNDINGS_RULE, Feature
-    from vomstudio.geometry.surface import VertexSurface
+    from vomstudio.geometry.streaming.surfaces import surface_of
 
-    surface = VertexSurface(mesh.vertices)
+    surface = surface_of(mesh)
     surface.build()
     added: dict[str, Feature] = {}
     for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True)):

@@ -154,10 +154,8 @@ def in_words(found: ExtendedPlane, unit: str) -> str:
     heads = [tr("bed"), tr("offset"), tr("length"), tr("95 % least"), tr("95 % most")]
     said = [
         tr(
-            "Plane {plane}, 95 % {error} deg, carried on over the model.",
-            plane=f"{text_tables.azimuth(found.dip_direction_deg, 1)}/"
-            f"{text_tables.inclination(found.dip_deg, 1)}",
-            error=text_tables.number(found.max_error95_deg, 2),
+            "Plane {plane} (95 %), carried on over the model.",
+            plane=text_tables.measured_plane(vars(found), "max_error95_deg"),
         ),
         text_tables.table(heads, ["", *[unit] * 4], rows),
     ]

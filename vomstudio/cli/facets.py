@@ -118,16 +118,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def in_words(found: FacetTable) -> str:
     """The largest facets, and how much of the outcrop all of them cover."""
-    heads = [tr("facet"), tr("dip dir"), tr("dip"), tr("95 %"), tr("area"), tr("n"), tr("quality")]
-    units = ["", tr("deg"), tr("deg"), tr("deg"), "m2", "", ""]
+    heads = [tr("facet"), tr("plane"), tr("area"), tr("n"), tr("quality")]
+    units = ["", tr("dip direction/dip ± 95 %"), "m2", "", ""]
     rows = [
         [
             str(row["id"]),
-            tr("undefined")
-            if row["undefined"]
-            else text_tables.azimuth(row["dip_direction_deg"], 1),
-            text_tables.inclination(row["dip_deg"], 1),
-            text_tables.number(row["total95_deg"], 2),
+            text_tables.measured_plane(row),
             text_tables.figures(row["area_m2"]),
             str(row["n_points"]),
             row["quality"],

@@ -190,13 +190,10 @@ def _together(args: argparse.Namespace, groups: PointGroups) -> ParallelBeds:
 
 
 def _together_in_words(found: ParallelBeds) -> str:
-    from vomstudio.geology.notation import format_azimuth
-
     said = tr(
-        "Parallel planes together: {plane} (dip direction/dip), 95 %: {largest} x {smallest} deg, "
+        "Parallel planes together: {plane} (dip direction/dip, 95 %; {smallest} deg at least), "
         "rms {rms} m, p of being parallel {p}",
-        plane=f"{format_azimuth(found.dip_direction_deg, 1)}/{found.dip_deg:04.1f}",
-        largest=text_tables.figures(found.max_confidence95_deg),
+        plane=text_tables.measured_plane(vars(found), "max_confidence95_deg"),
         smallest=text_tables.figures(found.min_confidence95_deg),
         rms=text_tables.figures(found.rms_m),
         p=text_tables.figures(found.p_parallel),
@@ -240,13 +237,13 @@ def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) ->
 
 
 def _in_words(rows: list[dict[str, Any]]) -> str:
+    from vomstudio.geology.notation import attitude_decimals, format_azimuth
+
     heads = [
         tr("id"),
         tr("n"),
+        tr("plane"),
         tr("strike"),
-        tr("dip"),
-        tr("dip dir"),
-        tr("95 % error"),
         tr("fit 95 %"),
         tr("ang. error"),
         tr("rms"),
@@ -254,18 +251,16 @@ def _in_words(rows: list[dict[str, Any]]) -> str:
         tr("quality"),
     ]
     largest = tr("deg max/min")
-    degrees = tr("deg")
-    units = ["", "", tr("deg RHR"), degrees, degrees, degrees, largest, largest, "m", "m", ""]
+    plane = tr("dip direction/dip ± 95 %")
+    units = ["", "", plane, tr("deg RHR"), largest, largest, "m", "m", ""]
     body = [
         [
             str(row["id"]),
             str(row["n_points"]),
-            text_tables.azimuth(row["strike_rhr_deg"], 3),
-            text_tables.inclination(row["dip_deg"], 3),
-            tr("undefined")
+            text_tables.measured_plane(row),
+            "-"
             if row["undefined"]
-            else text_tables.azimuth(row["dip_direction_deg"], 3),
-            text_tables.figures(row["total95_deg"]),
+            else format_azimuth(row["strike_rhr_deg"], attitude_decimals(row["total95_deg"])),
             _pair(row, "confidence95"),
             _pair(row, "angular_error"),
             text_tables.figures(row["rms_m"]),

@@ -35,6 +35,12 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="A,B[,C]",
         help=tr("the axis common to these sets (hanging wall, footwall, fault), by their means"),
     )
+    parser.add_argument("--only-set", metavar="SET", help=tr("use planes of this set only"))
+    parser.add_argument(
+        "--quality",
+        choices=("good", "doubtful"),
+        help=tr("leave out planes with a worse verdict (column quality)"),
+    )
     parser.add_argument(
         "--domain",
         metavar="COLUMN",
@@ -59,7 +65,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Finding the fold axis"))
     sets = None if args.sets is None else set_names(args.sets)
-    found = table_fold(table, args.kind, sets, args.domain, args.waviness)
+    found = table_fold(
+        table,
+        args.kind,
+        sets,
+        args.domain,
+        args.waviness,
+        min_quality=args.quality,
+        only_set=args.only_set,
+    )
     out.result(found.as_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
@@ -97,9 +111,11 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
     if any(limbs["overturned"]):
         said = tr("{limbs}, of overturned beds where they are flagged", limbs=said)
     axial = tr(
-        "{plane} dip direction/dip, known to {error:.0f} deg (joint 95 %)",
-        plane=text_tables.plane(limbs["axial_plane"]),
-        error=limbs["axial_plane_error95_deg"],
+        "{plane}  dip direction/dip, joint 95 %",
+        plane=text_tables.measured_plane(
+            {**limbs["axial_plane"], "error95_deg": limbs["axial_plane_error95_deg"]},
+            "error95_deg",
+        ),
     )
     return [(tr("limbs"), said), (tr("axial plane"), axial)]
 
@@ -159,10 +175,15 @@ def _in_words(found: TableFold) -> str:
     rows = [
         (tr("planes used"), tr("{used} of {all}", used=result["used"], all=result["n"])),
         *(
+            []
+            if result["not_good"] is None
+            else [("  " + tr("not good"), tr("{count}", count=result["not_good"]))]
+        ),
+        *(
             ("  " + tr("left out"), f"{o['n']} {o['what']} ({o['reason']})")
             for o in result["left_out"]
         ),
-        (tr("beta"), tr("{line}  trend/plunge, deg", line=text_tables.line(beta))),
+        (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.measured_line(beta))),
         ("  " + tr("confidence"), confidence),
         *_registered(beta),
         (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -441,14 +441,10 @@ def _in_words(summary: ProjectSummary) -> str:
 def _row_in_words(row: dict[str, Any]) -> str:
     from vomstudio.cli.common import text_tables
 
-    def angle(name: str, show: Callable[[float, int], str]) -> str:
-        return "–" if row.get(name) is None else show(row[name], 3)
-
     if row["geometry"] == "line":
-        plunge = angle("plunge_deg", text_tables.inclination)
-        place = f"{angle('trend_deg', text_tables.azimuth)}/{plunge}"
+        is_known, measured = row.get("plunge_deg") is not None, text_tables.measured_line
     else:
-        dip = angle("dip_deg", text_tables.inclination)
-        place = f"{angle('dip_direction_deg', text_tables.azimuth)}/{dip}"
+        is_known, measured = row.get("dip_deg") is not None, text_tables.measured_plane
+    place = measured(row) if is_known else "–"
     quality = f", {row['quality']}" if row.get("quality") else ""
     return f"{row['name']} ({row['kind']}): {place}{quality}"

@@ -80,7 +80,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--north-sigma",
         metavar="DEG",
         help=tr("how far a compass may be off for all its readings alike, one sigma (default: 10 "
-                "for photos, 0.5 for other azimuths from magnetic north, else 0)"),
+                "for photos, 2 for other azimuths from magnetic north, else 0)"),
     )  # fmt: skip
     parser.add_argument(
         "--click-sigma",
@@ -128,14 +128,15 @@ def _add_lines(parser: Parser) -> None:
         help=tr("two places on the model, the azimuth from the first to the second, and where "
                 "wanted its error, degrees, one sigma (default: 3)"),
     )  # fmt: skip
-    parser.add_argument(
-        "--level",
-        metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]",
-        action="append",
-        default=[],
-        help=tr("two places on the model that are at one height, and how level that is known to "
-                "be, degrees, one sigma (default: 0.5)"),
-    )  # fmt: skip
+    for option, said in (
+        ("--level", tr("two places on the model that are at one height, and the error of that, "
+                       "degrees, one sigma (default: 0.5)")),
+        ("--plumb", tr("two places on the model that are one above the other, and the error of "
+                       "that, degrees, one sigma (default: 0.5)")),
+    ):  # fmt: skip
+        parser.add_argument(
+            option, metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]", action="append", default=[], help=said
+        )
 
 
 def _add_reference(parser: Parser) -> None:

@@ -93,10 +93,8 @@ def _in_words(result: dict[str, Any]) -> str:
         [
             found["name"],
             str(found["n"]),
-            f"{text_tables.azimuth(found['dip_direction_deg'])}/"
-            f"{text_tables.inclination(found['dip_deg'])}",
+            text_tables.measured_plane(found, "cone95_deg"),
             number(found["kappa"], 1),
-            number(found["cone95_deg"], 1),
             "" if found["discontinuities"] is None else str(found["discontinuities"]),
             number(found["spacing_m"], 3),
             number(found["persistence_dip_m"], 2),
@@ -106,10 +104,10 @@ def _in_words(result: dict[str, Any]) -> str:
         for found in result["sets"]
     ]
     heads = [
-        tr("set"), "n", tr("dip direction/dip"), "kappa", tr("cone 95 %"), tr("discontinuities"),
+        tr("set"), "n", tr("mean plane"), "kappa", tr("discontinuities"),
         tr("spacing"), tr("along dip"), tr("along strike"), "P32",
     ]  # fmt: skip
-    units = ["", "", "deg", "", "deg", "", "m", "m", "m", "1/m"]
+    units = ["", "", tr("dip direction/dip ± 95 %"), "", "", "m", "m", "m", "1/m"]
     lines = [text_tables.table(heads, units, rows)] if rows else []
     lines.append(
         tr_n(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import (
@@ -124,6 +125,17 @@ def _add_drawn(parser: argparse.ArgumentParser) -> None:
         ("--averages", tr("the averages of each set in words, with n and method")),
     ):
         parser.add_argument(option, action="store_true", help=of)
+    parser.add_argument(
+        "--fold", action="store_true", help=tr("the fold axis of the bedding and its great circle")
+    )
+    parser.add_argument(
+        "--quality",
+        choices=("good", "doubtful"),
+        help=tr("planes of the fold axis: none with a worse verdict"),
+    )
+    parser.add_argument(
+        "--only-set", metavar="SET", help=tr("planes of the fold axis: of this set only")
+    )
 
 
 def _add_style(parser: argparse.ArgumentParser) -> None:
@@ -191,10 +203,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _tell(args: argparse.Namespace, table: OrientationRows, net: NetContents, out: Output) -> None:
+    from vomstudio.geology.table_folds import not_good_warning
     from vomstudio.products.net.contours import density_found, few_reasons
 
     found = density_found(net)
     warnings = [*table.warnings, *few_reasons(net)]
+    fold = net.fold
+    if fold is not None:
+        warnings += not_good_warning(net.fold_not_good, fold.n)
     if found is not None and not found["levels"]:
         warnings.append(tr("Nothing is dense enough for a contour."))
     out.result(
@@ -217,6 +233,9 @@ def _tell(args: argparse.Namespace, table: OrientationRows, net: NetContents, ou
             ],
             "averages": list(net.averages),
             "errors": len(net.errors),
+            "fold": None
+            if fold is None
+            else {"n": fold.n, "not_good": net.fold_not_good, **asdict(fold.figures.beta)},
             "contour": args.contour,
             "density": found,
             "convention": table.convention,
@@ -238,6 +257,11 @@ def _tell(args: argparse.Namespace, table: OrientationRows, net: NetContents, ou
 
 def _wishes(args: argparse.Namespace) -> NetWishes:
     """Read before anything else is. Raises UsageError."""
+    if not args.fold and (args.quality is not None or args.only_set is not None):
+        raise UsageError(
+            tr("--quality and --only-set choose the planes of --fold. Add --fold."), field="--fold"
+        )
+    from vomstudio.geology.fold_planes import FoldFilter
     from vomstudio.products.net.net_options import (
         Turning,
         plane_of,
@@ -261,6 +285,7 @@ def _wishes(args: argparse.Namespace) -> NetWishes:
         frozenset(name for name in FINDINGS if getattr(args, name)),
         args.intersections,
         args.errors,
+        FoldFilter(args.quality, args.only_set) if args.fold else None,
     )
 
 

@@ -33,7 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.faults.three_points import plane_of_three_points
-    from vomstudio.geology.notation import format_plane
+    from vomstudio.geology.notation import format_attitude
     from vomstudio.io.gate.point_tables import read_boundaries
 
     progress = report_reading(args, args.points)
@@ -44,19 +44,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
     found = found.of_table(read.dropped, read.warnings)
     out.result(found.as_dict())
     out.warn(found.warnings)
-    said = format_plane(found.plane, decimals=1)
+    said = format_attitude(found.plane, found.max_error95_deg)
     if found.max_error95_deg is None:
         out.text(tr("{plane}; nothing is known of its error", plane=said))
         return
     if found.dip_direction_error_deg is None:
         out.text(
-            tr("{plane}, dip ± {dip:.1f}°, dip direction unknown (95 %)",
+            tr("{plane} (95 %): dip ± {dip:.1f}°, dip direction unknown",
                plane=said, dip=found.dip_error_deg)
         )  # fmt: skip
         return
     out.text(
         tr(
-            "{plane}, dip ± {dip:.1f}°, dip direction ± {direction:.1f}° (95 %)",
+            "{plane} (95 %): dip ± {dip:.1f}°, dip direction ± {direction:.1f}°",
             plane=said,
             dip=found.dip_error_deg,
             direction=found.dip_direction_error_deg,

@@ -246,10 +246,8 @@ def in_words(found: FollowedTrace, unit: str) -> str:
     if found.plane is not None:
         said.append(
             tr(
-                "Plane {plane}, 95 % {error} deg, {quality}.",
-                plane=f"{text_tables.azimuth(found.plane['dip_direction_deg'], 1)}/"
-                f"{text_tables.inclination(found.plane['dip_deg'], 1)}",
-                error=text_tables.number(found.plane["total95_deg"], 2),
+                "Plane {plane} (95 %), {quality}.",
+                plane=text_tables.measured_plane(found.plane),
                 quality=found.plane["quality"],
             )
         )

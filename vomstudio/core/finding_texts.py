@@ -245,6 +245,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         ),
     ),
     # --- lines ---------------------------------------------------------------------------------
+    "trace.beside": (
+        "warning",
+        to_translate(
+            "Points {start} to {end} are {offset_m:.2g} m beside the plane of the rest, behind rock"
+            " without a contact. Set a way-point there, on the right contact."
+        ),
+    ),
     "lines.not-planar": (
         "warning",
         to_translate(
@@ -289,6 +296,13 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         ),
     ),
     # --- logs ----------------------------------------------------------------------------------
+    "fold.planes-not-good": (
+        "warning",
+        to_translate(
+            "{not_good} of {used} planes of the fold axis are not good, and count like the others."
+            " Improve them or leave them out."
+        ),
+    ),
     "log.beds-not-parallel": (
         "warning",
         to_translate(
@@ -371,6 +385,41 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
         to_translate(
             "With the error of the reference the model may be turned by {rotation95_deg:.2g}°"
             " (95 %) and its scale may be off by {scale95_percent:.2g} %."
+        ),
+    ),
+    "registration.compass-alone": (
+        "warning",
+        to_translate(
+            "North rests on compass readings alone: a common offset of ± {north_sigma_deg:g}°"
+            " (1 sigma) is assumed. State how far they may all be off (--north-sigma)."
+        ),
+    ),
+    "registration.parallel-level-lines": (
+        "warning",
+        to_translate(
+            "The level lines run within {apart_deg:.0f}° of each other and count as one. Add a"
+            " level line across them, or a plumb line."
+        ),
+    ),
+    "registration.photo-upright": (
+        "info",
+        to_translate(
+            "How the photos were held counts as an observation of the vertical, ± {sigma_deg:g}°"
+            " (1 sigma)."
+        ),
+    ),
+    "registration.which-end-up": (
+        "warning",
+        to_translate(
+            "The lines tip the model by {tip_deg:.0f}°, and do not show which end of the vertical"
+            " is up. Check that the model is not upside down."
+        ),
+    ),
+    "registration.poor": (
+        "warning",
+        to_translate(
+            "The model may be turned by {rotation95_deg:.2g}° (95 %), which makes planes on it poor."
+            " Add points, lines or readings."
         ),
     ),
     # --- files -----------------------------------------------------------------------------------

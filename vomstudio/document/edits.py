@@ -167,6 +167,7 @@ def set_vertices(
     after = replace(
         trace,
         **with_vertices(trace, vertices),
+        doubtful=_moved_stretches(trace, vertices),
         resolution=resolution,
         outcrop_normal=outcrop_normal,
         rule=rule,
@@ -174,6 +175,20 @@ def set_vertices(
     model = records.get(trace.model_id)
     measure_one(after, model if isinstance(model, Model) else None)
     return change(records, f"Change trace {trace.name}", {trace_id: after})
+
+
+def _moved_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int, int], ...]:
+    """The doubtful stretches of which both ends are still there."""
+    if not trace.doubtful:
+        return ()
+    row = {vertex: i for i, vertex in enumerate(vertices)}
+    n = len(trace.vertices)
+    ends = [
+        (row.get(trace.vertices[a], -1), row.get(trace.vertices[b], -1))
+        for a, b in trace.doubtful
+        if 0 <= a <= b < n
+    ]
+    return tuple((a, b) for a, b in ends if 0 <= a <= b)
 
 
 def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, Any]]) -> Edit:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from vomstudio.document.measurement import Measurement, NearestPick
 from vomstudio.document.records import FeatureType, Model, OnAModel, Record, Typed, get
 from vomstudio.document.registration_errors import normal_covariance
+from vomstudio.geology.notation import degrees as degrees
 from vomstudio.geometry.units import area_text, length_text
 
 Unit = Literal["", "deg", "m", "m2"]
@@ -124,15 +125,6 @@ def figure_in_metres(
     name: str, title: str, explanation: str, value: Callable[[Subject], Any], **more: Any
 ) -> Figure:
     return Figure(name, title, explanation, value, "length", "m", **more)
-
-
-def degrees(value: float | None) -> str:
-    """An error: two digits that mean something."""
-    if value is None:
-        return "–"
-    size = abs(value)
-    decimals = 2 if size < 0.995 else 1 if size < 9.95 else 0
-    return f"{value:.{decimals}f}°"
 
 
 def number(value: float | None, digits: int = 3) -> str:

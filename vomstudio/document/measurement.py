@@ -16,10 +16,11 @@ from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record,
 from vomstudio.geology import orientation
 from vomstudio.geology.common_turns import Region
 from vomstudio.geology.intersections import UncertainPlane, uncertain_plane
+from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geology.quality import Kind as JudgedAs
-from vomstudio.geology.quality import Verdict, total_error_deg, wider_of
+from vomstudio.geology.quality import Verdict, resolution_tilt_deg, total_error_deg, wider_of
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
@@ -56,6 +57,8 @@ class Measurement:
     judged_as : what kind of plane the verdict is on
     registration_error_deg : 95 % half-angle by which the model's registration can tilt it; None
         where the model was not registered, or its error is not known
+    stretch_error_deg : 95 % half-angle of a trace's plane in view of its doubtful stretches; None
+        where it has none
     total : joint 95 % region of a line, together with the registration as far as that is known;
         None where its own is not
     """
@@ -85,6 +88,7 @@ class Measurement:
     kind: str = ""
     judged_as: JudgedAs = "trace"
     registration_error_deg: float | None = None
+    stretch_error_deg: float | None = None
     total: Region | None = None
 
     @cached_property
@@ -96,8 +100,20 @@ class Measurement:
         if self.fit.error is not None:
             return None
         return total_error_deg(
-            self.fit, self.resolution_m, self.judged_as, self.registration_error_deg
+            self.fit,
+            self.resolution_m,
+            self.judged_as,
+            self.registration_error_deg,
+            self.outcrop_normal,
+            self.stretch_error_deg,
         )
+
+    def attitude(self, notation: str = "dipdir/dip", *, bare: bool = False) -> str:
+        """Return the plane or line with its 95 % error as text; "–" without either."""
+        attitude = self.plane if self.plane is not None else self.line
+        if attitude is None:
+            return "–"
+        return format_attitude(attitude, self.total95_deg, notation, bare=bare)
 
     def slip_vector(self) -> Floats | None:
         """(3,) unit vector along which the hanging wall moves; None where that is not known."""
@@ -171,7 +187,13 @@ def as_uncertain(measured: Measurement) -> UncertainPlane | None:
         return UncertainPlane(plane.normal(), None)
     tilt = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
     resolution = measured.resolution_m if measured.by_this_rule else None
-    largest, smallest = wider_of(fit, measured.judged_as, resolution)
+    largest, smallest = wider_of(
+        fit,
+        measured.judged_as,
+        resolution,
+        measured.outcrop_normal,
+        measured.stretch_error_deg,
+    )
     free = 1.0 if fit.n_effective is None else max(fit.n_effective - 3.0, 1.0)
     rough = 0.0 if fit.rms is None else fit.rms * float(np.sqrt(fit.n / max(fit.n - 3.0, 1.0)))
     return replace(uncertain_plane(plane.normal(), tilt, largest, smallest, free), roughness=rough)
@@ -261,6 +283,34 @@ def told_of_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
         "surroundings of earlier features."
     )
     return Verdict(verdict.quality, verdict.reasons, (*verdict.notes, said), verdict.limits)
+
+
+def common_error_deg(fit95_deg: float | None, measured: Iterable[Measurement]) -> float | None:
+    """Return the total 95 % error of a plane that was fitted to several features together.
+
+    Parameters
+    ----------
+    fit95_deg : float or None
+        Error of the common fit.
+    measured : iterable of Measurement
+        Of the features: the best resolved one limits what the resolution can tilt, and their
+        registration turns all of them alike.
+
+    Returns
+    -------
+    float or None
+        Degrees, at most 90; None if that of the fit is not known.
+    """
+    if fit95_deg is None:
+        return None
+    each = list(measured)
+    tilts = [
+        resolution_tilt_deg(m.fit, m.resolution_m, m.judged_as) or 0.0
+        for m in each
+        if m.fit is not None
+    ]
+    turned = max((m.registration_error_deg or 0.0 for m in each), default=0.0)
+    return min(math.hypot(max(fit95_deg, min(tilts, default=0.0)), turned), 90.0)
 
 
 _OF_ANY_PLACE = 1.0 / math.sqrt(12.0)

@@ -18,7 +18,7 @@ from vomstudio.document.records import (
 )
 from vomstudio.geology import orientation
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_deg, bowing_of
-from vomstudio.geology.common_turns import Region, Turns, region, squared_region, together
+from vomstudio.geology.common_turns import Turns, squared_region, together
 from vomstudio.geology.quality import resolution_tilt_deg, wider_of
 from vomstudio.geometry.tilts import CHI2_TWO, direction_covariance
 
@@ -52,22 +52,6 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
     return together(found)
 
 
-def pole_region(measured: Measurement, model: Model | None) -> Region | None:
-    """The joint 95 % region of a fitted plane's normal together with the registration of its model;
-    None where one of the two is not known."""
-    fit = measured.fit
-    registration = None if model is None else model.registration
-    rotation = None if registration is None else registration.rotation_covariance()
-    if rotation is None or fit is None or measured.plane is None:
-        return None
-    if fit.max_confidence95_deg is None or fit.error_rake_deg is None:
-        return None
-    toward = orientation.line_from_rake(measured.plane, fit.error_rake_deg).vector()
-    own = (fit.max_confidence95_deg, fit.min_confidence95_deg or 0.0, toward)
-    normal = measured.plane.normal()
-    return region(normal, direction_covariance(rotation, normal)[0], own)
-
-
 def normal_covariance(measured: Measurement, model: Model | None) -> Floats | None:
     """Return the covariance of a fitted plane's upward normal, with all that its total error has.
 
@@ -87,12 +71,20 @@ def normal_covariance(measured: Measurement, model: Model | None) -> Floats | No
     fit, plane = measured.fit, measured.plane
     if fit is None or plane is None or fit.error_rake_deg is None or fit.error is not None:
         return None
-    largest, smallest = wider_of(fit, measured.judged_as, measured.resolution_m)
+    largest, smallest = wider_of(
+        fit,
+        measured.judged_as,
+        measured.resolution_m,
+        measured.outcrop_normal,
+        measured.stretch_error_deg,
+    )
     if largest is None or smallest is None or largest >= 90.0:
         return None
     normal = plane.normal()
     toward = orientation.line_from_rake(plane, fit.error_rake_deg).vector()
-    largest = max(largest, resolution_tilt_deg(fit, measured.resolution_m) or 0.0)
+    largest = max(
+        largest, resolution_tilt_deg(fit, measured.resolution_m, measured.judged_as) or 0.0
+    )
     covariance = squared_region(normal, largest, smallest, toward) / CHI2_TWO
     registration = None if model is None else model.registration
     rotation = None if registration is None else registration.rotation_covariance()

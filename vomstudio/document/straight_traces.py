@@ -21,6 +21,7 @@ def band_of_measured(measured: Measurement) -> PlaneBand | None:
         measured.fit,
         resolution_m=measured.resolution_m,
         registration_deg=measured.registration_error_deg,
+        outcrop_normal=measured.outcrop_normal,
     )
 
 

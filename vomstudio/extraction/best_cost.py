@@ -25,7 +25,9 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
+from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geology.doubtful_stretches import Range, rest_of
 from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
@@ -82,7 +84,10 @@ def follow_best(
     def follow(cost: str) -> Path:
         return Follower(surface, cost).follow(way_points, whole=whole)
 
-    return best_of(costs or costs_of(surface), follow, resolution_near, face_near)
+    def doubtful(path: Path) -> tuple[Range, ...]:
+        return find_jumps(path.points, path.costs, path.at, resolution_near(path.points) or 0.0)
+
+    return best_of(costs or costs_of(surface), follow, resolution_near, face_near, doubtful)
 
 
 def best_of(
@@ -90,8 +95,10 @@ def best_of(
     follow: Callable[[str], P],
     resolution_near: Callable[[Array], float | None],
     face_near: Face | None = None,
+    doubtful: Callable[[P], Sequence[Range]] = lambda path: (),
 ) -> tuple[P, str, tuple[Tried, ...]]:
-    """As `follow_best`, whatever follows. Raises GeometryError where none has a path."""
+    """As `follow_best`, whatever follows. doubtful : stretches of a path that may be on another
+    contact. Raises GeometryError where none has a path."""
     found: list[tuple[Rank, int, P, Tried]] = []
     failed: GeometryError | None = None
     for number, cost in enumerate(costs):
@@ -100,7 +107,7 @@ def best_of(
         except GeometryError as error:
             failed = error
             continue
-        rank, error95 = rank_of(path.points, resolution_near, face_near)
+        rank, error95 = rank_of(path.points, resolution_near, face_near, doubtful(path))
         found.append((rank, number, path, Tried(cost, error95)))
     if not found:
         assert failed is not None
@@ -133,16 +140,26 @@ def rank_of(
     points: Array,
     resolution_near: Callable[[Array], float | None],
     face_near: Face | None = None,
+    doubtful: Sequence[Range] = (),
 ) -> tuple[Rank, float | None]:
-    """By which a path (n, 3), World, is ordered, and the stated error of its plane."""
+    """By which a path (n, 3), World, with doubtful stretches is ordered, and the stated error of
+    its plane."""
     try:
         fit = fit_plane(points)
     except GeometryError:
         return (3, 90.0), None
     resolution = resolution_near(points)
-    error = total_error_deg(fit, resolution)
     face = None if face_near is None else face_near(points)
+    rest = rest_of(points, doubtful)
+    stretch = None if rest is None else rest.error95_deg(fit, resolution, face)
+    error = total_error_deg(fit, resolution, outcrop_normal=face, stretch_error_deg=stretch)
     if face is not None and abs(float(fit.normal @ face)) > _ALONG_FACE:
         return (_RANK["poor"], 90.0), error
-    verdict = judge(fit, resolution_m=resolution, outcrop_normal=None)
+    verdict = judge(
+        fit,
+        resolution_m=resolution,
+        outcrop_normal=face,
+        seen=() if rest is None else rest.reasons(),
+        stretch_error_deg=stretch,
+    )
     return (_RANK[verdict.quality], 90.0 if error is None else error), error

@@ -78,6 +78,7 @@ def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> Fac
                 id=str(number),
                 area_m2=facet.area,
                 resolution_m=facet.resolution,
+                judged_as="patch",
                 model=model,
                 frame=frame,
             ),

@@ -14,13 +14,16 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
+from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.band_figures import BandFigures, band_figures
+from vomstudio.geology.doubtful_stretches import DoubtfulStretch, Rest, rest_of
 from vomstudio.geology.plane_bands import SetPrior, band_of
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
+from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
 from vomstudio.reprs import Shown
@@ -42,6 +45,7 @@ class FollowedTrace(Shown):
     band : of the planes that a straight trace allows; None where its plane is determined
     way_points : how many; cost : what was followed; vertices : n
     tried : of each cost by which it was followed, the best first, where the best was asked for
+    doubtful : stretches that may be on another contact, each with first and last vertex
     """
 
     points: Array = field(repr=False)
@@ -54,12 +58,14 @@ class FollowedTrace(Shown):
     vertices: int
     warnings: tuple[Message, ...]
     tried: tuple[Tried, ...] = field(default=(), kw_only=True)
+    doubtful: tuple[DoubtfulStretch, ...] = field(default=(), kw_only=True)
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command, but for its file."""
         told = {name: value for name, value in vars(self).items() if name != "points"}
         told["warnings"] = list(self.warnings)
         told["tried"] = [asdict(one) for one in self.tried]
+        told["doubtful"] = [one.as_dict() for one in self.doubtful]
         told["band"] = None if self.band is None else self.band.as_dict()
         return told
 
@@ -115,9 +121,11 @@ def followed_trace(
         path = follower.follow(way_points, whole=True)
     cost = called or cost
     notes = tr("followed through {count} way-points by {cost}", count=len(way_points), cost=cost)
+    own = near.resolution_near(path.points) or 0.0
+    rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
     plane, band, said = plane_of(
         path.points, near, model=model, frame=frame, thresholds=thresholds, notes=notes,
-        priors=priors,
+        priors=priors, rest=rest,
     )  # fmt: skip
     return FollowedTrace(
         points=path.points,
@@ -130,12 +138,17 @@ def followed_trace(
         vertices=len(path.points),
         warnings=said,
         tried=tried,
+        doubtful=() if rest is None else rest.stretches,
     )
 
 
 def near_surface(surface: SurfaceGraph) -> VertexSurface:
     """What is asked of a model around the points of a path."""
-    near = VertexSurface(surface.places + surface.origin)
+    data = surface.data
+    own = None
+    if isinstance(data, Mesh) and data.undivided is not data:
+        own = data.undivided.vertices
+    near = VertexSurface(surface.places + surface.origin, own)
     near.build()
     return near
 
@@ -157,22 +170,32 @@ def plane_of(
     thresholds: Thresholds,
     notes: str,
     priors: Sequence[SetPrior],
-) -> tuple[Row | None, BandFigures | None, tuple[str, ...]]:
+    rest: Rest | None = None,
+) -> tuple[Row | None, BandFigures | None, tuple[Message, ...]]:
     """The row of the plane through points (n, 3) of the model `near`, or None; the band of planes
-    that they allow where they are straight; and why there is no plane."""
+    that they allow where they are straight; why there is no plane, and which stretches are
+    doubtful. rest : what is outside of these"""
+    findings = () if rest is None else tuple(rest.findings())
     try:
         fit = fit_plane(points)
     except GeometryError as error:
-        return None, None, (str(error),)
-    own = near.resolution_near(points)
+        return None, None, (str(error), *findings)
+    own, face = near.resolution_near(points), near.outcrop_normal(points)
+    stretch = None if rest is None else rest.error95_deg(fit, own, face)
     verdict = judge(
-        fit, resolution_m=own, outcrop_normal=near.outcrop_normal(points), thresholds=thresholds
+        fit,
+        resolution_m=own,
+        outcrop_normal=face,
+        thresholds=thresholds,
+        seen=() if rest is None else rest.reasons(),
+        stretch_error_deg=stretch,
     )
     row = plane_row(
-        fit, verdict, id="1", resolution_m=own, model=model, frame=frame, notes=notes
+        fit, verdict, id="1", resolution_m=own, stretch_error_deg=stretch, outcrop_normal=face,
+        model=model, frame=frame, notes=notes,
     )  # fmt: skip
-    band = band_of(fit, resolution_m=own)
-    return row, None if band is None else band_figures(band, priors), ()
+    band = band_of(fit, resolution_m=own, outcrop_normal=face)
+    return row, None if band is None else band_figures(band, priors), findings
 
 
 def write_path(

@@ -19,6 +19,8 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Leg = tuple[Array, Array]
+"""Points (n, 3) from one way-point to the next, and what a metre at each costs, as in `Path`."""
 
 STRETCH = 1.4
 _MARGIN = 12.0
@@ -31,12 +33,14 @@ _FEW_NODES = 50_000
 @dataclass(frozen=True, eq=False)
 class Path:
     """points : (n, 3) in the frame of the surface; length : along it; snaps : (w,) distance of each
-    way-point from where the path passes it; at : (w,) rows of points"""
+    way-point from where the path passes it; at : (w,) rows of points; costs : (n,) of a metre at
+    each point, in medians of the surface around the path"""
 
     points: Array
     length: float
     snaps: Array
     at: Ints
+    costs: Array
 
 
 class Follower:
@@ -87,7 +91,7 @@ class Follower:
         if len(given) < 2:
             raise GeometryError(tr("A path needs at least two way-points."))
         surface = self.surface
-        legs: list[Array] = []
+        legs: list[Leg] = []
         snaps, at = np.zeros(len(given)), np.zeros(len(given), np.int64)
         tints = self._tints(given)
         if whole and not surface.refines and len(surface.places) <= _WHOLE_NODES:
@@ -96,22 +100,24 @@ class Follower:
             for i in range(len(given) - 1):
                 legs.append(self._leg(given[i], given[i + 1], tints, i))
         line: list[Array] = []
-        for i, leg in enumerate(legs):
+        costs: list[Array] = []
+        for i, (leg, cost) in enumerate(legs):
             if i == 0:
                 snaps[0] = np.linalg.norm(leg[0] - world[0])
-            else:
-                leg = leg[1:] if len(leg) and np.array_equal(leg[0], line[-1][-1]) else leg
+            elif len(leg) and np.array_equal(leg[0], line[-1][-1]):
+                leg, cost = leg[1:], cost[1:]
             if len(leg):
                 line.append(leg)
+                costs.append(cost)
             at[i + 1] = sum(map(len, line)) - 1
             snaps[i + 1] = np.linalg.norm(line[-1][-1] - world[i + 1])
         points = np.concatenate(line)
         if len(points) < 2:
             raise GeometryError(tr("All way-points are at one place of the model."))
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        return Path(points, length, snaps, at)
+        return Path(points, length, snaps, at, np.concatenate(costs))
 
-    def _leg(self, one: Array, other: Array, tints: Array | None, number: int) -> Array:
+    def _leg(self, one: Array, other: Array, tints: Array | None, number: int) -> Leg:
         spacing = self._spacing(one, other)
         stretch, before = STRETCH, 0
         # In a graph of points and vertices the nearest of all may be one that is not reached.
@@ -123,9 +129,10 @@ class Follower:
             graph = self.surface.corridor(one, other, stretch, margin)
             ends = _nearest(graph.places, np.stack([one, other]))
             if np.linalg.norm(graph.places[ends[1]] - other) <= reached:
-                path = straightest(graph, int(ends[0]), int(ends[1]), self._costs(graph, tints))
+                costs = self._costs(graph, tints)
+                path = straightest(graph, int(ends[0]), int(ends[1]), costs)
                 if path is not None:
-                    return self.surface.world(graph, path)
+                    return self.surface.world(graph, path), costs[path] / np.median(costs)
             if len(graph.places) in (before, len(self.surface.places)) or stretch > 50.0:
                 raise _apart(number)
             stretch, before = 3.0 * stretch, len(graph.places)
@@ -141,13 +148,14 @@ class Follower:
         area = 0.25 * np.pi * reach * np.sqrt(reach**2 - far**2)
         return bool(area > _MOST_OF_ALL * places * spacing**2 and area > _FEW_NODES * spacing**2)
 
-    def _over_whole(self, one: Array, other: Array, tints: Array | None, number: int) -> Array:
+    def _over_whole(self, one: Array, other: Array, tints: Array | None, number: int) -> Leg:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([one, other]))[1], np.int64)
-        path = straightest(graph, int(ends[0]), int(ends[1]), self._whole_costs(tints))
+        costs = self._whole_costs(tints)
+        path = straightest(graph, int(ends[0]), int(ends[1]), costs)
         if path is None:
             raise _apart(number)
-        return self.surface.world(graph, path)
+        return self.surface.world(graph, path), costs[path] / np.median(costs)
 
     def _whole_costs(self, tints: Array | None) -> Array:
         """(n,) of a metre at each node of the whole surface, reckoned once for each colour."""
@@ -158,16 +166,17 @@ class Follower:
             self.surface.kept_costs[self.cost] = known
         return known[1]
 
-    def _through(self, graph: Graph, given: Array, tints: Array | None) -> list[Array]:
+    def _through(self, graph: Graph, given: Array, tints: Array | None) -> list[Leg]:
         """The best of all paths, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(given)[1], np.int64)
         costs = self._whole_costs(tints)
+        usual = np.median(costs)
         legs = []
         for i in range(len(nodes) - 1):
             path = shortest(graph, int(nodes[i]), int(nodes[i + 1]), costs)
             if path is None:
                 raise _apart(i)
-            legs.append(self.surface.world(graph, path))
+            legs.append((self.surface.world(graph, path), costs[path] / usual))
         return legs
 
     def _spacing(self, one: Array, other: Array) -> float:

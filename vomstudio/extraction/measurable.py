@@ -30,8 +30,19 @@ from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
-from vomstudio.geometry.plane_sizes import NOISE_PIXELS, PIXELS_PER_RESOLUTION, PlaneSizes
-from vomstudio.geometry.resolution import COUNTS, effective_resolution, of_neighbours
+from vomstudio.geometry.plane_sizes import (
+    JOINT_95,
+    NOISE_PIXELS,
+    PIXELS_PER_RESOLUTION,
+    POINT_OVER_RESOLUTION,
+    PlaneSizes,
+)
+from vomstudio.geometry.resolution import (
+    COUNTS,
+    effective_resolution,
+    of_neighbours,
+    resolving_points,
+)
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
@@ -127,7 +138,7 @@ def usual_resolution(data: Mesh | PointCloud) -> float:
     its points stand at one place."""
     from scipy.spatial import cKDTree
 
-    points = np.asarray(data.vertices if isinstance(data, Mesh) else data.points, np.float64)
+    points = resolving_points(data)
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) > 3:
         points = points - points.mean(axis=0)
@@ -179,8 +190,7 @@ def measurable(
     surface = _surface(data, asked, progress)
     elements = surface.elements
     if asked.resolution is None:
-        points = data.vertices if isinstance(data, Mesh) else data.points
-        resolution = _resolutions(np.asarray(points, np.float64), elements)
+        resolution = _resolutions(resolving_points(data), elements)
     else:
         resolution = np.full(len(elements), asked.resolution)
     return _of_elements(surface, resolution, asked, progress)
@@ -365,7 +375,9 @@ def _errors(figures: Array, noise: float, asked: Asked) -> tuple[Array, Array, A
         able = (free > 0.0) & (count >= _FEWEST_PIECES) & (smaller > 0.0)
         quantile = joint_quantile(np.where(able, free, 1.0))
         fit = np.degrees(confidence_axes_rad(np.nan_to_num(values), quantile, quantile)[0])
-        tilt = np.degrees(np.arctan2(0.5 * resolution, relief))
+        # As of a trace: quality.resolution_tilt_deg.
+        unseen = JOINT_95 * POINT_OVER_RESOLUTION * np.sqrt(12.0 / np.maximum(free + 3.0, 1.0))
+        tilt = np.degrees(np.arctan2(np.minimum(0.5, unseen) * resolution, relief))
         error = np.minimum(np.hypot(np.maximum(fit, tilt), asked.registration_deg), 90.0)
     error = np.where(able, error, 90.0)
     return np.where(np.isfinite(larger), error, np.nan), extent, relief

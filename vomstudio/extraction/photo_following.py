@@ -45,7 +45,8 @@ _MOST_PIXELS_OFF = 4
 @dataclass(frozen=True, eq=False)
 class PhotoPath:
     """pixels (n, 2) of the photo, points (n, 3) of the model under them, World; at (w,) the rows of
-    the way-points; missed : pixels of the line beside the model
+    the way-points; costs (n,) of a metre at each, in medians of the photo around
+    missed : pixels of the line beside the model
     seen, agreeing (n,) : how many other photos could judge a point, and how many show the same
     voters : their names
     """
@@ -53,6 +54,7 @@ class PhotoPath:
     pixels: Array
     points: Array
     at: Ints
+    costs: Array
     missed: int
     seen: Ints
     agreeing: Ints
@@ -113,8 +115,10 @@ class PhotoFollower:
         given = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require(given)
         voters, said = ([], list[str]()) if alone else self._voters(given)
-        legs = [self._leg(a, b, given, voters) for a, b in pairwise(given)]
+        found = [self._leg(a, b, given, voters) for a, b in pairwise(given)]
+        legs = [leg for leg, _ in found]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+        costs = np.concatenate([found[0][1], *(each[1:] for _, each in found[1:])])
         at = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
         if len(pixels) < 2:
             raise GeometryError(tr("All way-points are at one pixel of the photo."))
@@ -126,7 +130,7 @@ class PhotoFollower:
         at = np.maximum(np.cumsum(there)[at] - 1, 0)
         seen, agreeing = agreement(self._pyramid[0], pixels[there], self.thrown, voters)
         return PhotoPath(
-            pixels[there], points[there], at, int((~there).sum()), seen, agreeing,
+            pixels[there], points[there], at, costs[there], int((~there).sum()), seen, agreeing,
             tuple(voter.name for voter in voters), tuple(said),
         )  # fmt: skip
 
@@ -189,8 +193,10 @@ class PhotoFollower:
         return found, said
 
     # --- a leg -------------------------------------------------------------------------------
-    def _leg(self, one: Array, other: Array, given: Array, voters: Sequence[Voter]) -> Array:
-        """(k, 2) middles of the pixels from one to the other."""
+    def _leg(
+        self, one: Array, other: Array, given: Array, voters: Sequence[Voter]
+    ) -> tuple[Array, Array]:
+        """(k, 2) middles of the pixels from one to the other, and (k,) their costs."""
         apart = float(np.hypot(*(other - one)))
         reach = _STRETCH * apart + _MARGIN
         area = 0.25 * np.pi * reach * np.sqrt(max(reach**2 - apart**2, 1.0))
@@ -205,6 +211,9 @@ class PhotoFollower:
                 box, mask = along(np.vstack([ends[0], 2.0 * line, ends[1]]), _BESIDE, picture.shape)
             graph = pixel_graph(picture, box, mask)
             costs = node_costs(graph, self.cost, self._tints(picture, given / size))
+            if down == level:
+                # Later graphs are narrow, around the line alone.
+                usual = float(np.median(costs))
             if down == 0 and voters:
                 costs = self._voted(graph, costs, voters, given)
             first, last = (_nearest(graph, end) for end in ends)
@@ -212,7 +221,7 @@ class PhotoFollower:
             if path is None:
                 raise GeometryError(tr("The way-points lie apart in the photo."))
             line = graph.places[path, :2]
-        return line
+        return line, costs[path] / usual
 
     def _smaller(self, level: int) -> Bytes:
         """The photo with a pixel for 2^level x 2^level of its own."""

@@ -20,8 +20,10 @@ from vomstudio.extraction.followed_trace import (
     require_on_model,
 )
 from vomstudio.extraction.path_costs import OF_COLOURS
+from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.photo_following import PhotoFollower, PhotoPath
 from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geology.doubtful_stretches import rest_of
 from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.words import tr
@@ -94,6 +96,9 @@ def photo_trace(
         path, cost, tried = best_of(
             OF_COLOURS, lambda one: follower.by(one).follow(pixels), near.resolution_near,
             near.outcrop_normal,
+            lambda one: find_jumps(
+                one.points, one.costs, one.at, near.resolution_near(one.points) or 0.0
+            ),
         )  # fmt: skip
     else:
         path = follower.follow(pixels)
@@ -105,9 +110,11 @@ def photo_trace(
         cost=cost,
         photo=photos.name,
     )
+    own = near.resolution_near(path.points) or 0.0
+    rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
     plane, band, said = plane_of(
         path.points, near, model=model, frame=frame, thresholds=thresholds,
-        notes=notes, priors=priors,
+        notes=notes, priors=priors, rest=rest,
     )  # fmt: skip
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     share = _share(path)
@@ -134,6 +141,7 @@ def photo_trace(
         seen=path.seen,
         agreeing=path.agreeing,
         tried=tried,
+        doubtful=() if rest is None else rest.stretches,
     )
 
 

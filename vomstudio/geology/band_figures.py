@@ -138,10 +138,9 @@ def in_words(found: BandFigures, line: str, plane: str | None) -> list[str]:
     if likely is not None and plane is not None:
         said.append(
             tr(
-                "As a plane of {name} it is {plane}, 95 % {error:.1f}°.",
+                "As a plane of {name} it is {plane} (95 %).",
                 name=likely.name,
                 plane=plane,
-                error=likely.max_confidence95_deg,
             )
         )
     return said

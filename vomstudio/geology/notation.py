@@ -454,6 +454,13 @@ def format_azimuth(azimuth_deg: float, decimals: int = 0) -> str:
     return _padded(0.0, decimals, 3) if text.startswith("360") else text
 
 
+def format_wind(azimuth_deg: float) -> str:
+    """Return the compass point of 16 that is nearest, and the azimuth: SW (225)."""
+    whole = round(azimuth_deg) % 360
+    point = min(_WINDS, key=lambda name: abs((_WINDS[name] - azimuth_deg + 180.0) % 360.0 - 180.0))
+    return f"{point} ({whole:03d})"
+
+
 def plain_azimuth(azimuth_deg: float, decimals: int = 4) -> str:
     """A number for the cell of a file; what rounds to 360 is 0."""
     return f"{wrap360(round(azimuth_deg, decimals)):.{decimals}f}"
@@ -485,6 +492,52 @@ def format_plane(
 def format_line(line: Line, decimals: int = 0) -> str:
     """trend/plunge, always with the same number of digits (and a minus where it points up)."""
     return f"{format_azimuth(line.trend_deg, decimals)}/{_padded(line.plunge_deg, decimals, 2)}"
+
+
+def format_attitude(
+    attitude: Plane | Line,
+    error95_deg: float | None,
+    notation: str = "dipdir/dip",
+    *,
+    bare: bool = False,
+) -> str:
+    """Format a plane or line with its 95 % error, such as 318/39 ± 2.4°.
+
+    Every measured attitude is shown by this function. Its digits follow the error.
+
+    Parameters
+    ----------
+    attitude : Plane or Line
+    error95_deg : float or None
+        Total 95 % error; None if it is not known: the attitude then stands alone.
+    notation : {"dipdir/dip", "strike/dip", "quadrant"}
+        Of planes.
+    bare : bool
+        As in `format_plane`.
+    """
+    decimals = attitude_decimals(error95_deg)
+    text = (
+        format_plane(attitude, notation, decimals, bare=bare)
+        if isinstance(attitude, Plane)
+        else format_line(attitude, decimals)
+    )
+    return text if error95_deg is None else f"{text} ± {degrees(error95_deg)}"
+
+
+def attitude_decimals(error95_deg: float | None) -> int:
+    """Return how many decimals of an angle its 95 % error justifies, at most two."""
+    if error95_deg is None or error95_deg >= 0.995:
+        return 0
+    return 1 if error95_deg >= 0.0995 else 2
+
+
+def degrees(value: float | None) -> str:
+    """Format an error, or an angle that is as well known, with two significant digits."""
+    if value is None:
+        return "–"
+    size = abs(value)
+    decimals = 2 if size < 0.995 else 1 if size < 9.95 else 0
+    return f"{value:.{decimals}f}°"
 
 
 def _padded(value: float, decimals: int, digits: int) -> str:

@@ -127,17 +127,21 @@ class PlaneBand:
 
 
 def band_of(
-    fit: PlaneFit, *, resolution_m: float | None = None, registration_deg: float | None = None
+    fit: PlaneFit,
+    *,
+    resolution_m: float | None = None,
+    registration_deg: float | None = None,
+    outcrop_normal: npt.ArrayLike | None = None,
 ) -> PlaneBand | None:
     """The band of a trace whose plane is poor because it is straight; None where a plane is
     determined, or not even a line.
 
     resolution_m : of the model, which can tilt a line over its length; registration_deg : 95 %
-    half-angle by which the registration can
+    half-angle by which the registration can; outcrop_normal : (3,) of the face around the trace
     """
     if fit.error is not None or fit.trace is None or fit.n_effective is None:
         return None
-    largest, smallest = wider_of(fit, resolution_m=resolution_m)
+    largest, smallest = wider_of(fit, resolution_m=resolution_m, outcrop_normal=outcrop_normal)
     if largest is None or smallest is None:
         return None
     largest = max(largest, resolution_tilt_deg(fit, resolution_m) or 0.0)
@@ -151,7 +155,7 @@ def band_of(
     if resolution_m is not None and fit.extent:
         # Half a spacing over the length; where the trace has no other width than its own wander,
         # which goes to one side over long stretches, a whole one.
-        sways = 1.0 if is_within_wander(fit, "trace", resolution_m) else 0.5
+        sways = 1.0 if is_within_wander(fit, "trace", resolution_m, outcrop_normal) else 0.5
         floor = float(np.arctan(sways * resolution_m / fit.extent))
     turned = np.radians(registration_deg or 0.0)
     widths = [float(np.hypot(max(np.arctan(w), floor), turned)) for w in (second, third)]

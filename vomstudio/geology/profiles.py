@@ -73,9 +73,10 @@ class Thresholds:
             )
         return tr(
             "Verdicts by the profile “{profile}”: good up to a total 95 % error of {good:g}°, poor "
-            "over {poor:g}°; doubtful between them, and with three points only, with roughness as "
-            "long as the trace, with an extent under {extent:g} times the model's resolution, or "
-            "where a trace with little relief lies within {face:g}° of the outcrop face.",
+            "over {poor:g}°; doubtful between them, and with fewer than 6 independent points, with "
+            "roughness as long as the trace, with an extent under {extent:g} times the model's "
+            "resolution, or where a trace with little relief lies within {face:g}° of the outcrop "
+            "face.",
             profile=self.profile,
             good=self.good_confidence95_deg,
             poor=self.poor_confidence95_deg,

@@ -12,7 +12,12 @@ import numpy.typing as npt
 
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.lines import LineFit
-from vomstudio.geometry.plane_sizes import PlaneSizes, within_wander
+from vomstudio.geometry.plane_sizes import (
+    JOINT_95,
+    POINT_OVER_RESOLUTION,
+    PlaneSizes,
+    within_wander,
+)
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.words import tr
@@ -38,42 +43,72 @@ class Verdict:
         return self.limits.profile
 
 
+# Ours: the plane of a trace that is this close to the face may be the face: a plane whose error is
+# larger is poor for that alone.
+_IN_THE_FACE_DEG = DEFAULTS.poor_confidence95_deg
 # Ours: a trace with less relief than this out of the face is a drawing on the face.
 _RELIEF_OVER_RESOLUTION = 3.0
 _RELIEF_OVER_EXTENT = 0.02
+# Ours, by tests/benchmarks/bench_conditional.py.
+_FEWEST_GOOD = 6.0
 
 
 def confidence_that_counts_deg(fit: PlaneFit, kind: Kind = "trace") -> float | None:
-    """The half-angle a plane is judged by: None where undefined.
+    """Return the half-angle by which a plane is judged; None where undefined.
 
     The wider of confidence and hyperbolic error where the roughness is as long as the trace, and
     for a patch: its points are close neighbours on one rough surface, so a confidence that counts
     every one of them as independent shrinks with the resolution of the model, not with knowledge.
+    What a bow of the trace can tilt that its points do not show comes on top.
     """
     confidence, hyperbolic = fit.max_confidence95_deg, fit.max_angular_error_deg
-    if hyperbolic is None or not (fit.long_roughness or kind == "patch"):
+    if hyperbolic is not None and (fit.long_roughness or kind == "patch"):
+        confidence = hyperbolic if confidence is None else max(confidence, hyperbolic)
+    if confidence is None or not fit.bow_tilt_deg:
         return confidence
-    return hyperbolic if confidence is None else max(confidence, hyperbolic)
+    return min(math.hypot(confidence, fit.bow_tilt_deg), 90.0)
 
 
 def wider_of(
-    fit: PlaneFit, kind: Kind = "trace", resolution_m: float | None = None
+    fit: PlaneFit,
+    kind: Kind = "trace",
+    resolution_m: float | None = None,
+    outcrop_normal: npt.ArrayLike | None = None,
+    stretch_error_deg: float | None = None,
 ) -> tuple[float | None, float | None]:
-    """Largest and smallest half-angle of the figure a plane is judged by (see
-    `confidence_that_counts_deg`), for what follows from the plane."""
+    """Return the largest and smallest half-angle of the figure by which a plane is judged (see
+    `confidence_that_counts_deg`), for what follows from the plane. Doubtful stretches may turn it
+    in any direction."""
     counts, smallest = confidence_that_counts_deg(fit, kind), fit.min_confidence95_deg
     if counts is None or smallest is None or fit.max_confidence95_deg is None:
         return None, None
-    if counts > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
+    widened = fit.long_roughness or kind == "patch"
+    if widened and counts > fit.max_confidence95_deg and fit.min_angular_error_deg is not None:
         smallest = max(smallest, fit.min_angular_error_deg)
-    return 90.0 if is_within_wander(fit, kind, resolution_m) else counts, smallest
+    turned = is_within_wander(fit, kind, resolution_m, outcrop_normal)
+    stretch = stretch_error_deg or 0.0
+    return max(90.0 if turned else counts, stretch), max(smallest, stretch)
 
 
-def is_within_wander(fit: PlaneFit, kind: Kind, resolution_m: float | None) -> bool:
-    """Whether a trace is no wider across its line than its points stray from a straight one on a
-    model of this resolution, so that any plane through the line is possible."""
+def is_within_wander(
+    fit: PlaneFit,
+    kind: Kind,
+    resolution_m: float | None,
+    outcrop_normal: npt.ArrayLike | None,
+) -> bool:
+    """Return whether a trace lies in the outcrop's face and is no wider there than points stray
+    along it, so that any plane through the line is possible.
+
+    How far points stray out of the face their residuals show, and the fit's error has it. How far
+    they stray along the face no residual shows where the plane is that face.
+    """
     spacing = resolution_m or 0.0
     if kind != "trace" or not spacing > 0.0 or fit.trace is None or fit.extent is None:
+        return False
+    if outcrop_normal is None:
+        return False
+    angle = _axial_angle_deg(fit.normal, np.asarray(outcrop_normal, dtype=np.float64))
+    if angle is None or angle > _IN_THE_FACE_DEG:
         return False
     return within_wander(fit.trace * float(fit.eigenvalues[1]), fit.extent, fit.n, spacing)
 
@@ -87,14 +122,44 @@ def feature_extent_m(fit: PlaneFit, kind: Kind = "trace") -> float | None:
     return float(4.0 * np.sqrt(fit.trace * np.sqrt(l1 * l2)))
 
 
-def resolution_tilt_deg(fit: PlaneFit, resolution_m: float | None) -> float | None:
-    """By how much the model's resolution can tilt a plane, in degrees: half of the spacing of its
-    points over the shorter axis of the feature. None where either is unknown."""
+def resolution_tilt_deg(
+    fit: PlaneFit, resolution_m: float | None, kind: Kind = "trace"
+) -> float | None:
+    """Return by how much the model's resolution can tilt a plane, degrees; None where unknown.
+
+    Of a patch half of the resolution over its shorter axis. The points of a trace are known no
+    better than to a tenth of the resolution each, one sigma, whatever their residuals say: what
+    that tilts the plane of independent points, 95 %, but no more than half of the resolution over
+    the shorter axis.
+    """
     if resolution_m is None or not resolution_m > 0.0 or fit.trace is None:
         return None
     # The variance of a strip of width w is w^2 / 12 across it.
     shorter = math.sqrt(12.0 * max(fit.trace * float(fit.eigenvalues[1]), 0.0))
-    return tilt_of_resolution_deg(resolution_m, shorter)
+    most = tilt_of_resolution_deg(resolution_m, shorter)
+    if kind == "patch":
+        return most
+    return min(most, _tilt_of_points_deg(fit, POINT_OVER_RESOLUTION * resolution_m))
+
+
+def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
+    """Return the 95 % half-angle, degrees, by which independent errors of the points tilt a plane
+    about its longer axis."""
+    independent = float(fit.n if fit.n_effective is None else fit.n_effective)
+    width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
+    return math.degrees(math.atan2(JOINT_95 * sigma_m, width))
+
+
+def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) -> bool:
+    """Return whether a plane is from fewer than 6 independent points and nothing else bounds the
+    roughness: their own misfit is small by chance too often.
+
+    The model's resolution bounds it where errors of the points of half of it still give a good
+    plane.
+    """
+    if fit.n <= 3 or (fit.n if fit.n_effective is None else fit.n_effective) >= _FEWEST_GOOD:
+        return False
+    return not resolution_m or _tilt_of_points_deg(fit, 0.5 * resolution_m) > good_deg
 
 
 def total_error_deg(
@@ -102,14 +167,20 @@ def total_error_deg(
     resolution_m: float | None,
     kind: Kind = "trace",
     registration_deg: float | None = None,
+    outcrop_normal: npt.ArrayLike | None = None,
+    stretch_error_deg: float | None = None,
 ) -> float | None:
-    """The half-angle by which the verdict is decided: that of the fit (see
-    `confidence_that_counts_deg`), no less than what the resolution can tilt, together with what
-    the model's registration can, 95 %. None where the fit's is undefined."""
+    """Return the half-angle by which the verdict is decided, 95 %; None where the fit's is
+    undefined.
+
+    That of the fit (see `confidence_that_counts_deg`), no less than what the resolution can tilt or
+    what doubtful stretches leave (geology/doubtful_stretches.py), together with what the model's
+    registration can.
+    """
     angle = confidence_that_counts_deg(fit, kind)
-    if angle is None or is_within_wander(fit, kind, resolution_m):
+    if angle is None or is_within_wander(fit, kind, resolution_m, outcrop_normal):
         return None if angle is None else 90.0
-    own = max(angle, resolution_tilt_deg(fit, resolution_m) or 0.0)
+    own = max(angle, resolution_tilt_deg(fit, resolution_m, kind) or 0.0, stretch_error_deg or 0.0)
     return min(float(np.hypot(own, registration_deg or 0.0)), 90.0) if registration_deg else own
 
 
@@ -122,6 +193,7 @@ def judge(
     thresholds: Thresholds = DEFAULTS,
     registration_deg: float | None = None,
     seen: Sequence[str] = (),
+    stretch_error_deg: float | None = None,
 ) -> Verdict:
     """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
     that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
@@ -132,14 +204,18 @@ def judge(
         sense; None: unknown
     kind : a patch is the outcrop face, so the surface effect is looked for in traces only
     registration_deg : 95 % half-angle by which the model's registration can tilt the plane
-    seen : what the surface itself says against its plane (geometry/heights/levels.py)
+    seen : what the surface or the way of a trace says against its plane
+        (geometry/heights/levels.py, geology/doubtful_stretches.py)
+    stretch_error_deg : 95 % half-angle of the plane in view of doubtful stretches
     """
     if fit.error is not None:
         said = tr("There is no plane: {error}", error=_sentence(fit.error))
         return Verdict("poor", (said,), limits=thresholds)
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
-    poor, reasons, notes = decided(fit, kind, resolution_m, thresholds, registration_deg)
+    poor, reasons, notes = decided(
+        fit, kind, resolution_m, thresholds, registration_deg, outcrop_normal, stretch_error_deg
+    )
     reasons += [*drawn, *seen]
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
@@ -151,9 +227,13 @@ def _by_error(
     resolution_m: float | None,
     thresholds: Thresholds,
     registration_deg: float | None,
+    face: npt.ArrayLike | None,
+    stretch_error_deg: float | None,
 ) -> tuple[bool, list[str], list[str]]:
     """Whether it is poor, reasons and notes."""
-    poor, reasons = _of_direction(fit, kind, resolution_m, thresholds, registration_deg)
+    poor, reasons = _of_direction(
+        fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
+    )
     if fit.long_roughness:
         reasons.append(
             tr(
@@ -193,6 +273,8 @@ def _by_shape(
     resolution_m: float | None,
     t: Thresholds,
     registration_deg: float | None,
+    face: npt.ArrayLike | None,
+    stretch_error_deg: float | None,
 ) -> tuple[bool, list[str], list[str]]:
     """Whether it is poor, reasons and notes."""
     missed, notes = [], []
@@ -233,8 +315,10 @@ def _by_shape(
             )
         )
     poor = len(missed) > 1
-    _, of_error = _of_direction(fit, kind, resolution_m, t, registration_deg)
-    if total_error_deg(fit, resolution_m, kind) is None:
+    _, of_error = _of_direction(
+        fit, kind, resolution_m, t, registration_deg, face, stretch_error_deg
+    )
+    if confidence_that_counts_deg(fit, kind) is None:
         # Without redundancy, or with points that are the same, no shape speaks for a plane.
         return poor, missed + of_error, notes
     return poor, missed, notes + of_error
@@ -289,9 +373,11 @@ def _of_direction(
     resolution_m: float | None,
     t: Thresholds,
     registration_deg: float | None,
+    face: npt.ArrayLike | None,
+    stretch_error_deg: float | None,
 ) -> tuple[bool, list[str]]:
     """Whether the plane is poor for its error, and what is to be said of that."""
-    angle = total_error_deg(fit, resolution_m, kind, registration_deg)
+    angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
     more_points = _more_points(kind) if angle is None else ""
     if angle is None and fit.n <= 3:
         return False, [
@@ -306,14 +392,23 @@ def _of_direction(
             )
         ]
     if angle <= t.good_confidence95_deg:
-        return False, []
+        if not is_from_too_few(fit, resolution_m, t.good_confidence95_deg):
+            return False, []
+        return False, [
+            tr(
+                "The plane is of fewer than {fewest:.0f} independent points, whose misfit may be "
+                "small by chance. {more}",
+                fewest=_FEWEST_GOOD,
+                more=_more_points(kind),
+            )
+        ]
     poor = angle > t.poor_confidence95_deg
     limit = tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
     if poor:
         limit = tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
     own = angle
     if registration_deg is not None:
-        own = total_error_deg(fit, resolution_m, kind) or 0.0
+        own = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
     if registration_deg is not None and registration_deg > own:
         return poor, [
             tr(
@@ -323,13 +418,16 @@ def _of_direction(
                 limit=limit,
             )
         ]
-    if is_within_wander(fit, kind, resolution_m):
+    if is_within_wander(fit, kind, resolution_m, face):
         return poor, [
             tr(
                 "Across its line the trace is no wider than its points stray on this model, so any "
                 "plane through that line is possible. Pick where the trace cuts into the face."
             )
         ]
+    if stretch_error_deg is not None and own <= stretch_error_deg:
+        # The stretches themselves are a reason.
+        return poor, []
     if own > (confidence_that_counts_deg(fit, kind) or 0.0):
         return poor, [
             tr(

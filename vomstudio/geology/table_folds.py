@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, domain_axes
+from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes, verdict_in
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.geology.orientation import Array, normals_to_planes, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -26,18 +28,10 @@ UNNAMED = "unassigned"
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """So many rows that were not used, what they are, and why."""
-
-    what: str
-    n: int
-    reason: str
-
-
-@dataclass(frozen=True)
 class _Counts:
     n: int
     used: int
+    not_good: int | None
     left_out: tuple[LeftOut, ...]
 
 
@@ -57,7 +51,8 @@ class _Reading:
 # The last of the bases has the first of the fields.
 @dataclass(frozen=True, repr=False)
 class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
-    """n : rows; used : of them; left_out : the others, and why. The figures of the axis are those
+    """n : rows; used : of them; not_good : of those used, planes whose verdict is not good, None
+    if none has a verdict; left_out : the others, and why. The figures of the axis are those
     of `FoldAxis`. domains : each with its own axis, one_axis : whether one serves all; None where
     no domains were named. convention, dropped_lines, warnings : of the table as it was read."""
 
@@ -72,6 +67,8 @@ def table_fold(
     sets: Sequence[str] | None = None,
     domain: str | None = None,
     waviness_deg: float | None = None,
+    min_quality: str | None = None,
+    only_set: str | None = None,
 ) -> TableFold:
     """The axis of a table's planes.
 
@@ -79,6 +76,8 @@ def table_fold(
     sets : the axis common to these sets, by their means
     domain : name or number of the column that names the domains, each of which gets its own axis
     waviness_deg : how far a pole strays by nature and by error; None for the usual limits
+    min_quality : "good" or "doubtful": planes with a worse verdict are left out
+    only_set : use planes of this set only
     Raises GeometryError where the planes have no axis, UsageError for a kind, set or column that is
     not there.
     """
@@ -89,7 +88,8 @@ def table_fold(
         )
     if waviness_deg is not None and not 0.0 < waviness_deg < 45.0:
         raise UsageError(tr("The waviness lies between 0 and 45 degrees."), field="--waviness")
-    axis, choice = _axis_of(table, kind, sets, waviness_deg)
+    choice = _Choice(table)
+    axis = choice.find_axis(kind, sets, waviness_deg, FoldFilter(min_quality, only_set))
     figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
     rows = np.flatnonzero(choice.use)
     worst = axis.leave_one_out
@@ -107,13 +107,14 @@ def table_fold(
     return TableFold(
         n=len(table),
         used=int(choice.use.sum()),
+        not_good=choice.not_good,
         left_out=tuple(choice.left_out),
         **figures,
         domains=found,
         one_axis=one_axis,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),
-        warnings=tuple(table.warnings),
+        warnings=(*table.warnings, *not_good_warning(choice.not_good, int(choice.use.sum()))),
     )
 
 
@@ -153,26 +154,31 @@ def checked_names(given: Sequence[str]) -> list[str]:
     return names
 
 
-def _axis_of(
-    table: OrientationRows,
-    kind: str | None,
-    sets: Sequence[str] | None,
-    waviness_deg: float | None,
-) -> tuple[FoldAxis, _Choice]:
+def fold_of_table(
+    table: OrientationRows, which: FoldFilter, turn: Callable[[Array], Array] | None = None
+) -> tuple[FoldAxis, int | None]:
+    """Return the fold axis that `table_fold` describes, and how many of its planes are not good.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    which : FoldFilter
+    turn : callable or None
+        Turns normals (n, 3), as a net is turned; registrations then count no more.
+
+    Raises
+    ------
+    GeometryError, UsageError
+        As `table_fold`.
+    """
     choice = _Choice(table)
-    choice.planes_only()
-    # A column of kinds that says nothing, as `fit` writes it, is no table with kinds.
-    has_kinds = table.kinds is not None and any(table.kinds)
-    if kind is not None or (sets is None and has_kinds):
-        choice.one_kind(kind)
-    try:
-        if sets is None:
-            axis = choice.axis(waviness_deg)
-        else:
-            axis = choice.common_axis(checked_names(sets))
-    except GeometryError as error:
-        raise GeometryError(error.message, file=table.path, field=error.field) from error
-    return axis, choice
+    axis = choice.find_axis(None, None, None, which, turn)
+    return axis, choice.not_good
+
+
+def not_good_warning(not_good: int | None, used: int) -> list[Finding]:
+    """Report planes that are not good among those of a fold axis."""
+    return [Finding("fold.planes-not-good", not_good=not_good, used=used)] if not_good else []
 
 
 class _Choice:
@@ -182,6 +188,71 @@ class _Choice:
         self.table = table
         self.use: NDArray[np.bool_] = np.ones(len(table), dtype=bool)
         self.left_out: list[LeftOut] = []
+        self.not_good: int | None = None
+
+    def find_axis(
+        self,
+        kind: str | None,
+        sets: Sequence[str] | None,
+        waviness_deg: float | None,
+        which: FoldFilter,
+        turn: Callable[[Array], Array] | None = None,
+    ) -> FoldAxis:
+        """Return the axis of the planes, or of the named sets."""
+        self.planes_only()
+        # A column of kinds that says nothing, as `fit` writes it, is no table with kinds.
+        has_kinds = self.table.kinds is not None and any(self.table.kinds)
+        if kind is not None or (sets is None and has_kinds):
+            self.one_kind(kind)
+        self.filtered(which)
+        try:
+            axis = (
+                self.axis(waviness_deg, turn)
+                if sets is None
+                else self.common_axis(checked_names(sets))
+            )
+        except GeometryError as error:
+            raise GeometryError(error.message, file=self.table.path, field=error.field) from error
+        self.not_good = choose_planes(*self._judged(self.use), FoldFilter()).not_good
+        return axis
+
+    def filtered(self, which: FoldFilter) -> None:
+        """Keep one set and verdicts that are good enough, and picks where there are any."""
+        table = self.table
+        qualities, sets = self._judged(self.use)
+        if which.min_quality is not None and not any(qualities):
+            raise self._error(
+                tr("The table has no column 'quality' with verdicts to choose by."), "--quality"
+            )
+        if which.set_name is not None and not any(_same(s, which.set_name) for s in sets):
+            listed = ", ".join(sorted(set(sets) - {""})) or tr("none")
+            raise self._error(
+                tr(
+                    "No plane is in the set '{set}'. The sets are {sets}.",
+                    set=which.set_name,
+                    sets=listed,
+                ),
+                "--only-set",
+            )
+        chosen = choose_planes(qualities, sets, which)
+        self.left_out += chosen.left_out
+        rows = np.flatnonzero(self.use)
+        self.use = np.zeros(len(table), bool)
+        self.use[rows[chosen.use]] = True
+        if not self.use.any():
+            raise self._error(
+                tr("No plane is at least {quality}.", quality=which.min_quality), "--quality"
+            )
+
+    def _judged(self, use: NDArray[np.bool_]) -> tuple[list[str], list[str]]:
+        """Verdicts and sets of these rows, "" for none."""
+        table, rows = self.table, np.flatnonzero(use)
+        try:
+            words = table.column("quality")
+        except UsageError:
+            words = [""] * len(table)
+        sets = table.sets or ("",) * len(table)
+        return [verdict_in(words[i]) for i in rows], [sets[i] for i in rows]
 
     def planes_only(self) -> None:
         lines = int((~self.table.is_plane).sum())
@@ -215,11 +286,17 @@ class _Choice:
                 what = kind or "no kind"
                 self.left_out.append(LeftOut(what, n, tr("kind is not {kind}", kind=name)))
 
-    def axis(self, waviness_deg: float | None) -> FoldAxis:
+    def axis(
+        self, waviness_deg: float | None, turn: Callable[[Array], Array] | None = None
+    ) -> FoldAxis:
         turns = None if self.table.turns is None else self.table.turns.of(self.use)
+        azimuth, dip = self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use]
+        if turn is not None:
+            azimuth, dip, _ = normals_to_planes(turn(planes_to_normals(azimuth, dip)))
+            turns = None
         return fold_axis(
-            self.table.dip_direction_deg[self.use],
-            self.table.dip_deg[self.use],
+            azimuth,
+            dip,
             turns,
             self.table.bowed_deg,
             waviness_deg,

@@ -2,8 +2,8 @@
 
 The joint 95 % region of a plane's orientation is taken for that of a normal distribution about it
 (chi square with two degrees of freedom), wrapped onto the sphere along great circles. What the
-total error has beyond the fit's own, and beyond the registration's, is alike in all directions.
-Planes of one registration turn together.
+total error has beyond the fit's own, and beyond the registration's, is alike in all directions
+(`geometry.tilts.enlarged_semi_axes`). Planes of one registration turn together.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vomstudio.errors import UsageError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.orientation import Array, Flags, planes_to_normals, sin_cos_deg
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geometry.tilts import CHI2_TWO
+from vomstudio.geometry.tilts import CHI2_TWO, enlarged_semi_axes
 
 _WIDEST_DEG = 89.9
 
@@ -105,9 +105,8 @@ def _axes(table: OrientationRows, rows: npt.NDArray[np.int64], turned: Array) ->
     smallest = np.where(np.isfinite(rake) | split, smallest, largest)
     rake = np.where(split, 90.0, rake)
     own = np.nan_to_num(largest)
-    rest = np.sqrt(np.maximum(np.nan_to_num(total) ** 2 - own**2 - turned**2, 0.0))
     narrow = np.where(np.isfinite(smallest), smallest, own)
-    semi = np.sqrt(np.stack([own, narrow], axis=-1) ** 2 + rest[:, None] ** 2)
+    semi = np.stack(enlarged_semi_axes(own, narrow, np.nan_to_num(total), turned), axis=-1)
     sigma = np.radians(np.minimum(semi, _WIDEST_DEG)) / math.sqrt(CHI2_TWO)
     return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))
 

@@ -80,7 +80,7 @@ class MeshSurface(VertexSurface):
     element: Literal["face", "point"] = "face"
 
     def __init__(self, mesh: Mesh) -> None:
-        super().__init__(mesh.vertices)
+        super().__init__(mesh.vertices, lambda: mesh.undivided.vertices)
         self._mesh = mesh
         self._faces_of: tuple[npt.NDArray[np.int32], npt.NDArray[np.integer]] | None = None
         # Place of each vertex among those that are being looked at, -1 for the others.

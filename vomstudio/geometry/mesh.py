@@ -49,3 +49,11 @@ class Mesh:
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.vertices[:, axis] for axis in range(3)]
         return np.array([[c.min() for c in columns], [c.max() for c in columns]])
+
+    @cached_property
+    def undivided(self) -> Mesh:
+        """The shape before faces were subdivided, without colours; itself if they were not."""
+        from vomstudio.geometry.undivided import undivided
+
+        found = undivided(self.vertices, self.faces)
+        return self if found is None else Mesh(*found)

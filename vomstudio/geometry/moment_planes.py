@@ -91,6 +91,7 @@ def fit_moments(
         dip_direction_error_deg=_known(np.degrees(azimuth_error), known),
         n_effective=free + 3.0 if known else None,
         long_roughness=False,
+        bow_tilt_deg=0.0 if known else None,
         dip_direction_deg=float(azimuth[0]),
         dip_deg=float(dip[0]),
         undefined=bool(flat[0]),

@@ -15,6 +15,7 @@ from vomstudio.geometry.vectors import strike_and_dip_lines
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
+Ints = npt.NDArray[np.int64]
 
 LEVEL = 0.05
 
@@ -144,3 +145,57 @@ def split_rad(
     rake = np.arctan2((e2 * down).sum(axis=1), (e2 * strike).sum(axis=1)) % np.pi
     rake = np.where(rake >= np.pi, 0.0, rake)
     return dip_error, azimuth_error, rake
+
+
+BOW_OVER_EXTENT = 0.001
+"""Ours, by tests/benchmarks/bench_conditional.py: the sagitta, over the length of a trace, of the
+bow that is allowed for where its points do not exclude it."""
+# 97.5 % of Student's law against the inverse of its degrees of freedom.
+_PER_FREE = np.array([0.0, 1 / 30, 1 / 8, 1 / 4, 1 / 3, 1 / 2, 1.0])
+_STUDENT = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
+
+
+def bow_tilt_rad(
+    along: tuple[Floats, Floats, Floats], starts: Ints, counts: Ints, values: Floats
+) -> Floats:
+    """Return by how much a bow along each trace may tilt its plane, 95 %, radians.
+
+    A bow is a parabola along e1. Where the trace itself bends like that, the fit takes the bow for
+    a tilt and leaves no residual of it. What the other points show bounds it.
+
+    Parameters
+    ----------
+    along : three arrays (N,)
+        Coordinates of the points along e1, e2 and e3, group after group, each group about its mean.
+    starts, counts : (m,)
+        First point and number of points of each group.
+    values : (m, 3)
+        Variances along the axes, in the square of the coordinates' unit.
+    """
+    u, v, r = along
+    n = counts.astype(np.float64)
+
+    def total(x: Floats) -> Floats:
+        return np.asarray(np.add.reduceat(x, starts))
+
+    low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
+    length = np.where(high > low, high - low, 1.0)
+    s = (u - np.repeat(low, counts)) / np.repeat(length, counts)
+    bow = 4.0 * s * (1.0 - s)
+    bow -= np.repeat(total(bow) / n, counts)
+    # Groups without a plane have variances of nothing.
+    with np.errstate(all="ignore"):
+        first, second = total(bow * u) / (n * values[:, 0]), total(bow * v) / (n * values[:, 1])
+        first, second = (np.nan_to_num(x, posinf=0.0, neginf=0.0) for x in (first, second))
+        seen = total(bow * bow) - n * (first**2 * values[:, 0] + second**2 * values[:, 1])
+        size = total(bow * r) / seen
+        left = np.maximum(n * values[:, 2] - size**2 * seen, 0.0)
+        free = np.maximum(n - 4.0, 1.0)
+        student = np.interp(1.0 / free, _PER_FREE, _STUDENT)
+        most = np.abs(size) + student * np.sqrt(left / free / seen)
+    allowed = BOW_OVER_EXTENT * length
+    told = (counts > 4) & (seen > 1e-6 * n)
+    allowed = np.where(told, np.fmin(allowed, most), allowed)
+    # Points exactly in a plane were computed.
+    allowed = np.where(values[:, 2] == 0.0, 0.0, allowed)
+    return np.asarray(np.arctan(allowed * np.hypot(first, second)))

@@ -83,6 +83,7 @@ def figures(
         ordered,
         None if leverage is None else leverage * (residual**2)[:, None, None],
     )
+    bow = plane_errors.bow_tilt_rad((u, v, r), starts, counts, values) if ordered else 0.0
     return {
         "centroid": scale.centroid,
         "normal": normal,
@@ -92,6 +93,7 @@ def figures(
         "rms": rms * unit,
         "residual": residual * unit,
         "extent": (high - low) * unit,
+        "bow_tilt_deg": np.degrees(bow) * np.where(np.isnan(sure["n_effective"]), np.nan, 1.0),
         "max_coordinate": scale.max_coordinate,
         **_indices(values.T / trace),
         "dip_direction_deg": dip_direction,

@@ -22,6 +22,11 @@ TEXTBOOK_RESOLUTIONS = 100.0
 """Two orders of magnitude between a feature and the resolution (4.1.3): 1000 pixels."""
 LEAST_RESOLUTIONS = 10.0
 """Below so many no error can be believed."""
+POINT_OVER_RESOLUTION = 0.08
+"""Ours, by tests/benchmarks/bench_verdicts.py: error of each point of a trace, one sigma, that its
+residuals may not show."""
+JOINT_95 = math.sqrt(-2.0 * math.log(0.05))
+"""Of a distance in two directions at once, in standard deviations."""
 WANTED_DEG = 5.0
 """The 95 % error up to which the verdict on a plane is good."""
 # Of the extents for which the curve is told, in resolutions.

@@ -56,6 +56,7 @@ class PlaneFit:
     dip_direction_error_deg: float | None
     n_effective: float | None
     long_roughness: bool
+    bow_tilt_deg: float | None
     dip_direction_deg: float | None
     dip_deg: float | None
     undefined: bool
@@ -91,6 +92,7 @@ class PlaneFits:
     n_effective : (m,) number of independent points that would give the same region
     long_roughness : (m,) the residuals wander on the scale of the trace itself, so that neither
         figure can be trusted alone: the wider one counts
+    bow_tilt_deg : (m,) tilt by a bow of the trace that its points do not show, 95 %
     dip_direction_deg, dip_deg : (m,); undefined : (m,) horizontal, dip direction 0 by convention
     error : per plane, why there is none (its figures are then NaN), or None
     """
@@ -119,6 +121,7 @@ class PlaneFits:
     dip_direction_error_deg: Floats
     n_effective: Floats
     long_roughness: Bools
+    bow_tilt_deg: Floats
     dip_direction_deg: Floats
     dip_deg: Floats
     undefined: Bools

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.geometry.plane_sizes import within_wander
 from vomstudio.geometry.resolution import resolution_by
 
 if TYPE_CHECKING:
@@ -22,6 +25,10 @@ _COARSE = 200_000
 _FACE_POINTS = 20_000
 # The face is the outcrop's on a scale larger than the trace, not the ledge that it runs along.
 _FACE_EXTENTS = 3.0
+# The face of the rock on which a line lies: as many vertices beside each of its points, and within
+# 15 degrees of its plane.
+_BESIDE = 12
+_IN_ONE_FACE = float(np.cos(np.radians(15.0)))
 _NORMAL_POINTS = 64
 _STEP = 1_000_000
 
@@ -35,7 +42,8 @@ class Surface(Protocol):
 
     def outcrop_normal(self, points: Array) -> Array | None:
         """Unit normal (3,) of the outcrop face around the line through `points` (k, 3), on a scale
-        of several times its extent."""
+        of several times its extent; of a line that lies in one face of the rock and is no wider
+        there than points stray, of that face."""
 
 
 class VertexSurface:
@@ -45,9 +53,15 @@ class VertexSurface:
     a plain search and are the same.
     """
 
-    def __init__(self, vertices: Array) -> None:
-        """vertices : (n, 3) float64; kept, not copied."""
+    def __init__(
+        self,
+        vertices: Array,
+        undivided: Array | Callable[[], Array] | None = None,
+    ) -> None:
+        """vertices : (n, 3) float64; kept, not copied. undivided : vertices that count for the
+        resolution, see `geometry.undivided`, or what finds them; None for these."""
         self._vertices = vertices
+        self._undivided = undivided
         self._tree: cKDTree | None = None
         self._coarse_tree: cKDTree | None = None
         self._lock = threading.Lock()
@@ -65,13 +79,23 @@ class VertexSurface:
                     balanced_tree=False,
                 )
                 self._coarse_tree = cKDTree(np.asarray(self._coarse))
+        if self._resolving is not self:
+            self._resolving.build()
 
     @property
     def extent(self) -> float:
         """Length of the diagonal of the box around it."""
         return float(np.linalg.norm(np.ptp(self._coarse, axis=0)))
 
+    @cached_property
+    def _resolving(self) -> VertexSurface:
+        """With the vertices that count for the resolution."""
+        own = self._undivided() if callable(self._undivided) else self._undivided
+        return self if own is None or own is self._vertices else VertexSurface(own)
+
     def resolution_near(self, points: Array) -> float | None:
+        if self._resolving is not self:
+            return self._resolving.resolution_near(points)
         places = [self._nearest(point, 1)[0] for point in _sample(points, _SAMPLES)]
 
         def neighbours(count: int) -> Array | None:
@@ -82,25 +106,18 @@ class VertexSurface:
         return resolution_by(neighbours)
 
     def outcrop_normal(self, points: Array) -> Array | None:
-        from scipy.spatial import cKDTree
-
         line = _densified(points)
         extent = float(np.linalg.norm(np.ptp(line, axis=0)))
-        radius = max(_FACE_EXTENTS * extent, 10.0 * (self.resolution_near(points) or 0.0))
+        resolution = self.resolution_near(points) or 0.0
+        own = _plane_within_wander(points, resolution)
+        if own is not None:
+            beside = [self._nearest(place, _BESIDE) for place in _sample(line, _SAMPLES)]
+            face = _face_of(line, np.unique(np.concatenate(beside), axis=0), 2.0 * resolution)
+            if face is not None and abs(float(face @ own)) > _IN_ONE_FACE:
+                return face
+        radius = max(_FACE_EXTENTS * extent, 10.0 * resolution)
         near = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
-        near = near[:: max(1, len(near) // _FACE_POINTS)]
-        if len(near) < 3:
-            return None
-        distance, _ = cKDTree(line).query(near, distance_upper_bound=radius)
-        near = near[np.isfinite(distance)]
-        if len(near) < 3:
-            return None
-        centred = near - near.mean(axis=0)
-        values, vectors = np.linalg.eigh(centred.T @ centred)
-        # A line or a blob of points has no face.
-        if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
-            return None
-        return np.asarray(vectors[:, 0])
+        return _face_of(line, near[:: max(1, len(near) // _FACE_POINTS)], radius)
 
     def _near_box(self, low: Array, high: Array) -> Array:
         """Vertices (k, 3) in a box: enough to tell how the surface lies there."""
@@ -145,6 +162,40 @@ class VertexSurface:
         square = ((np.asarray(self._vertices) - point) ** 2).sum(axis=1)
         index = np.argpartition(square, count - 1)[:count]
         return np.asarray(self._vertices[index[np.argsort(square[index])]])
+
+
+def _face_of(line: Array, near: Array, radius: float) -> Array | None:
+    """Unit normal (3,) of those of the vertices (k, 3) that are within a radius of the points of a
+    line; None where they are no face."""
+    from scipy.spatial import cKDTree
+
+    if len(near) < 3:
+        return None
+    distance, _ = cKDTree(line).query(near, distance_upper_bound=radius)
+    near = near[np.isfinite(distance)]
+    if len(near) < 3:
+        return None
+    centred = near - near.mean(axis=0)
+    values, vectors = np.linalg.eigh(centred.T @ centred)
+    # A line or a blob of points has no face.
+    if values[1] <= 1e-12 * values[2] or values[0] > 0.5 * values[1]:
+        return None
+    return np.asarray(vectors[:, 0])
+
+
+def _plane_within_wander(points: Array, resolution: float) -> Array | None:
+    """Unit normal (3,) of the plane through points (k, 3) that are no wider across their line than
+    points stray on a model of this resolution; None for others."""
+    points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    if len(points) < 3 or not resolution > 0.0:
+        return None
+    centred = points - points.mean(axis=0)
+    values, vectors = np.linalg.eigh(centred.T @ centred / len(points))
+    extent = float(np.ptp(centred @ vectors[:, 2]))
+    straight = values[1] <= 1e-12 * values[2]
+    if straight or not within_wander(float(values[1]), extent, len(points), resolution):
+        return None
+    return np.asarray(vectors[:, 0])
 
 
 def _sample(points: Array, count: int) -> Array:

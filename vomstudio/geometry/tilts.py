@@ -49,6 +49,41 @@ def errors_95_deg(rotation: Array, directions: Array) -> Array:
     return np.asarray(np.minimum(np.degrees(np.sqrt(CHI2_TWO * np.maximum(largest, 0.0))), 90.0))
 
 
+def enlarged_semi_axes(
+    largest_deg: npt.ArrayLike,
+    smallest_deg: npt.ArrayLike,
+    total_deg: npt.ArrayLike,
+    excluded_deg: npt.ArrayLike = 0.0,
+) -> tuple[Array, Array]:
+    """Enlarge the 95 % ellipse of a fitted normal to its total error.
+
+    What resolution and registration add counts alike in all directions. A plane that may turn about
+    its line by any angle (90) is as well known across it as before.
+
+    Parameters
+    ----------
+    largest_deg, smallest_deg : (n,) or float
+        Semi-axes of the fit.
+    total_deg : (n,) or float
+        Larger half-angle with all errors; not less than that of the fit.
+    excluded_deg : (n,) or float
+        Part of the total that is left out, such as a registration that turns planes together.
+
+    Returns
+    -------
+    largest, smallest : (n,) or ()
+        Degrees, at most 90.
+    """
+    own, narrow, total, excluded = (
+        np.asarray(each, np.float64)
+        for each in (largest_deg, smallest_deg, total_deg, excluded_deg)
+    )
+    free = total >= 90.0
+    added = np.where(free, 0.0, np.maximum(total**2 - own**2 - excluded**2, 0.0))
+    largest = np.where(free, 90.0, np.minimum(np.sqrt(own**2 + added), 90.0))
+    return largest, np.minimum(np.sqrt(narrow**2 + added), 90.0)
+
+
 def component_error_95(shape: Array, step: Array, direction: Array) -> float:
     """95 % error, of this figure alone, of the component of a difference of two places (3,) along a
     unit vector (3,) that does not turn with the model.

@@ -232,11 +232,12 @@ def _starts(problem: _Problem) -> list[Similarity]:
     points = [k for k in kinds if isinstance(k, Points) and len(k.labels)]
     model = np.concatenate([k.model for k in points]) if points else np.zeros((0, 3))
     world = np.concatenate([k.world for k in points]) if points else np.zeros((0, 3))
-    alone = len(kinds) == 1
+    kept = _kept_scale(kinds)
+    alone = sum(not isinstance(kind, KeptScale) for kind in kinds) == 1
     if len(model) >= 3 and (alone or not (nearly_on_a_line(model) or nearly_on_a_line(world))):
         with suppress(GeometryError):
-            return [fit_similarity(model, world)]
-    scale = _first_scale(kinds, model, world)
+            return [fit_similarity(model, world, scale=kept)]
+    scale = _first_scale(kinds, model, world) if kept is None else kept
     turns = [np.eye(3), *(t for kind in kinds for t in _own_starts(kind))]
     if len(turns) == 1:
         turns += [*Rotation.random(_STARTS, random_state=0).as_matrix()]
@@ -277,6 +278,14 @@ def _own_starts(kind: Observed) -> list[Array]:
         return []
     u, _, vt = np.linalg.svd((world @ np.swapaxes(model, 1, 2)).sum(axis=0))
     return [u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt]
+
+
+def _kept_scale(kinds: Sequence[Observed]) -> float | None:
+    """Metres per unit of the model if the scale is fixed."""
+    for kind in kinds:
+        if isinstance(kind, KeptScale):
+            return float(kind.length[0] / np.linalg.norm(kind.second[0] - kind.first[0]))
+    return None
 
 
 def _first_scale(kinds: Sequence[Observed], model: Array, world: Array) -> float:

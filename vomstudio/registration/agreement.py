@@ -45,43 +45,79 @@ _NEAR_QUARTER_DEG = 10.0
 _STEP_DEG = 10.0
 _SEE_NORTH = Points | Attitudes | Combined | Directions | Azimuths
 _STEPS = 6
+# Logarithm of a ratio of scales up to which steps of the adjustment converge.
+_CLOSE_SCALES = 0.4
 
 
-def said_of_disagreement(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
-    """Where points and cameras contradict each other, or a scale that is kept.
+@dataclass(frozen=True)
+class ScaleContradiction:
+    """A kept scale that all else contradicts by more than chance.
 
-    centre : (1, 3) model, size : of it, as for `adjust`
+    times : the other scale, as a multiple of the one that is kept; error : relative, one sigma
     """
-    return [*_of_kept_scale(kinds, centre, size), *_of_cameras(kinds, centre, size)]
+
+    times: float
+    error: float
+
+    def in_words(self) -> str:
+        return tr(
+            "The scale that is kept is contradicted: what else is known makes the model "
+            "{times:.4g} times as large (± {error:.2g} %, 95 %). One of them is wrong, or in "
+            "another unit.",
+            times=self.times,
+            error=196.0 * self.error,
+        )
 
 
-def _of_kept_scale(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
-    """Where all else knows the scale, and knows it otherwise."""
+def contradicted_scale(
+    kinds: Sequence[Observed], centre: Array, size: float
+) -> tuple[ScaleContradiction | None, list[Observed]]:
+    """Compare a kept scale with that by all else.
+
+    Parameters
+    ----------
+    kinds : sequence of Observed
+    centre, size : as of `adjust`
+
+    Returns
+    -------
+    ScaleContradiction or None
+    list of Observed
+        With points moved towards their mean until they have the kept scale, where that is
+        contradicted: the best rotation does not depend on the scale, whereas misfits of a wrong one
+        would turn the model to where they cost least.
+    """
     from scipy.stats import norm
 
     rest = [kind for kind in kinds if not isinstance(kind, KeptScale)]
     kept = next((kind for kind in kinds if isinstance(kind, KeptScale)), None)
     if kept is None or not rest:
-        return []
+        return None, list(kinds)
     free = adjust(rest, centre, size)
     if np.abs(free.free[3]).sum() > 0:
-        return []
+        return None, list(kinds)
     metres = float(kept.length[0] / np.linalg.norm(kept.second - kept.first))
     times, error = free.fit.scale / metres, float(np.sqrt(free.covariance[3, 3]))
-    if abs(np.log(times)) < float(norm.isf(_BY_CHANCE / 2.0)) * error:
-        return []
-    return [
-        tr(
-            "The scale that is kept is contradicted: what else is known makes the model "
-            "{times:.4g} times as large (± {error:.2g} %, 95 %). One of them is wrong, or in "
-            "another unit.",
-            times=times,
-            error=196.0 * error,
-        )
+    found = None
+    if abs(np.log(times)) >= float(norm.isf(_BY_CHANCE / 2.0)) * error:
+        found = ScaleContradiction(times, error)
+    elif abs(np.log(times)) < _CLOSE_SCALES:
+        return None, list(kinds)
+    places = [kind.world for kind in kinds if isinstance(kind, Points)]
+    middle = np.concatenate(places).mean(axis=0) if places else np.zeros(3)
+    return found, [
+        replace(kind, world=middle + (kind.world - middle) / times, sigma=kind.sigma / times)
+        if isinstance(kind, Points)
+        else kind
+        for kind in kinds
     ]
 
 
-def _of_cameras(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
+def said_of_disagreement(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
+    """Where points and cameras contradict each other.
+
+    centre : (1, 3) model, size : of it, as for `adjust`
+    """
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2
 

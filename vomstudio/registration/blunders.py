@@ -26,6 +26,8 @@ from vomstudio.registration.observations import (
     KeptScale,
     LevelLines,
     Observed,
+    PhotoUpright,
+    PlumbLines,
     Points,
     Verticals,
 )
@@ -47,6 +49,7 @@ _FEWEST_DIRECTIONS, _FEW_DIRECTIONS = 4, 12
 # four planes alone nobody could say that one of them is wrong.
 _USUAL_RAD, _USUAL_COUNTS = np.radians(3.0), 4.0
 _FITS_DEG = (10.0, 20.0)
+_DIRECTIONS = Directions | Azimuths | LevelLines | PlumbLines | PhotoUpright | Verticals
 # Misses that are so many times the usual are looked into.
 _LARGE = 1.5
 
@@ -288,7 +291,7 @@ def _judged(
     tested: list[tuple[Single, Observed, int, Array]] = []
     statistics: list[tuple[float, int, bool]] = []
     for place, (at, kind, own) in enumerate(left):
-        if isinstance(kind, KeptScale):
+        if isinstance(kind, KeptScale | PhotoUpright):
             continue
         first, last = found.begins[place], found.begins[place + 1]
         width = (last - first) // len(kind.labels)
@@ -368,7 +371,7 @@ def leave_one_out(
     the others' own agreement, to which the usual error of a compass adds a few misses' worth.
     """
     total = sum(len(kind.labels) for kind in kinds if isinstance(kind, Directions))
-    alone = all(isinstance(k, Directions | Azimuths | LevelLines | Verticals) for k in kinds)
+    alone = all(isinstance(k, _DIRECTIONS) for k in kinds)
     if not alone or not _FEWEST_DIRECTIONS <= total <= _FEW_DIRECTIONS:
         return []
     usual = np.where(np.isfinite(found.rows.sigma), found.rows.sigma, _USUAL_RAD)

@@ -92,17 +92,6 @@ def said_of_radians(azimuth_deg: Array, inclination_deg: Array) -> list[str]:
     ]
 
 
-def said_of_lone_compass() -> list[str]:
-    """Where nothing else determines north, and no doubt of it is stated."""
-    return [
-        tr(
-            "North rests on the compass alone, which is taken to be off by nothing for all "
-            "readings alike: a declination applied twice, or iron nearby, would turn all of "
-            "them and stay unseen. State how far it may be off (--north-sigma)."
-        )
-    ]
-
-
 def azimuth_that_fits(placed: Array, world: Array, limit_deg: float) -> float | None:
     """What, added to the azimuth of a direction (3,), would put it where the others do; None where
     neither a strike read as dip direction nor the opposite direction would."""

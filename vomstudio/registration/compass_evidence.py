@@ -11,8 +11,15 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.io.control.observation_tables import CompassTable
+from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import said_of_azimuths, said_of_radians
-from vomstudio.registration.observations import Azimuths, Directions, Observed
+from vomstudio.registration.observations import (
+    Attitudes,
+    Azimuths,
+    Directions,
+    Observed,
+    Points,
+)
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -49,6 +56,18 @@ def said_of_compass(table: CompassTable, kinds: Sequence[Observed]) -> list[str]
     if planes is not None and table.is_plane.any():
         said += said_of_azimuths(planes.labels, planes.model, planes.world)
     return said
+
+
+def compass_alone(kinds: Sequence[Observed]) -> bool:
+    """Return whether north is determined by azimuths and compass readings, and by nothing else."""
+    read = any(isinstance(kind, Azimuths | Directions) for kind in kinds)
+    others = any(
+        isinstance(kind, Attitudes | Combined)
+        # One point alone does not determine a direction.
+        or (isinstance(kind, Points) and len(kind.labels) > 1)
+        for kind in kinds
+    )
+    return read and not others
 
 
 def compass_directions(

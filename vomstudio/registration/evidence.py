@@ -36,10 +36,10 @@ from vomstudio.registration.attitude_evidence import (
 from vomstudio.registration.blunders import left_out
 from vomstudio.registration.camera_positions import cameras_that_fit
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import said_of_lone_compass
 from vomstudio.registration.compass_evidence import (
     Segment,
     azimuth_lines,
+    compass_alone,
     compass_directions,
     said_of_compass,
 )
@@ -51,7 +51,14 @@ from vomstudio.registration.coordinate_checks import (
     view_direction_findings,
 )
 from vomstudio.registration.length_evidence import kept_scale, lengths_of, said_of_lengths
-from vomstudio.registration.level_evidence import LevelLine, level_lines_of, said_of_level_lines
+from vomstudio.registration.level_evidence import (
+    KnownDirection,
+    level_lines_of,
+    photo_upright_of,
+    plumb_lines_of,
+    said_of_level_lines,
+    vertical_findings,
+)
 from vomstudio.registration.marks.mark_checks import finder
 from vomstudio.registration.marks.mark_errors import (
     Marks,
@@ -104,13 +111,19 @@ class Evidence:
     """One sigma of what a compass is off for all photos alike."""
     level: LevelTable | None = None
     """In photos."""
-    level_lines: Sequence[LevelLine] = ()
+    level_lines: Sequence[KnownDirection] = ()
     """On the model."""
+    plumb_lines: Sequence[KnownDirection] = ()
+    """On the model."""
+    photo_up: Array | None = None
+    """(3,) what was up when the photos were taken, in the frame of the model; None if unknown."""
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
     """Added to all azimuths of `compass`."""
     compass_doubt_deg: float = 0.0
     """One sigma of what all azimuths, of `compass` and `azimuths`, may be off alike."""
+    compass_doubt_stated: bool = False
+    """Whether the user stated it; else it is a default."""
     lengths: Sequence[Segment] = ()
     """Two ends on the model, and the metres between them."""
     azimuths: Sequence[Segment] = ()
@@ -137,7 +150,7 @@ class Evidence:
         """Nothing was given."""
         given = (self.pairs, self.positions, self.attitudes, self.level, self.compass)
         return all(one is None for one in (*given, self.reference)) and not (
-            self.lengths or self.azimuths or self.level_lines
+            self.lengths or self.azimuths or self.level_lines or self.plumb_lines
         )
 
     @property
@@ -146,7 +159,7 @@ class Evidence:
         others = (self.positions, self.attitudes, self.level, self.compass)
         if self.pairs is None or any(one is not None for one in others):
             return False
-        if self.bars or self.lengths or self.azimuths or self.level_lines:
+        if self.bars or self.lengths or self.azimuths or self.level_lines or self.plumb_lines:
             return False
         return int((~self.pairs.check).sum()) < 3
 
@@ -193,12 +206,13 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds.append(_level(evidence, evidence.level, extent, messages))
     if evidence.level_lines:
         kinds.append(level_lines_of(evidence.level_lines))
+    if evidence.plumb_lines:
+        kinds.append(plumb_lines_of(evidence.plumb_lines))
+    if evidence.photo_up is not None and (evidence.level_lines or evidence.plumb_lines):
+        kinds.append(photo_upright_of(evidence.photo_up))
     compass_sigma_deg = evidence.compass_doubt_deg
     if evidence.compass is not None:
-        directions = compass_directions(
-            evidence.compass, evidence.compass_turn_deg, compass_sigma_deg
-        )
-        kinds += directions
+        kinds += compass_directions(evidence.compass, evidence.compass_turn_deg, compass_sigma_deg)
     if evidence.azimuths:
         kinds.append(azimuth_lines(evidence.azimuths, compass_sigma_deg))
     if evidence.reference is not None:
@@ -222,8 +236,13 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         texts = [each for each in messages if not isinstance(each, Finding)]
         texts += [] if suspicions else [str(error)]
         raise GeometryError(" ".join(texts)) from error
-    if evidence.compass is not None and len(kinds) == len(directions) and not compass_sigma_deg:
-        messages += said_of_lone_compass()
+    messages += vertical_findings(kinds, np.array(placed.matrix)[:3, :3] / placed.scale)
+    if evidence.compass is not None or evidence.azimuths:
+        placed = replace(placed, north_sigma_deg=compass_sigma_deg)
+        if compass_alone(kinds) and not evidence.compass_doubt_stated:
+            messages.append(
+                Finding("registration.compass-alone", north_sigma_deg=compass_sigma_deg)
+            )
     messages += scale_unit_findings(placed.scale, placed.scale_error_95)
     excluded = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
     messages += said_of_lengths(evidence.bars, evidence.lengths, evidence.pairs, excluded)

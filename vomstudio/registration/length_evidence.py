@@ -27,7 +27,9 @@ _NAMED = 8
 _UNITS = ((1 / 0.3048, "feet"), (100.0, "centimetres"), (1000.0, "millimetres"), (39.37, "inches"))
 _SAME_UNIT = 0.01
 KEPT = 1e-4
-"""One sigma of a scale that is kept, as a share of it."""
+"""One sigma of a scale that is kept, as a share of it, beside what is stated of it."""
+# The same in the fit, which does not change the scale.
+_FIXED = 1e-9
 
 
 def lengths_of(
@@ -112,6 +114,8 @@ def kept_scale(
 ) -> list[KeptScale]:
     """Return a known scale, in metres per unit of the model, as a length across the model.
 
+    The fit does not change it; its error is added to the covariance of the fit.
+
     extent : (n, 3) points of the model, None to take the points among `kinds`
     scale_error : relative error of the scale, one sigma; None if not known
     """
@@ -126,11 +130,8 @@ def kept_scale(
     # The scale is uniform, so any length does.
     length = np.array([scale * size])
     label = tr("the scale that is kept")
-    return [
-        KeptScale(
-            [label], middle[None], end[None], length, KEPT * length, scale_error=scale_error or 0.0
-        )
-    ]
+    error = float(np.hypot(KEPT, scale_error or 0.0))
+    return [KeptScale([label], middle[None], end[None], length, _FIXED * length, scale_error=error)]
 
 
 def said_of_lengths(

@@ -1,7 +1,7 @@
-"""Level lines on a model as observations of its place, and whether level lines that were marked in
-photos show the level: a horizon does, and the axis of a photo that was held level. A level line on
-the outcrop that runs away from the camera does not in its photo: perspective tilts it, as that of a
-roof seen from below."""
+"""Level and plumb lines on a model as observations of its place, and whether level lines that were
+marked in photos show the level: a horizon does, and the axis of a photo that was held level. A
+level line on the outcrop that runs away from the camera does not in its photo: perspective tilts
+it, as that of a roof seen from below."""
 
 from __future__ import annotations
 
@@ -11,10 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.cameras import View
 from vomstudio.registration.listed_names import listed
-from vomstudio.registration.observations import LevelLines
+from vomstudio.registration.observations import (
+    Azimuths,
+    Lengths,
+    LevelLines,
+    Observed,
+    PhotoUpright,
+    PlumbLines,
+)
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -28,12 +36,21 @@ _BEYOND = 0.1
 _LEVEL_TOGETHER_DEG, _TURNED_DEG = 5.0, 10.0
 _LEVEL_DEG = 0.5
 """One sigma of a water line, a spirit-levelled staff or a built edge whose ends are picked."""
+_PLUMB_DEG = 0.5
+"""One sigma of a plumb bob's string, a hanging rope or a built edge whose ends are picked."""
+MIN_APART_DEG = 15.0
+"""Level lines nearer to each other count as one."""
+UPRIGHT_SIGMA_DEG = 15.0
+"""One sigma of the vertical by the upper edges of photos. People hold a camera level to some
+degrees, but most look up at a cliff, all of them by as much as it is high."""
+# Lines show the vertical, but not which of its ends is up: the one nearer to the model's z axis.
+_UNCLEAR_DEG = 60.0
 
 
 @dataclass(frozen=True)
-class LevelLine:
-    """Two places on the model that are at one height. sigma_deg : how level that is known to be,
-    one sigma; None for what a water line, a spirit level or a built edge gives; label : "" for its
+class KnownDirection:
+    """Two places on the model whose line is level, or vertical. sigma_deg : one sigma of that, None
+    for what a water line, a spirit level, a plumb bob or a built edge gives; label : "" for its
     number"""
 
     first: tuple[float, float, float]
@@ -42,22 +59,72 @@ class LevelLine:
     label: str = ""
 
 
-def level_lines_of(lines: Sequence[LevelLine]) -> LevelLines:
+def level_lines_of(lines: Sequence[KnownDirection]) -> LevelLines:
     """Raises UsageError for a line whose ends are at one place."""
-    ends = np.array([(line.first, line.second) for line in lines], np.float64)
-    along = ends[:, 1] - ends[:, 0]
-    length = np.linalg.norm(along, axis=1)
-    if not (length > 0).all():
-        raise UsageError(
-            tr("Both ends of a level line are at one place of the model. Choose two places."),
-            field="--level",
-        )
     sigma = [_LEVEL_DEG if line.sigma_deg is None else line.sigma_deg for line in lines]
     names = [
         line.label or tr("level line {number}", number=number)
         for number, line in enumerate(lines, 1)
     ]
-    return LevelLines(names, along / length[:, None], np.radians(sigma))
+    return LevelLines(
+        names, _unit_vectors(lines, "--level"), np.radians(sigma), float(np.radians(MIN_APART_DEG))
+    )
+
+
+def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
+    """Raises UsageError for a line whose ends are at one place."""
+    sigma = [_PLUMB_DEG if line.sigma_deg is None else line.sigma_deg for line in lines]
+    names = [
+        line.label or tr("plumb line {number}", number=number)
+        for number, line in enumerate(lines, 1)
+    ]
+    each = np.repeat(np.radians(sigma)[:, None], 2, axis=1)
+    return PlumbLines(names, _unit_vectors(lines, "--plumb"), each)
+
+
+def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> Array:
+    """(n, 3) from the first end to the second. Raises UsageError."""
+    ends = np.array([(line.first, line.second) for line in lines], np.float64)
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    if not (length > 0).all():
+        raise UsageError(
+            tr("Both ends of a level line are at one place of the model. Choose two places.")
+            if option == "--level"
+            else tr("Both ends of a plumb line are at one place. Choose two places."),
+            field=option,
+        )
+    return np.asarray(along / length[:, None])
+
+
+def photo_upright_of(up: Array) -> PhotoUpright:
+    """Return the prior of the vertical from how photos were held. up : (3,) model"""
+    sigma = np.full((1, 2), np.radians(UPRIGHT_SIGMA_DEG))
+    return PhotoUpright([tr("upright of the photos")], up[None] / np.linalg.norm(up), sigma)
+
+
+def vertical_findings(kinds: Sequence[Observed], rotation: Array) -> list[Finding]:
+    """Return what known lines leave open of the vertical. rotation : (3, 3) of the placed model"""
+    findings = []
+    for kind in kinds:
+        if isinstance(kind, LevelLines) and kind.count_as_one:
+            findings.append(
+                Finding(
+                    "registration.parallel-level-lines",
+                    labels=list(kind.labels),
+                    apart_deg=float(np.degrees(kind.apart)),
+                )
+            )
+        if isinstance(kind, PhotoUpright):
+            findings.append(Finding("registration.photo-upright", sigma_deg=UPRIGHT_SIGMA_DEG))
+    tip_deg = float(np.degrees(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0))))
+    two_ended = LevelLines | PlumbLines
+    by_lines = any(isinstance(kind, two_ended) for kind in kinds)
+    if by_lines and tip_deg > _UNCLEAR_DEG and all(
+        isinstance(kind, two_ended | Azimuths | Lengths) for kind in kinds
+    ):  # fmt: skip
+        findings.append(Finding("registration.which-end-up", tip_deg=tip_deg))
+    return findings
 
 
 def away_deg(view: View, ends: Array, extent: Array) -> float | None:

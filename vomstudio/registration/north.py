@@ -15,10 +15,16 @@ from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-DECLINATION_DOUBT_DEG = 0.5
-"""One sigma of a declination from a model of the Earth's main field, which knows nothing of the
-rocks' own: the error model of the World Magnetic Model (Chulliat et al. 2015, Technical Report,
-section 3) has 0.3 to 0.5 degrees at middle latitudes."""
+MAGNETIC_NORTH_SIGMA_DEG = 2.0
+"""One sigma of the offset that all readings from magnetic north have in common. The declination of
+a model of the Earth's main field contributes 0.3 to 0.5 degrees at middle latitudes (Chulliat et
+al. 2015, Technical Report of the World Magnetic Model, section 3), instrument, rocks and steel
+nearby the rest."""
+
+
+def default_north_sigma_deg(north: str) -> float:
+    """Return the common offset of readings from "grid", "true" or "magnetic" north, one sigma."""
+    return MAGNETIC_NORTH_SIGMA_DEG if north == "magnetic" else 0.0
 
 
 @dataclass(frozen=True)

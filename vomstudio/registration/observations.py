@@ -247,28 +247,17 @@ class Verticals:
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = self.model @ fit.rotation.T
-        aside = np.hypot(placed[:, 0], placed[:, 1])
-        # The whole angle, also where it is more than a right one; upwards it is of no side.
-        angle = np.arctan2(aside, -placed[:, 2])
-        factor = np.where(aside > 1e-12, angle / np.maximum(aside, 1e-12), 1.0)
-        misses = placed[:, :2] * factor[:, None]
-        misses[(aside <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
-        moves = np.zeros((len(placed), 2, 7))
-        # Turns about east and north move it north and west, or the other way; those about itself
-        # do not, however much it trembles.
-        moves[:, 0, 1] = -1.0
-        moves[:, 1, 0] = 1.0
-        rows = _rows(misses.ravel(), moves.reshape(-1, 7), self.sigma, ("verticals",))
+        rows = _downward_rows(placed, self.sigma, "verticals")
         axes = fit.rotation @ self.cameras
         aside_by = np.cross(axes, placed[:, :, None], axisa=1, axisb=1, axisc=1)[:, :2, :]
         return _sharing(rows, aside_by.reshape(-1, 3), self.mount_sigma)
 
 
 @dataclass(frozen=True, eq=False)
-class LevelLines:
-    """Directions of the model that are horizontal, such as horizons in photos.
+class PlumbLines:
+    """Directions of the model that are vertical; which of their ends is up is not known.
 
-    model : (n, 3) unit vectors; sigma : (n,) rad, NaN where not stated
+    model : (n, 3) unit vectors; sigma : (n, 2) rad, NaN where not stated
     """
 
     labels: Sequence[str]
@@ -277,9 +266,56 @@ class LevelLines:
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = self.model @ fit.rotation.T
-        up = np.array([0.0, 0.0, 1.0])
+        down = np.where(placed[:, 2:] > 0, -placed, placed)
+        return _downward_rows(down, self.sigma, "plumb lines")
+
+
+@dataclass(frozen=True, eq=False)
+class PhotoUpright:
+    """Prior of the vertical: photos are held upright, within some degrees.
+
+    model : (1, 3) unit vector towards the sky; sigma : (1, 2) rad. It is never an outlier.
+    """
+
+    labels: Sequence[str]
+    model: Array
+    sigma: Array
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        return _downward_rows(-self.model @ fit.rotation.T, self.sigma, "photo upright")
+
+
+@dataclass(frozen=True, eq=False)
+class LevelLines:
+    """Directions of the model that are horizontal, such as horizons in photos.
+
+    model : (n, 3) unit vectors; sigma : (n,) rad, NaN where not stated
+    min_apart : rad; lines that are all nearer to each other count as one, of their mean direction:
+        by its small part across that, an error of one of them would tip the model
+    """
+
+    labels: Sequence[str]
+    model: Array
+    sigma: Array
+    min_apart: float = 0.0
+
+    @property
+    def apart(self) -> float:
+        """Largest angle between two of the lines, rad."""
+        return float(np.arccos(np.clip(np.abs(self.model @ self.model.T).min(), 0.0, 1.0)))
+
+    @property
+    def count_as_one(self) -> bool:
+        """Whether the lines are too nearly parallel to determine the tilt about them."""
+        return len(self.labels) > 1 and self.apart < self.min_apart
+
+    def rows(self, fit: Similarity, centre: Array) -> Rows:
+        placed = self.model @ fit.rotation.T
+        if self.count_as_one:
+            along = np.linalg.svd(placed / self.sigma[:, None])[2][0]
+            placed = np.sign(placed @ along)[:, None] * along
         moves = np.zeros((len(placed), 7))
-        moves[:, :3] = _cross(placed, up)
+        moves[:, :3] = _cross(placed, np.array([0.0, 0.0, 1.0]))
         return _rows(placed[:, 2], moves, self.sigma, ("level lines",))
 
 
@@ -355,6 +391,8 @@ _KIND_NAMES: tuple[tuple[type, str], ...] = (
     (KeptScale, "kept_scale"),
     (Lengths, "lengths"),
     (LevelLines, "level_lines"),
+    (PlumbLines, "plumb_lines"),
+    (PhotoUpright, "photo_upright"),
     (Azimuths, "azimuths"),
     (Attitudes, "attitudes"),
     (Verticals, "verticals"),
@@ -436,6 +474,22 @@ def _sharing(rows: Rows, shared: Array, sigma: float, name: str = "") -> Rows:
         shared_sigma=np.concatenate([rows.shared_sigma, np.full(k, sigma)]),
         shared_names=(*rows.shared_names, *(name,) * k),
     )
+
+
+def _downward_rows(placed: Array, sigma: Array, name: str) -> Rows:
+    """Return the rows of directions (n, 3) in World that are observed to point straight down."""
+    aside = np.hypot(placed[:, 0], placed[:, 1])
+    # The whole angle, also where it is more than a right one; upwards it is of no side.
+    angle = np.arctan2(aside, -placed[:, 2])
+    factor = np.where(aside > 1e-12, angle / np.maximum(aside, 1e-12), 1.0)
+    misses = placed[:, :2] * factor[:, None]
+    misses[(aside <= 1e-12) & (placed[:, 2] > 0), 0] = np.pi
+    moves = np.zeros((len(placed), 2, 7))
+    # Turns about east and north move it north and west, or the other way; those about itself
+    # do not, however much it trembles.
+    moves[:, 0, 1] = -1.0
+    moves[:, 1, 0] = 1.0
+    return _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (name,))
 
 
 def _cross(a: Array, b: Array) -> Array:

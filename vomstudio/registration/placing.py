@@ -15,7 +15,11 @@ from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import why_no_error
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.agreement import said_of_disagreement, turned_norths
+from vomstudio.registration.agreement import (
+    contradicted_scale,
+    said_of_disagreement,
+    turned_norths,
+)
 from vomstudio.registration.blunders import (
     Blunder,
     Without,
@@ -27,7 +31,14 @@ from vomstudio.registration.combined import Combined
 from vomstudio.registration.doubts.mirrors import mirror_findings, tipping_findings
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
-from vomstudio.registration.observations import KeptScale, Observed, Points, kind_name
+from vomstudio.registration.observations import (
+    KeptScale,
+    Observed,
+    PhotoUpright,
+    Points,
+    kind_name,
+)
+from vomstudio.registration.precision import add_rounding
 from vomstudio.registration.remarks import (
     said_of_blunders,
     said_of_bowing,
@@ -51,6 +62,7 @@ from vomstudio.registration.similarity import (
     jacobian,
     nearly_on_a_line,
 )
+from vomstudio.registration.turn_checks import turn_findings
 from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
@@ -109,9 +121,11 @@ def place(
         _require_enough(points)
     centre, size = _extent(kinds, extent)
     # Readings that are all off alike are none of them wrong beside the others.
-    norths, judged = turned_norths(kinds, centre, size)
+    contradiction, consistent = contradicted_scale(kinds, centre, size)
+    norths, judged = turned_norths(consistent, centre, size)
     found = widened(judged, adjust(judged, centre, size), centre)
-    known = _known(found)
+    found = add_rounding(judged, found, centre, size)
+    known = _known(found, judged)
     mirrors = mirror_findings(points)
     blunders, without = _wrong(judged, found, centre, size, mirrored=bool(mirrors))
     control = _residuals(points, found.fit)
@@ -128,10 +142,12 @@ def place(
     warnings = [
         *named,
         *said_of_fit(found, kinds),
+        *([] if contradiction is None else [contradiction.in_words()]),
         *said_of_disagreement(judged, centre, size),
         *(north.in_words() for north in norths),
         *said_of_points(control, checked, points),
         *said_of_errors(rotation, scale95, known, points, named=doubted, share=share),
+        *turn_findings(found.rotation),
         *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)
@@ -292,9 +308,13 @@ def _extent(kinds: Sequence[Observed], extent: Array | None) -> tuple[Array, flo
 
 
 # --- what is known ----------------------------------------------------------------------------
-def _known(found: Adjusted) -> Known:
+def _known(found: Adjusted, kinds: Sequence[Observed]) -> Known:
     free = found.free
     sigma = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+    tilt = float(np.sqrt(max(np.linalg.eigvalsh(found.covariance[:2, :2])[-1], 0.0)))
+    # How photos were held does not make the vertical known: the other observations must.
+    priors = [float(kind.sigma[0, 0]) for kind in kinds if isinstance(kind, PhotoUpright)]
+    unknown_tilt = sum(sigma_rad**-2 for sigma_rad in (_UNKNOWN_RAD, *priors)) ** -0.5
 
     def held(*rows: int) -> bool:
         return not free.shape[1] or bool(np.linalg.norm(free[list(rows)], axis=1).max() < _INTO)
@@ -303,7 +323,7 @@ def _known(found: Adjusted) -> Known:
     north = held(2) or found.information[2, 2] > 1.0 / _UNKNOWN_RAD**2
     return Known(
         north=bool(north and sigma[2] < _UNKNOWN_RAD),
-        vertical=held(0, 1) and bool(max(sigma[:2]) < _UNKNOWN_RAD),
+        vertical=held(0, 1) and bool(tilt < unknown_tilt),
         scale=held(3) and bool(sigma[3] < _UNKNOWN_SCALE),
         position=held(4, 5, 6),
     )

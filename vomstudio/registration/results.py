@@ -103,6 +103,8 @@ class Placed(Shown):
     reach_m, normal : from the middle of the model to its edge, and of its mean plane (World), None
         where only the points are known
     observations : the inputs of the adjustment, by kind
+    north_sigma_deg : common offset of all azimuths and compass readings by which it was computed,
+        one sigma; None without any
     click_sigma_m : error of each coordinate of a click on the model, one sigma, metres, beside the
         stated accuracies of the points; None if no point was clicked
     mark_scatter_px : error of a mark in a photo in one direction, one sigma; None without marks
@@ -127,6 +129,7 @@ class Placed(Shown):
     normal: tuple[float, float, float] | None = None
     without: tuple[Without, ...] = ()
     observations: tuple[ObservationGroup, ...] = ()
+    north_sigma_deg: float | None = None
     click_sigma_m: float | None = None
     mark_scatter_px: float | None = None
 

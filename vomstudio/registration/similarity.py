@@ -47,11 +47,16 @@ class Similarity:
 
 
 def fit_similarity(
-    source: npt.ArrayLike, target: npt.ArrayLike, weights: npt.ArrayLike | None = None
+    source: npt.ArrayLike,
+    target: npt.ArrayLike,
+    weights: npt.ArrayLike | None = None,
+    *,
+    scale: float | None = None,
 ) -> Similarity:
     """The similarity that takes `source` (n, 3) to `target` (n, 3) with least weighted squares.
 
-    Umeyama 1991 (IEEE PAMI 13, 376), with the sign that keeps it from being a mirror.
+    Umeyama 1991 (IEEE PAMI 13, 376), with the sign that keeps it from being a mirror. The best
+    rotation does not depend on the scale, which is estimated unless it is given.
     Raises GeometryError for fewer than three points, or points on a line in either frame.
     """
     a = np.asarray(source, np.float64).reshape(-1, 3)
@@ -81,7 +86,8 @@ def fit_similarity(
     u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = (u * sign) @ vt
-    scale = float((s * sign).sum() / (w @ (da**2).sum(1)))
+    if scale is None:
+        scale = float((s * sign).sum() / (w @ (da**2).sum(1)))
     return Similarity(scale, rotation, cb - scale * rotation @ ca)
 
 

@@ -21,6 +21,7 @@ from vomstudio.registration.remarks import (
     where_edges_lie,
 )
 from vomstudio.registration.scatter import scale_warning
+from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
 from vomstudio.words import to_translate, tr
 
 _Z95 = 1.959963984540054
@@ -32,8 +33,8 @@ _METHODS = {
     "points": to_translate("control points picked on the model"),
     "attitudes": to_translate("attitudes of the cameras"),
     "lines": to_translate(
-        "lines on the model that are level, or of known azimuth or length, or what was read by "
-        "compass"
+        "lines on the model that are level, vertical, or of known azimuth or length, or what was "
+        "read by compass"
     ),
     "reference": to_translate("another model, to which it was fitted"),
     "local": to_translate("nothing outside of the photos"),
@@ -46,6 +47,8 @@ _OBSERVATIONS = {
     "verticals": to_translate("verticals of cameras"),
     "lengths": to_translate("lengths"),
     "level_lines": to_translate("level lines"),
+    "plumb_lines": to_translate("plumb lines"),
+    "photo_upright": to_translate("upright of the photos"),
     "azimuths": to_translate("azimuths"),
     "compass": to_translate("compass readings"),
     "reference": to_translate("surfaces of another model"),
@@ -84,8 +87,8 @@ def summary_of(registration: Registration) -> Summary:
             (tr("Turned about east, 95 %"), east),
         ):
             facts.append((name, f"± {error:.2g}°"))
-        values, axes = np.linalg.eigh(rotation)
-        worst = _Z95 * float(np.degrees(np.sqrt(max(values[-1], 0.0))))
+        axes = np.linalg.eigh(rotation)[1]
+        worst = worst_turn95_deg(rotation) or 0.0
         axis = Line.from_vector(axes[:, -1])
         where = f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
         facts.append((tr("Weakest axis, 95 %"), f"{where} ± {worst:.2g}°"))
@@ -155,7 +158,7 @@ def _observations(registration: Registration) -> str:
     """Return how many observations of each kind the registration was computed from."""
     return ", ".join(
         tr(name)
-        if group.kind in ("reference", "kept_scale")
+        if group.kind in ("reference", "kept_scale", "photo_upright")
         else tr("{name}: {count}", name=tr(name), count=group.count)
         for group in registration.observations
         for name in [_OBSERVATIONS.get(group.kind, group.kind)]
@@ -200,7 +203,7 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
 
 
 def _warnings(registration: Registration) -> list[Message]:
-    messages: list[Message] = []
+    messages: list[Message] = [*turn_findings(registration.rotation_covariance())]
     control = [p for p in registration.control if not p.check]
     # Of a model that was fitted to another one the surfaces judge the points.
     by_points = registration.method != "reference"

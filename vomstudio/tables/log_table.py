@@ -10,7 +10,7 @@ from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import guarded, head_line
 from vomstudio.geology.beds.bed_log import BedLog
 from vomstudio.geology.beds.lithologies import FIELDS
-from vomstudio.geology.notation import format_plane
+from vomstudio.geology.notation import format_attitude, format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import Axes, columns_of
 from vomstudio.version import __version__
@@ -46,7 +46,6 @@ def write_log(
 
 def about_log(bed: Plane, error95_deg: float) -> str:
     """On what the thicknesses of a log rest, for its head."""
-    said = format_plane(bed, decimals=1)
     if not error95_deg:
-        return tr("bedding {bed}, its error not known", bed=said)
-    return tr("bedding {bed} ± {error:.1f}° (95 %)", bed=said, error=error95_deg)
+        return tr("bedding {bed}, its error not known", bed=format_plane(bed, decimals=1))
+    return tr("bedding {bed} (95 %)", bed=format_attitude(bed, error95_deg))

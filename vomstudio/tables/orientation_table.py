@@ -28,7 +28,10 @@ from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.version import __version__
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from vomstudio.geology.profiles import Thresholds
+    from vomstudio.geology.quality import Kind as JudgedAs
     from vomstudio.geology.quality import Verdict
     from vomstudio.geometry.planes import PlaneFit
 
@@ -89,20 +92,35 @@ def plane_row(
     *,
     resolution_m: float | None = None,
     registration_error_deg: float | None = None,
+    stretch_error_deg: float | None = None,
     plane: Plane | None = None,
+    judged_as: JudgedAs = "trace",
+    outcrop_normal: npt.NDArray[np.float64] | None = None,
     **metadata: Any,
 ) -> Row:
     """The row of a fitted plane.
 
     fit, verdict: in World. resolution_m: of the model around the points. registration_error_deg:
     95 % half-angle of the model's rotation, which is added to that of fit and resolution in
-    `total95_deg`. plane: the fit's attitude where it is known already.
+    `total95_deg`. stretch_error_deg: 95 % half-angle in view of doubtful stretches, below which
+    that is not. plane: the fit's attitude where it is known already. judged_as, outcrop_normal: as
+    the verdict was given.
     metadata: any other of `COLUMNS` (id, name, kind, set, overturned, area_m2, model, frame,
     notes). Raises TypeError for a name that is no column.
     """
     own = of_fit(fit, plane)
     own["registration_error_deg"] = registration_error_deg
-    measured = Measurement(np.zeros((0, 3)), resolution_m, None, fit, verdict, None, **own)
+    own["stretch_error_deg"] = stretch_error_deg
+    measured = Measurement(
+        np.zeros((0, 3)),
+        resolution_m,
+        outcrop_normal,
+        fit,
+        verdict,
+        None,
+        judged_as=judged_as,
+        **own,
+    )
     row = _bare(measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)
     return _with_metadata(row, metadata)
 

@@ -4,21 +4,11 @@ from __future__ import annotations
 
 from textwrap import wrap
 
-from vomstudio.document.figures import degrees
-from vomstudio.document.measurement import Measurement
 from vomstudio.geology.quality import Verdict
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.words import tr
 
 WIDTH = 44
 """Characters of a line beside the cursor."""
-
-
-def error_text(measured: Measurement) -> str:
-    """The 95 % error of the orientation, in degrees."""
-    if measured.total95_deg is None:
-        return tr("95 %: undefined")
-    return f"95 %: ± {degrees(measured.total95_deg)}"
 
 
 def indices_text(fit: PlaneFit, size: str) -> str:

@@ -29,6 +29,7 @@ class Way:
     voters : the other photos that had a say; judged, confirmed : how many of the points these could
     judge, and on how many at least half of them show the same
     said : what the user should know of it
+    costs : (n,) of a metre at each point, in medians of what is around; None where not known
     final : False for a way to the cursor, in which other photos had no say yet
     """
 
@@ -39,12 +40,14 @@ class Way:
     confirmed: int = 0
     said: str = ""
     final: bool = True
+    costs: Array | None = None
 
 
 Answer = Callable[[Way | str], None]
 """Called with a path, or why there is none."""
 Key = tuple[str, str, Point, Point, str]
 Rank = tuple[int, float]
+Range = tuple[int, int]
 AUTO = "auto"
 
 _MOST_LEGS = 1000
@@ -77,7 +80,8 @@ class FollowedLine:
     there, where the cost is one of photos.
 
     found : called when a leg has come; said : called with why there is none, once a leg
-    rank : by which lines (n, 3) on a model are ordered, the best first
+    rank : by which lines (n, 3) on a model through way-points, followed by a cost, are ordered, the
+    best first
     """
 
     def __init__(
@@ -85,7 +89,7 @@ class FollowedLine:
         finder: PathFinder,
         found: Callable[[], None],
         said: Callable[[str], None],
-        rank: Callable[[str, Array], Rank],
+        rank: Callable[[str, Array, Sequence[Point], str], Rank],
     ) -> None:
         self._finder, self._found, self._said, self._rank = finder, found, said, rank
         self.cost: str | None = None
@@ -127,6 +131,27 @@ class FollowedLine:
         legs = [self._leg(model_id, a, b, by, live=live) for a, b in pairwise(way_points)]
         return _joined(way_points, legs)
 
+    def doubtful(
+        self, model_id: str, way_points: Sequence[Point], resolution: float, cost: str = ""
+    ) -> tuple[Range, ...]:
+        """First and last row of `path` of the stretches that may be on another contact.
+
+        resolution : of the model, in the unit of its file; cost : by which it is followed, the one
+        of now where that is ""
+        """
+        from vomstudio.extraction.path_jumps import find_jumps
+
+        by = cost or self.by(model_id)
+        ways = [self._legs.get(self._key(model_id, a, b, by)) for a, b in pairwise(way_points)]
+        known = [way for way in ways if way is not None and way.costs is not None]
+        if not known or len(known) < len(ways):
+            return ()
+        line = np.concatenate([way.points for way in known])
+        costs = np.concatenate([way.costs for way in known if way.costs is not None])
+        new = _new_places(line)
+        at = np.cumsum(new)[np.cumsum([len(way.points) for way in known]) - 1] - 1
+        return find_jumps(line[new], costs[new], np.append(0, at), resolution)
+
     def by(self, model_id: str) -> str:
         """The cost by which a line on a model is followed now: of AUTO the best so far."""
         if self.cost != AUTO:
@@ -149,7 +174,8 @@ class FollowedLine:
                      if a != b]  # fmt: skip
             waiting = waiting or not all(known)
             if any(leg is not None for leg in legs):
-                ranks.append((self._rank(model_id, _joined(way_points, legs)), number))
+                rank = self._rank(model_id, _joined(way_points, legs), way_points, cost)
+                ranks.append((rank, number))
         if not waiting:
             best = costs[min(ranks)[1]] if ranks else costs[0]
             self._best = (model_id, way_points, costs), best
@@ -247,8 +273,12 @@ def _joined(way_points: Sequence[Point], legs: Sequence[Array | None]) -> Array:
         for ends, leg in zip(pairwise(way_points), legs, strict=True)
     ]
     line = np.concatenate(parts)
-    new = np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
-    return np.asarray(line[new])
+    return np.asarray(line[_new_places(line)])
+
+
+def _new_places(line: Array) -> npt.NDArray[np.bool_]:
+    """(n,) where a point is not the one before once more."""
+    return np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
 
 
 def photo_votes(ways: Sequence[Way]) -> str | None:

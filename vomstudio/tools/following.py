@@ -58,7 +58,9 @@ class FollowingTool(PolylineTool[F]):
             return None
         return self._line.by(self._feature.model_id)
 
-    def _rank(self, model_id: str, points: Floats) -> tuple[int, float]:
+    def _rank(
+        self, model_id: str, points: Floats, way_points: Sequence[Point], cost: str
+    ) -> tuple[int, float]:
         """By which lines (n, 3) in a model's file frame are ordered."""
         from vomstudio.extraction.best_cost import rank_of
 
@@ -74,7 +76,15 @@ class FollowingTool(PolylineTool[F]):
         if face is not None:
             start, end = transform.apply(to_world, np.stack([np.zeros(3), face]))
             face = (end - start) / np.linalg.norm(end - start)
-        return rank_of(transform.apply(to_world, points), lambda _: resolution, lambda _: face)[0]
+        doubtful = self._line.doubtful(model_id, way_points, near or 0.0, cost)
+        return rank_of(
+            transform.apply(to_world, points), lambda _: resolution, lambda _: face, doubtful
+        )[0]
+
+    def _doubtful(self, feature: F, resolution: float) -> tuple[tuple[int, int], ...]:
+        """First and last row of the stretches of a feature's path that may be on another contact.
+        resolution : of the model around it, file units"""
+        return self._line.doubtful(feature.model_id, self._way(feature.vertices), resolution)
 
     @property
     def in_photos(self) -> bool:

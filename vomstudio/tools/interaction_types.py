@@ -127,6 +127,8 @@ class Preview:
     rubber : (3,) the end of the rubber band from the last vertex, or None
     path : (n, 3) drawn through the vertices of `line` in place of straight pieces, or None
     ahead : (m, 3) from the last vertex to `rubber` in place of a straight band, or None
+    doubtful : parts (k, 3) of `path` that may be on another contact, drawn dashed in the colour of
+        a doubtful verdict
     patch : (c, 3) corners of the live plane's patch (a convex ring), or None
     marked : index of the vertex that Delete removes, or None
     color : RGB 0..1
@@ -148,6 +150,7 @@ class Preview:
     area: Area | None = None
     path: npt.NDArray[np.float64] | None = None
     ahead: npt.NDArray[np.float64] | None = None
+    doubtful: tuple[npt.NDArray[np.float64], ...] = ()
     outline: Outline | None = None
 
 

@@ -1,5 +1,5 @@
-"""The tool of known lines: two clicks on what is level, or whose azimuth or length is known; planes
-and lines that were read by compass are chosen among those that are there."""
+"""The tool of known lines: two clicks on what is level or vertical, or whose azimuth or length is
+known; planes and lines that were read by compass are chosen among those that are there."""
 
 from __future__ import annotations
 
@@ -19,6 +19,9 @@ _HINTS = {
     "level": to_translate(
         "Level line: click its two ends, on a water line, a spirit level or a bed known to be "
         "horizontal."
+    ),
+    "plumb": to_translate(
+        "Plumb line: click its two ends, on a hanging string or rope, or an edge built upright."
     ),
     "azimuth": to_translate("Known azimuth: click the two ends, in the direction of the azimuth."),
     "length": to_translate("Known length: click the two ends of a tape or staff."),
@@ -132,8 +135,8 @@ TOOL = ToolEntry(
     icon="spirit-level",
     key="K",
     tip=to_translate(
-        "Click lines that are level, or whose azimuth or length is known, and choose planes that "
-        "were read by compass, to place the model."
+        "Click lines that are level or vertical, or of known azimuth or length, and choose planes "
+        "read by compass, to place the model."
     ),
     order=46,
     in_bar=False,

@@ -15,7 +15,6 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.records import Model, Point
 from vomstudio.errors import GeometryError
-from vomstudio.geology.notation import format_line
 from vomstudio.geology.slip import SENSES, SlipSense
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.tools.fit_summary import WIDTH, first_reason
@@ -179,18 +178,9 @@ class LineTool(PolylineTool[Lineation]):
             if count < 2 or measured is None or not measured.problem:
                 return (points_text(count),)
             return (points_text(count), *wrap(measured.problem, WIDTH))
-        error = measured.max_confidence95_deg
-        decimals = 1 if error is not None and error < 1.0 else 0
-        lines = [format_line(measured.line, decimals)]
-        if error is not None and measured.min_confidence95_deg is not None:
-            across = (
-                ""
-                if measured.confidence_axis is None
-                else (f" × {measured.min_confidence95_deg:.1f}°")
-            )
-            lines.append(f"95 %: {error:.1f}°{across}   n {count}")
-        elif not live:
-            lines.append(f"{tr('95 %: undefined')}   n {count}")
+        lines = [self._context.format_attitude(measured)]
+        if not live:
+            lines.append(f"n {count}")
         if measured.rake_deg is not None and self._feature is not None:
             base = self._context.session.records.get(self._feature.plane_id)
             name = base.name if base is not None else tr("its plane")

@@ -6,7 +6,7 @@ from textwrap import wrap
 
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.geometry.units import area_text
-from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.fit_summary import WIDTH, first_reason, indices_text
 from vomstudio.tools.polyline import points_text
 from vomstudio.tools.tool_context import ToolContext
 from vomstudio.words import tr
@@ -29,10 +29,9 @@ def patch_reading(
     )
     if painting:
         # The text must not cover what is about to be painted; the panel has the rest.
-        return (context.format_plane(measurement), error_text(measurement))
+        return (context.format_attitude(measurement),)
     return (
-        context.format_plane(measurement),
-        error_text(measurement),
+        context.format_attitude(measurement),
         indices_text(fit, size),
         *first_reason(verdict),
     )

@@ -78,6 +78,10 @@ class PolylineTool(SteppedFeature[F]):
         """World lines that are drawn for the straight pieces and for the rubber band."""
         return None, None
 
+    def _marked_stretches(self, path: Floats | None) -> tuple[Floats, ...]:
+        """World lines (k, 3), parts of what is drawn, that may not belong to the feature."""
+        return ()
+
     def _color(self) -> str:
         type_id = getattr(self._feature, "type_id", "")
         kind = self._context.session.records.get(type_id)
@@ -327,6 +331,7 @@ class PolylineTool(SteppedFeature[F]):
                 rubber=rubber,
                 path=path,
                 ahead=ahead,
+                doubtful=self._marked_stretches(path),
                 patch=self._patch(),
                 marked=marked,
                 color=rgb(self._color()),

@@ -113,8 +113,8 @@ class ToolContext(Protocol):
     def measure(self, feature: Feature) -> Measurement:
         """The live figures of a feature that is not in the document."""
 
-    def format_plane(self, measurement: Measurement) -> str:
-        """The plane in the notation the user has chosen, with digits that follow its error."""
+    def format_attitude(self, measurement: Measurement) -> str:
+        """The plane or line with its 95 % error, in the notation the user has chosen."""
 
     def show(self, preview: Preview | None) -> None:
         """Draw the unfinished feature, or nothing."""

@@ -14,7 +14,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Point
 from vomstudio.geometry.plane_discs import disc
-from vomstudio.tools.fit_summary import WIDTH, error_text, first_reason, indices_text
+from vomstudio.tools.fit_summary import WIDTH, first_reason, indices_text
 from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.local_surface import around
 from vomstudio.tools.polyline import points_text, type_of_draft
@@ -30,6 +30,8 @@ class TraceTool(FollowingTool[Trace]):
 
     name = "trace"
     record = Trace
+    _stretches: tuple[tuple[int, int], ...] = ()
+    """First and last vertex of the open path's stretches that may be on another contact."""
 
     @property
     def trace(self) -> Trace | None:
@@ -105,7 +107,7 @@ class TraceTool(FollowingTool[Trace]):
         if not self._continued:
             if self.followed:
                 notes = f"{feature.notes} {self._followed_words(feature)}".strip()
-                feature = replace(self._whole(feature), notes=notes)
+                feature = replace(self._whole(feature), notes=notes, doubtful=self._stretches)
             return edits.add_trace(records, feature)
         return edits.set_vertices(
             records,
@@ -157,18 +159,27 @@ class TraceTool(FollowingTool[Trace]):
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
         whole = self._whole(self._feature)
+        self._stretches = ()
         if surface is not None and self.vertices:
             resolution, normal = around(surface, whole.vertices)
+            if self.followed and resolution is not None and self._drag_from is None:
+                self._stretches = self._doubtful(self._feature, resolution)
             self._feature = replace(
                 self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
             )
             whole = replace(
-                whole, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
-            )
+                whole, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE,
+                doubtful=self._stretches,
+            )  # fmt: skip
         if not self.followed:
             super()._look()
             return
         self.measurement = self._context.measure(whole) if whole.vertices else None
+
+    def _marked_stretches(self, path: np.ndarray | None) -> tuple[np.ndarray, ...]:
+        if path is None:
+            return ()
+        return tuple(path[a : b + 1] for a, b in self._stretches)
 
     def _patch(self) -> np.ndarray | None:
         fit = self.measurement.fit if self.measurement else None
@@ -190,8 +201,7 @@ class TraceTool(FollowingTool[Trace]):
             return (points_text(count), *wrap(measurement.problem, WIDTH))
         fit = measurement.fit
         return (
-            self._context.format_plane(measurement),
-            error_text(measurement),
+            self._context.format_attitude(measurement),
             indices_text(fit, f"n {fit.n}"),
             *first_reason(measurement.verdict),
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.document.figures import Subject
 from vomstudio.document.kinds import KINDS
@@ -74,6 +75,17 @@ class DerivedQuantities:
         """Every model of the project knows its north."""
         models = self._projects.of(Model)
         return bool(models) and all(m.frame.has_north for m in models)
+
+    def turn_findings(self) -> tuple[Finding, ...]:
+        """Findings on registrations that make planes on their models poor."""
+        models = self._projects.of(Model)
+        registrations = dict.fromkeys(m.registration for m in models if m.registration)
+        if not registrations:
+            return ()
+        from vomstudio.registration.turn_checks import turn_findings
+
+        each = (turn_findings(one.rotation_covariance()) for one in registrations)
+        return tuple(finding for findings in each for finding in findings)
 
     def metres_known(self) -> bool:
         """No model of the project is of unknown scale."""

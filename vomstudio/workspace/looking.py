@@ -41,7 +41,7 @@ def across_slip(slipped: Measurement) -> Direction | str:
     size = float(np.linalg.norm(across))
     if size < np.sin(np.radians(1.0)):
         return tr("The lineation stands at right angles to its plane: it is no slip of it.")
-    return Direction(Line.from_vector(across / size), slipped.max_confidence95_deg)
+    return Direction(Line.from_vector(across / size), slipped.total95_deg)
 
 
 def meeting_line(planes: Iterable[Measurement]) -> Direction | str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,7 +114,7 @@ class PathFinding:
     def _found(self, wanted: _Wanted) -> Way | str:
         try:
             if wanted.photos is None:
-                return Way(self._over_surface(wanted))
+                return self._over_surface(wanted)
             return self._in_photo(wanted, wanted.photos)
         except VomError as error:
             return str(error)
@@ -128,10 +128,10 @@ class PathFinding:
         try:
             return self._in_photos.way(photos, wanted.photo, wanted.cost, ends, live=wanted.live)
         except VomError as error:
-            path = self._over_surface(wanted)
-            return Way(path, said=str(error), final=not wanted.live)
+            way = self._over_surface(wanted)
+            return replace(way, said=str(error), final=not wanted.live)
 
-    def _over_surface(self, wanted: _Wanted) -> Array:
+    def _over_surface(self, wanted: _Wanted) -> Way:
         from vomstudio.extraction.following import Follower
         from vomstudio.extraction.surface_graph import SurfaceGraph
 
@@ -141,4 +141,5 @@ class PathFinding:
             surface.prepare()
             with self._lock:
                 self._surface = surface
-        return Follower(surface, wanted.cost).follow(np.asarray(wanted.ends)).points
+        path = Follower(surface, wanted.cost).follow(np.asarray(wanted.ends))
+        return Way(path.points, costs=path.costs)

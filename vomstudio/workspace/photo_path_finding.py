@@ -56,7 +56,7 @@ class PhotoPaths:
         points = transform.apply(transform.invert(views.to_world), path.points)
         return Way(
             points, photo, path.voters, path.judged, path.confirmed, "" if live else _said(path),
-            final=not live,
+            final=not live, costs=path.costs,
         )  # fmt: skip
 
     def _followed_in(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:

@@ -21,7 +21,6 @@ from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.path_finding import PathFinding
-from vomstudio.workspace.plane_summary import plane_text
 from vomstudio.workspace.preferences import Preferences
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.surfaces.outcrop_elements import OutcropElements
@@ -202,9 +201,11 @@ class ToolHost:
     def measure(self, feature: Feature) -> Measurement:
         return self._derived.measure(feature)
 
-    def format_plane(self, measurement: Measurement) -> str:
-        notation = self._preferences.settings.notation
-        return plane_text(measurement.fit, notation, local=not self._derived.north_known())
+    def format_attitude(self, measurement: Measurement) -> str:
+        text = measurement.attitude(self._preferences.settings.notation)
+        if self._derived.north_known():
+            return text
+        return tr("{attitude} (local frame)", attitude=text)
 
     def show(self, preview: Preview | None) -> None:
         self.preview.emit(preview)

@@ -18,6 +18,7 @@ from vomstudio.workspace.blind_repeats import BlindRepeats
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
+from vomstudio.workspace.fold_choice import FoldChoice
 from vomstudio.workspace.history import History
 from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
@@ -70,6 +71,7 @@ class Workspace:
         self.editing = Editing(self.projects, self.notices)
         self.derived = DerivedQuantities(self.projects, lambda: settings.thresholds)
         self.visibility = Visibility(self.projects)
+        self.fold = FoldChoice(self.projects, self.derived, self.selection)
         self.display = Display(lambda values: self.projects.keep_view("display", values), later)
         self.loader = ModelLoader(self.jobs, hand_over, later, lambda: settings.point_budget)
         self.models = Models(
@@ -147,6 +149,7 @@ class Workspace:
         self.tools.begin()
         self.display.load(self.projects.view("display"))
         self.selection.set(())
+        self.fold.begin()
         self.photos.forget_all()
         self.fields.begin()
         self.facets.drop()

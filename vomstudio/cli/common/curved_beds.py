@@ -45,11 +45,9 @@ def in_words(found: dict[str, Any]) -> str:
     rows = [
         [
             one["id"],
-            text_tables.azimuth(one["dip_direction_deg"], 1),
-            text_tables.inclination(one["dip_deg"], 1),
-            text_tables.number(one["error95_deg"], 2),
+            text_tables.measured_plane(one, "error95_deg"),
         ]
         for one in found["dips"]
     ]
-    heads = [tr("id"), tr("dip dir"), tr("dip"), tr("95 %")]
-    return f"{said}\n" + text_tables.table(heads, ["", tr("deg"), tr("deg"), tr("deg")], rows)
+    heads = [tr("id"), tr("plane")]
+    return f"{said}\n" + text_tables.table(heads, ["", tr("dip direction/dip ± 95 %")], rows)

@@ -82,12 +82,11 @@ def crossings(
 def crossing_in_words(found: Mapping[str, Any]) -> str:
     return tr(
         "{first} and {second} cross at {angle:.0f} deg. If they are of one plane, it is {plane} "
-        "(dip direction/dip), 95 %: {largest:.2f} x {smallest:.2f} deg.",
+        "(dip direction/dip, 95 %; {smallest:.2f} deg at least).",
         first=found["first"],
         second=found["second"],
         angle=found["crossing_deg"],
-        plane=_angles(found["dip_direction_deg"], found["dip_deg"]),
-        largest=found["max_confidence95_deg"],
+        plane=text_tables.measured_plane(found, "max_confidence95_deg"),
         smallest=found["min_confidence95_deg"],
     )
 
@@ -96,7 +95,9 @@ def band_in_words(found: BandFigures) -> list[str]:
     from vomstudio.geology.band_figures import in_words
 
     likely = found.likely
-    plane = None if likely is None else _angles(likely.dip_direction_deg, likely.dip_deg)
+    plane = (
+        None if likely is None else text_tables.measured_plane(vars(likely), "max_confidence95_deg")
+    )
     return in_words(found, _angles(found.trend_deg, found.plunge_deg), plane)
 
 

@@ -50,3 +50,21 @@ def plane(attitude: Mapping[str, Any], decimals: int = 1) -> str:
         f"{azimuth(attitude['dip_direction_deg'], decimals)}/"
         f"{inclination(attitude['dip_deg'], decimals)}"
     )
+
+
+def measured_line(row: Mapping[str, Any]) -> str:
+    """`125/26 ± 3.1°` from trend_deg, plunge_deg and the total 95 % error, or that of the fit."""
+    from vomstudio.geology.notation import format_attitude
+    from vomstudio.geology.orientation import Line
+
+    total = row["total95_deg"]
+    error = row["max_confidence95_deg"] if total is None else total
+    return format_attitude(Line(row["trend_deg"], row["plunge_deg"]), error)
+
+
+def measured_plane(row: Mapping[str, Any], error: str = "total95_deg") -> str:
+    """`132/42 ± 2.4°` from dip_direction_deg, dip_deg and the column of the 95 % error."""
+    from vomstudio.geology.notation import format_attitude
+    from vomstudio.geology.orientation import Plane
+
+    return format_attitude(Plane(row["dip_direction_deg"] or 0.0, row["dip_deg"]), row[error])

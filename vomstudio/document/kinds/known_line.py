@@ -1,5 +1,6 @@
-"""A line or plane on a model of which something is known, to place it: a line that is level, or
-whose azimuth or length is known; a plane or line of the project that was read by compass."""
+"""A line or plane on a model of which something is known, to place it: a line that is level or
+vertical, or whose azimuth or length is known; a plane or line of the project that was read by
+compass."""
 
 from __future__ import annotations
 
@@ -28,11 +29,12 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 
-ClickedKind = Literal["level", "azimuth", "length"]
+ClickedKind = Literal["level", "plumb", "azimuth", "length"]
 ReadKind = Literal["plane", "lineation"]
-KnownKind = Literal["level", "azimuth", "length", "plane", "lineation"]
+KnownKind = Literal["level", "plumb", "azimuth", "length", "plane", "lineation"]
 CLICKED: tuple[tuple[ClickedKind, str], ...] = (
     ("level", _("Level line")),
+    ("plumb", _("Plumb line")),
     ("azimuth", _("Line of known azimuth")),
     ("length", _("Known length")),
 )
@@ -50,11 +52,11 @@ GROUP = OwnGroup("known_lines", _("Known lines and planes"), "spirit-level")
 class KnownLine(Picked):
     """vertices: its two ends on the model, file frame; none of what was read by compass. value: the
     azimuth from the first end to the second (degrees) or the length (metres); the dip direction of
-    a plane or trend of a line that was read; None of a level line, and before it is known. sigma:
-    of the level, the azimuth or the reading (degrees) or the length (metres), one sigma, None for
-    what is usual. check: it judges the registration and takes no part in it. inclination_deg: dip
-    of a plane or plunge of a line that was read; feature_id: the feature that is this plane or line
-    on the model, "" where the ends were clicked.
+    a plane or trend of a line that was read; None of a level or plumb line, and before it is known.
+    sigma: of the level, the plumb, the azimuth or the reading (degrees) or the length (metres), one
+    sigma, None for what is usual. check: it judges the registration and takes no part in it.
+    inclination_deg: dip of a plane or plunge of a line that was read; feature_id: the feature that
+    is this plane or line on the model, "" where the ends were clicked.
 
     Azimuths are as they were read: the model's `Compass` says from which north.
     """
@@ -78,11 +80,16 @@ class KnownLine(Picked):
         return self.kind in ("plane", "lineation")
 
     @property
+    def has_value(self) -> bool:
+        """Whether a number belongs to it: a level or plumb line is known by its kind alone."""
+        return self.kind not in ("level", "plumb")
+
+    @property
     def complete(self) -> bool:
         """Something is known of it."""
         if self.by_compass:
             return self.value is not None and self.inclination_deg is not None
-        return len(self.vertices) > 1 and (self.kind == "level" or self.value is not None)
+        return len(self.vertices) > 1 and not (self.has_value and self.value is None)
 
 
 def measure(at: Measuring, lines: Sequence[KnownLine]) -> list[Measurement]:
@@ -124,6 +131,8 @@ def known(line: KnownLine) -> str:
     """What is known of it, in a few words."""
     if line.kind == "level":
         return tr("level")
+    if line.kind == "plumb":
+        return tr("vertical")
     if line.value is None:
         return tr("not known yet")
     if line.by_compass:

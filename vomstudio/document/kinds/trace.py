@@ -39,6 +39,7 @@ from vomstudio.document.records import (
     Surrounded,
     Typed,
 )
+from vomstudio.geology.doubtful_stretches import rest_of
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.lines import path_lengths
@@ -66,7 +67,8 @@ class Trace(Logged, Surrounded, Repeatable, Typed):
     """vertices: in order, model file frame. resolution: effective, of the model's vertices or
     points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
     outcrop face around the trace, file frame, None where unknown. rule: by which these two were
-    measured. axis: along which the residuals of a regression are measured.
+    measured. axis: along which the residuals of a regression are measured. doubtful: first and last
+    vertex of stretches that may be on another contact, found when it was followed.
     """
 
     id: str
@@ -87,6 +89,7 @@ class Trace(Logged, Surrounded, Repeatable, Typed):
     interpreter: str | None = None
     beds: tuple[tuple[str, str, str], ...] = ()
     domain: str = ""
+    doubtful: tuple[tuple[int, int], ...] = ()
 
 
 def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
@@ -105,6 +108,8 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     each = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
     for trace, frame, face, own, (fit, problem), tilt, length in each:
         resolution = None if trace.resolution is None else trace.resolution * frame.scale
+        rest = rest_of(own, trace.doubtful) if trace.doubtful and fit is not None else None
+        stretch = None if rest is None or fit is None else rest.error95_deg(fit, resolution, face)
         verdict = (
             None
             if fit is None
@@ -115,6 +120,8 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                     outcrop_normal=face,
                     thresholds=at.thresholds,
                     registration_deg=tilt,
+                    seen=() if rest is None else rest.reasons(),
+                    stretch_error_deg=stretch,
                 ),
                 trace.rule,
                 measured=resolution is not None or face is not None,
@@ -135,6 +142,7 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                 kind="trace",
                 by_this_rule=trace.rule >= SURROUNDINGS_RULE,
                 registration_error_deg=tilt,
+                stretch_error_deg=stretch,
             )
         )
     return result

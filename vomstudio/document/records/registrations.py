@@ -39,8 +39,8 @@ class ObservationGroup:
     Parameters
     ----------
     kind : str
-        "points", "cameras", "attitudes", "verticals", "lengths", "level_lines", "azimuths",
-        "compass", "reference" or "kept_scale".
+        "points", "cameras", "attitudes", "verticals", "lengths", "level_lines", "plumb_lines",
+        "photo_upright", "azimuths", "compass", "reference" or "kept_scale".
     labels : tuple of str
         Name of each observation.
     """

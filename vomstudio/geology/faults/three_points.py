@@ -29,7 +29,10 @@ Floats = npt.NDArray[np.float64]
 # Points are nearly on a line where they spread beside it so little of what they do along it.
 _NEARLY_ON_A_LINE = 0.05
 _UNSURE_DEG = 30.0
-_BY_CHANCE = 0.05
+# Points that are wide by chance alone would tell a dip direction that is wrong.
+_TELLS_NO_DIRECTION_DEG = 20.0
+# A width that is error alone passes for a plane so often.
+_BY_CHANCE = 0.02
 _A_CENTIMETRE = 0.01
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
 
@@ -40,10 +43,11 @@ class ThreePoints(Shown):
     its dip and dip direction, each by itself, and the half-angle of its 95 % cone in the worst
     direction; None where nothing is known of the points' errors. Where a plane may be off more to
     one side than to the other, the larger one is told. A dip direction uncertain by more
-    than 90 degrees is None. n points; rms_m : of their distances from the plane, None of three,
-    which leave none; sigma_m : standard deviation of each coordinate behind the errors, as it was
-    stated, or as more than three points tell it themselves; warnings : what makes the plane
-    doubtful; dropped_lines : of the table, without a place"""
+    than 90 degrees is None, and so is that of a plane that may be off by 20 degrees, or of four
+    points whose one degree of freedom alone tells their error. n points; rms_m : of their distances
+    from the plane, None of three, which leave none; sigma_m : standard deviation of each coordinate
+    behind the errors, as it was stated, or as more than three points tell it themselves; warnings :
+    what makes the plane doubtful; dropped_lines : of the table, without a place"""
 
     plane: Plane
     dip_error_deg: float | None
@@ -123,6 +127,8 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     noise = n > 3 and _spread_is_noise(sizes, n, sigma_m)
     dip_error, turn = _figures(plane, axes, _half_angles(sizes, single * sigma, noise=noise))
     worst = math.degrees(_half_angles(sizes, joint * sigma, noise=noise)[1])
+    if worst >= _TELLS_NO_DIRECTION_DEG or (n == 4 and not sigma_m):
+        turn = None
     said = _said_of_line(sizes, worst)
     return ThreePoints(plane, dip_error, turn, worst, n, rms, sigma, said)
 
@@ -136,7 +142,8 @@ def _spread_is_noise(sizes: Floats, n: int, sigma_m: float) -> bool:
     a, b = float(sizes[1]) ** 2, float(sizes[2]) ** 2
     if sigma_m:
         return bool(a + b <= sigma_m**2 * float(chi2.ppf(1.0 - _BY_CHANCE, 2 * (n - 2))))
-    return n > 4 and (4.0 * a * b / (a + b) ** 2) ** ((n - 3) / 2.0) > _BY_CHANCE
+    evenly = (4.0 * a * b / (a + b) ** 2) ** ((n - 3) / 2.0)
+    return bool(evenly > _BY_CHANCE)
 
 
 def _half_angles(sizes: Floats, error: float, *, noise: bool) -> tuple[float, float]:

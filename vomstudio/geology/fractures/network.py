@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -142,13 +142,15 @@ class FractureNetwork(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Mapped:
-    """The figures, with the pieces they are of, for pictures."""
+    """The figures, with the pieces they are of, for pictures. y_axis : what y of a map is; North, y
+    of a local frame, or up on a picture of a face"""
 
     found: FractureNetwork
     counted: Counted
     pieces: Pieces
     sets: tuple[str, ...]
     set_of: Ints
+    y_axis: Literal["N", "y", "up"] = "N"
 
 
 def fracture_network(

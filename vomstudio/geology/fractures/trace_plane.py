@@ -104,7 +104,10 @@ class TracePlane:
             up=_triple(up),
             scatter_m=float(np.sqrt(np.mean(distance**2))),
             max_distance_m=float(np.abs(distance).max()),
-            shortening_percent=100.0 * (1.0 - on_plane / in_space) if in_space > 0 else 0.0,
+            # Rounding must not make it negative.
+            shortening_percent=max(100.0 * (1.0 - on_plane / in_space), 0.0)
+            if in_space > 0
+            else 0.0,
             azimuths_from="north" if plane.dip_deg < MAX_STRIKE_DIP_DEG else "up",
         )
 

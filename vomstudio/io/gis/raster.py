@@ -34,10 +34,18 @@ Affine = tuple[float, float, float, float, float, float]
 top left pixel is (c, f)."""
 
 
+_VIEW_PLANE = "VOM Studio view plane"
+
+
+def is_view_plane(crs: str | None) -> bool:
+    """Return whether a CRS is that of a picture, of `view_plane_crs`."""
+    return crs is not None and _VIEW_PLANE in crs
+
+
 def view_plane_crs(metric: bool, picture: str = "") -> str:
     """A picture's own plane: x right, y up, in metres or in units of the model. Engineering, so
     that no GIS puts it on a map. picture : by which drawings on it are known to be drawn on it"""
-    name = " ".join(["VOM Studio view plane", *([picture] if picture else [])])
+    name = " ".join([_VIEW_PLANE, *([picture] if picture else [])])
     if metric:
         return f'LOCAL_CS["{name}",UNIT["metre",1]]'
     return f'LOCAL_CS["{name}, model units",UNIT["unknown",1]]'

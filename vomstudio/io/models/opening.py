@@ -21,7 +21,7 @@ from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
-from vomstudio.geometry.resolution import FewPoints, effective_resolution
+from vomstudio.geometry.resolution import FewPoints, effective_resolution, resolving_points
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
@@ -165,16 +165,18 @@ class _Hasher(threading.Thread):
 
 
 def resolution(data: Mesh | PointCloud) -> float:
-    """Effective resolution in units of the file: of a mesh the mean edge length, of a cloud the
-    larger of mean spacing and noise, see `geometry.resolution` (points that stand twice count
-    once).
+    """Effective resolution in units of the file: the larger of mean spacing and noise, see
+    `geometry.resolution` (points that stand twice count once), and of the mean edge of a mesh; of a
+    mesh that was subdivided, as it was before.
 
     Of big models a sample is taken: every k-th face; all points within windows around points spread
     over the file. NaN where there is none (one point).
     """
+    of_points = _of_cloud(resolving_points(data))
     if not isinstance(data, Mesh):
-        return _of_cloud(data.points)
-    return point_spacing(data)
+        return of_points
+    edge = point_spacing(data.undivided)
+    return max(edge, of_points) if of_points == of_points else edge
 
 
 def point_spacing(data: Mesh | PointCloud) -> float:

@@ -13,6 +13,7 @@ from vomstudio.geology.fractures.network import Lengths, Mapped
 from vomstudio.geology.fractures.nodes import NodeCounts
 from vomstudio.geology.fractures.pieces import segments_of
 from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
+from vomstudio.geology.notation import format_wind
 from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.contents import OKABE_ITO
 from vomstudio.products.net.rose import rings_of
@@ -53,15 +54,18 @@ def write_fractures(
 
 
 def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> list[Axes]:
-    """The axes of the panels a to e: map, rose, nodes, lengths, intensity."""
+    """The axes of the panels a to e: map, rose, nodes, lengths, intensity (of an area)."""
     figure.set_facecolor(style.paper)
     places = {
         "a": (0.02, 0.47, 0.33, 0.47), "b": (0.36, 0.47, 0.29, 0.47), "c": (0.68, 0.49, 0.30, 0.41),
         "d": (0.09, 0.09, 0.38, 0.31), "e": (0.60, 0.09, 0.37, 0.31),
     }  # fmt: skip
+    if not mapped.found.P21_by_size:
+        del places["e"]
+        places["d"] = (0.09, 0.09, 0.88, 0.31)
     axes = [figure.add_axes(place) for place in places.values()]
     draw = (_draw_map, _draw_rose, _draw_triangle, _draw_lengths, _draw_sizes)
-    for letter, ax, one in zip(places, axes, draw, strict=True):
+    for letter, ax, one in zip(places, axes, draw, strict=False):
         one(ax, mapped, style)
         left = places[letter][0]
         is_lower_row = letter in "de"
@@ -112,12 +116,22 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     span = max(high_x - low_x, high_y - low_y) or 1.0
     ax.set_xlim(low_x - 0.02 * span, high_x + 0.02 * span)
     rows = min(len(mapped.sets), 8) if len(mapped.sets) > 1 else 0
-    ax.set_ylim(low_y - (0.12 + 0.07 * max(rows - 1, 0)) * span, high_y + 0.02 * span)
+    ax.set_ylim(low_y - (0.12 + 0.07 * max(rows - 1, 0)) * span, high_y + 0.24 * span)
     bar = _round_length(0.3 * span)
     ax.plot([low_x, low_x + bar], [low_y - 0.05 * span] * 2, color=style.ink,
             linewidth=2 * style.line_pt, solid_capstyle="butt")  # fmt: skip
     ax.text(low_x + bar / 2, low_y - 0.07 * span, f"{bar:g} m", ha="center", va="top",
             fontsize=style.font_pt, color=style.ink)  # fmt: skip
+    left, right, up = _orientation(mapped)
+    for x, name, side in ((low_x, left, "left"), (high_x, right, "right")):
+        ax.text(x, high_y + 0.04 * span, name, ha=side, va="bottom", weight="bold",
+                fontsize=0.85 * style.font_pt, color=style.ink)  # fmt: skip
+    middle = 0.5 * (low_x + high_x)
+    ax.annotate(
+        up, (middle, high_y + 0.02 * span), (middle, high_y + 0.14 * span), ha="center",
+        va="bottom", fontsize=0.85 * style.font_pt, weight="bold", color=style.ink,
+        arrowprops={"arrowstyle": "<-", "color": style.ink, "linewidth": style.line_pt},
+    )  # fmt: skip
     is_short = max((len(name) for name in mapped.sets), default=0) <= MAX_SHORT_NAME
     if 1 < len(mapped.sets) <= 8:
         ax.legend(loc="lower right", fontsize=0.85 * style.font_pt, frameon=False,
@@ -132,6 +146,18 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     if network.P21_1_per_m is not None:
         title += separator + tr("P21 = {p21:.3g} 1/m", p21=network.P21_1_per_m)
     ax.set_title(title, fontsize=style.font_pt, weight="bold", color=style.ink, pad=4)
+
+
+def _orientation(mapped: Mapped) -> tuple[str, str, str]:
+    """What is to the left, to the right, and up on the map; "" for a picture's sides."""
+    plane = mapped.found.plane
+    is_map = plane is None or plane.is_horizontal
+    if mapped.y_axis != "N":
+        return "", "", tr(mapped.y_axis) if is_map else tr("up")
+    if plane is None or plane.is_horizontal:
+        return format_wind(270.0), format_wind(90.0), "N"
+    azimuth = math.degrees(math.atan2(plane.right[0], plane.right[1]))
+    return format_wind(azimuth + 180.0), format_wind(azimuth), tr("up")
 
 
 def _round_length(length: float) -> float:
@@ -156,15 +182,16 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     ax.set_axis_off()
     if rose.total <= 0:
         return
-    has_strikes = plane is None or plane.azimuths_from == "north"
+    from_y = plane is None or plane.azimuths_from == "north"
+    y_axis = mapped.y_axis if from_y else "up"
     rings = rings_of(float(rose.shares.max()))
-    draw_rose(ax, rose, rings, True, _color(1, style), style, up="N" if has_strikes else tr("up"))
-    quantity = tr("strike") if has_strikes else tr("pitch on the face")
+    draw_rose(ax, rose, rings, True, _color(1, style), style, up=tr(y_axis))
+    counted = tr("% of {length:,.0f} m in {step:g}°", length=rose.total, step=BIN_DEG)
     ax.set_title(
-        tr(
-            "{quantity}, % of {length:,.0f} m in {step:g}°",
-            quantity=quantity, length=rose.total, step=BIN_DEG,
-        ),
+        # In one line it would reach into the map.
+        tr("pitch on the face,\n{counted}", counted=counted)
+        if y_axis == "up"
+        else tr("strike, {counted}", counted=counted),
         fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
     )  # fmt: skip
 
@@ -250,9 +277,10 @@ def _draw_lengths(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
             color=style.soft, linewidth=1.6 * style.line_pt,
             label=tr("pieces as seen (Kaplan-Meier)"))  # fmt: skip
     at = np.sort(lengths[cut])
-    ax.plot(at, np.interp(at, x, s, left=1.0), linestyle="none", marker="|", markersize=4,
-            markeredgewidth=0.5, color=style.ink,
-            label=tr("cut off ({share:.0f} %)", share=100 * float(cut.mean())))  # fmt: skip
+    if len(at):
+        ax.plot(at, np.interp(at, x, s, left=1.0), linestyle="none", marker="|", markersize=4,
+                markeredgewidth=0.5, color=style.ink,
+                label=tr("cut off ({share:.0f} %)", share=100 * float(cut.mean())))  # fmt: skip
     grid = np.geomspace(max(float(lengths.min()), 1e-3 * float(lengths.max())),
                         float(lengths.max()), 200)  # fmt: skip
     _draw_fits(ax, length, grid, style)
@@ -289,10 +317,6 @@ def _draw_sizes(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     ax.set_xlabel(tr("radius of circular windows, m"), fontsize=style.font_pt, color=style.ink)
     ax.set_ylabel("P21, 1/m", fontsize=style.font_pt, color=style.ink)
     sizes = mapped.found.P21_by_size
-    if not sizes:
-        ax.text(0.5, 0.5, tr("needs an area"), transform=ax.transAxes, ha="center",
-                fontsize=style.font_pt, color=style.soft)  # fmt: skip
-        return
     r = np.array([s.radius_m for s in sizes])
     mean = np.array([s.P21_1_per_m for s in sizes])
     low, high = (np.array([getattr(s, f"{w}_1_per_m") for s in sizes]) for w in ("min", "max"))

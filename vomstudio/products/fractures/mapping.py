@@ -36,6 +36,7 @@ from vomstudio.io.gate.drawn_layers import (
 )
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame
+from vomstudio.io.gis.raster import is_view_plane
 from vomstudio.io.text.repeated_rows import repeats_left_out
 from vomstudio.progress import Progress
 from vomstudio.words import tr
@@ -90,7 +91,6 @@ def map_fractures(
     scanlines: Shapes | None = None,
     counted: Counted | None = None,
     sets: Sequence[str] | None = None,
-    plane: TracePlane | None = None,
     progress: Progress | None = None,
 ) -> Mapped:
     """Compute the figures of a map of traces, or of three-dimensional traces on their plane.
@@ -107,8 +107,6 @@ def map_fractures(
         Area or scanlines in the coordinates in which the traces are analysed.
     sets : (n,) sequence of str or None
         Set of each trace, in place of an attribute.
-    plane : TracePlane or None
-        Plane on which `lines` have their coordinates.
 
     Raises
     ------
@@ -126,7 +124,7 @@ def map_fractures(
         columns = _attributes(order) if sets is None else (_REPEAT,)
         raw = read_raw_lines(order.traces, order.layer, columns, progress, order.frame)
     placed = _placed(raw, order.plane)
-    drawn, plane = placed.drawn, plane or placed.plane
+    drawn, plane = placed.drawn, placed.plane
     warnings: list[Message] = list(drawn.warnings)
     if order.circle is not None:
         circle = placed.circle(order.circle)
@@ -157,7 +155,7 @@ def map_fractures(
         sets = [sets[i - 1] for i in drawn.feature]
     if progress is not None:
         progress.stage(tr("Analysing the fracture network"))
-    return fracture_network(
+    mapped = fracture_network(
         drawn.shapes,
         counted,
         sets=sets,
@@ -166,6 +164,7 @@ def map_fractures(
         warnings=warnings,
         plane=plane,
     )
+    return replace(mapped, y_axis="up") if plane is None and is_view_plane(drawn.crs) else mapped
 
 
 def _new_findings(messages: Sequence[Message], known: Sequence[Message]) -> list[Message]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -28,6 +27,7 @@ from vomstudio.geology.statistics import (
     no_fisher_reason,
     orientation_tensor,
 )
+from vomstudio.geometry.tilts import enlarged_semi_axes
 from vomstudio.words import tr
 
 OKABE_ITO = (
@@ -115,18 +115,9 @@ class NetEllipse:
         rake_deg: float,
         total_deg: float,
     ) -> NetEllipse:
-        """The ellipse of a fit, enlarged to its total error.
-
-        What resolution and registration add counts alike in all directions. A plane that may turn
-        about its line by any angle (90) is as well known across it as before.
-        """
-        added = max(total_deg**2 - largest_deg**2, 0.0) if total_deg < 90.0 else 0.0
-        return cls(
-            plane,
-            max(total_deg, largest_deg),
-            min(math.sqrt(smallest_deg**2 + added), max(total_deg, largest_deg)),
-            rake_deg,
-        )
+        """The ellipse of a fit, enlarged to its total error (see `enlarged_semi_axes`)."""
+        largest, smallest = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
+        return cls(plane, float(largest), float(smallest), rake_deg)
 
     def outline(self, projection: str) -> list[Array]:
         """Polylines (k, 2) on the net."""
@@ -162,6 +153,16 @@ class NetLineEllipse:
         return nets.confidence_ellipse(
             self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
         )
+
+
+def fold_ellipse(fold: FoldAxis) -> NetLineEllipse | None:
+    """Return the 95 % ellipse of a fold axis, with the registration as far as that is known."""
+    if fold.total is not None and fold.registration_error_deg is not None:
+        return NetLineEllipse.of(fold.beta.vector(), fold.total)
+    largest, smallest = fold.max_confidence95_deg, fold.min_confidence95_deg
+    if largest is None or smallest is None or fold.confidence_axis is None:
+        return None
+    return NetLineEllipse(fold.beta, largest, smallest, fold.confidence_axis.vector())
 
 
 @dataclass(frozen=True)
@@ -252,9 +253,9 @@ class Contouring:
 class NetContents:
     """Everything a net shows, as plain data.
 
+    fold_not_good: planes of the fold axis whose verdict is not good, None if not known.
     circles: great circles of planes always (True), never (False), or while there are few (None).
     selected: ids that are emphasised; their great circles are always drawn.
-    registered: those of the same features with the errors of their registrations, where known.
     contour: one of `density.DENSITY_METHODS`, of all poles and lines; contouring: how.
     notation, decimals: how orientations are written on the net.
     circles_typed: great and small circles that were asked for, girdles too.
@@ -274,9 +275,9 @@ class NetContents:
     poles: bool = True
     means: tuple[NetMean, ...] = ()
     fold: FoldAxis | None = None
+    fold_not_good: int | None = None
     selected: frozenset[str] = frozenset()
     ellipses: tuple[AnyEllipse, ...] = ()
-    registered: tuple[AnyEllipse, ...] = ()
     contour: str | None = None
     contouring: Contouring = Contouring()
     circles_typed: tuple[NetCircle, ...] = ()
@@ -291,28 +292,11 @@ class NetContents:
     compact: bool = False
     north: bool = True
 
-    @property
-    def with_registration(self) -> tuple[AnyEllipse, ...]:
-        """All ellipses that hold the error of a registration."""
-        of_means = [mean.total for mean in self.means if mean.total is not None]
-        fold = self.fold
-        if fold is None or fold.registration_error_deg is None or fold.total is None:
-            return (*self.registered, *of_means)
-        return (*self.registered, NetLineEllipse.of(fold.beta.vector(), fold.total), *of_means)
-
     def with_selection(
-        self,
-        selected: Iterable[str],
-        ellipses: Sequence[AnyEllipse] = (),
-        registered: Sequence[AnyEllipse] = (),
+        self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()
     ) -> NetContents:
         """The same net with other features emphasised."""
-        return replace(
-            self,
-            selected=frozenset(selected),
-            ellipses=tuple(ellipses),
-            registered=tuple(registered),
-        )
+        return replace(self, selected=frozenset(selected), ellipses=tuple(ellipses))
 
 
 def make_sets(

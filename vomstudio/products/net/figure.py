@@ -121,16 +121,11 @@ class NetArtists:
             for i in np.flatnonzero(outline.contains_points(at))
         )
 
-    def select(
-        self,
-        selected: Iterable[str],
-        ellipses: Sequence[AnyEllipse] = (),
-        registered: Sequence[AnyEllipse] = (),
-    ) -> None:
+    def select(self, selected: Iterable[str], ellipses: Sequence[AnyEllipse] = ()) -> None:
         """Emphasises other features and leaves the rest; the caller redraws the canvas. All is
         drawn anew only where the legend gains, loses or renames the ellipse."""
         before = _named_in_legend(self.contents)
-        self.contents = self.contents.with_selection(selected, ellipses, registered)
+        self.contents = self.contents.with_selection(selected, ellipses)
         if before != _named_in_legend(self.contents) and not self.contents.compact:
             figure = self.axes.get_figure(root=True)
             assert figure is not None
@@ -224,9 +219,9 @@ def write_stereonet(
     )  # fmt: skip
 
 
-def _named_in_legend(net: NetContents) -> tuple[list[type], bool]:
+def _named_in_legend(net: NetContents) -> list[type]:
     """What of the selection's ellipses the legend names."""
-    return [type(e) for e in net.ellipses], bool(net.with_registration)
+    return [type(e) for e in net.ellipses]
 
 
 def _distance_to_arcs(point: Array, arcs: Array) -> Array:

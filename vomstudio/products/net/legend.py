@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from vomstudio.geology.notation import format_plane
+from vomstudio.geology.folds import FoldAxis
+from vomstudio.geology.notation import degrees, format_plane
 from vomstudio.products.net.contents import (
     TYPED_LINE,
     NetContents,
     NetLineEllipse,
     NetSet,
     circles_shown,
+    fold_ellipse,
     means_in_words,
 )
-from vomstudio.products.net.style import REGISTERED_LINE, NetStyle
+from vomstudio.products.net.style import NetStyle
 from vomstudio.words import tr
 
 
@@ -51,16 +53,9 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
     if net.poles and any(s.slips is not None for s in net.sets):
         entries.append(Entry(tr("Slip of the hanging wall"), style.ink, ">", "-"))
     if net.fold is not None:
-        fold = net.fold
-        text = "β"
-        if fold.max_confidence95_deg is not None and fold.min_confidence95_deg is not None:
-            major, minor = fold.max_confidence95_deg, fold.min_confidence95_deg
-            errors = f"±{major:.1f}° / ±{minor:.1f}°"
-            text = f"β {errors}" if net.compact else tr("β, joint 95 %: {errors}", errors=errors)
-        entries.append(Entry(text, style.ink, "*"))
-        plane = format_plane(fold.pi_plane, net.notation, net.decimals)
-        text = f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
-        entries.append(Entry(text, style.ink, None, "--"))
+        beta, plane = fold_texts(net, net.fold)
+        entries.append(Entry(beta, style.ink, "*"))
+        entries.append(Entry(plane, style.ink, None, "--"))
     for circle in (each for each in net.circles_typed if each.label):
         color = style.ink if circle.color is None else style.outline(style.color(circle.color))
         entries.append(Entry(circle.label, color, None, circle.dash))
@@ -68,7 +63,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
         text = tr("Line on a plane, by its rake")
         entries.append(Entry(text, style.net, TYPED_LINE, None, outlined=True))
     if net.errors:
-        entries.append(Entry(tr("95 % of each by its own error"), style.soft, None, "-"))
+        entries.append(Entry(tr("95 % error of each"), style.soft, None, "-"))
     if net.means:
         text = means_in_words(net.means)
         entries.append(Entry(text, style.net, "o", None, outlined=True))
@@ -79,11 +74,24 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
             else tr("Joint 95 % of the selected pole")
         )
         entries.append(Entry(text, style.ink, None, "-"))
-    # On the screen not by what is selected: the net would move at every click.
-    registered = any(s.registered for s in net.sets) if net.compact else net.with_registration
-    if registered:
-        entries.append(Entry(tr("95 % with registration"), style.soft, None, REGISTERED_LINE))
+    if any(mean.total is not None for mean in net.means):
+        text = tr("95 % of the mean, with registration")
+        entries.append(Entry(text, style.ink, None, "-"))
     return entries
+
+
+def fold_texts(net: NetContents, fold: FoldAxis) -> tuple[str, str]:
+    """Return what a legend states of beta and of the pi-plane."""
+    ellipse = fold_ellipse(fold)
+    text = "β"
+    if ellipse is not None:
+        errors = f"±{degrees(ellipse.max_angle_deg)} / ±{degrees(ellipse.min_angle_deg)}"
+        text = f"β {errors}" if net.compact else tr("β, joint 95 %: {errors}", errors=errors)
+    text = tr("{beta}, n = {n:,}", beta=text, n=fold.n)
+    if net.fold_not_good:
+        text = tr("{beta}, {count:,} not good", beta=text, count=net.fold_not_good)
+    plane = format_plane(fold.pi_plane, net.notation, net.decimals)
+    return text, f"π {plane}" if net.compact else tr("π-plane {orientation}", orientation=plane)
 
 
 def _said(s: NetSet, poles: bool) -> str:

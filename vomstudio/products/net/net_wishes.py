@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.table_folds import fold_of_table
 from vomstudio.products.net.contents import NetCircle, NetContents, NetMark
 from vomstudio.products.net.found_in_sets import with_findings
 from vomstudio.products.net.net_options import Turning, net_after, with_intersections
@@ -16,7 +18,8 @@ FINDINGS = ("girdles", "maxima", "averages")
 @dataclass(frozen=True)
 class NetWishes:
     """turning : of everything; circles, marks : that were typed; found : of
-    `FINDINGS`; intersections, errors : lines in which planes meet, ellipses of their errors"""
+    `FINDINGS`; intersections, errors : lines in which planes meet, ellipses of their errors;
+    fold : planes of the fold axis, None for no axis"""
 
     turning: Turning = field(default_factory=Turning)
     circles: tuple[NetCircle, ...] = ()
@@ -24,6 +27,7 @@ class NetWishes:
     found: frozenset[str] = frozenset()
     intersections: bool = False
     errors: bool = False
+    fold: FoldFilter | None = None
 
     def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
         """All is turned with the planes, what was typed too; findings are those of what was
@@ -35,4 +39,8 @@ class NetWishes:
         net = replace(net, circles_typed=self.circles, marks=self.marks)
         if self.turning.turns:
             net = net_after(net, self.turning)
+        if self.fold is not None:
+            turn = self.turning.vectors if self.turning.turns else None
+            fold, not_good = fold_of_table(rows, self.fold, turn)
+            net = replace(net, fold=fold, fold_not_good=not_good)
         return with_findings(net, self.found)

@@ -12,18 +12,18 @@ import numpy.typing as npt
 
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.folds import FoldAxis
-from vomstudio.geology.notation import format_line
+from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import (
     AUTO_CIRCLES,
     NetContents,
     NetLineEllipse,
     circles_shown,
+    fold_ellipse,
 )
 from vomstudio.products.net.contours import ContourPlan, bar_height, bar_room
 from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width, wrapped
-from vomstudio.products.net.selection_highlight import draw_registered
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
 from vomstudio.words import to_translate, tr
@@ -322,25 +322,20 @@ class Page:
             linestyle="--",
             zorder=layer("fold"),
         )
-        if fold.max_confidence95_deg and fold.min_confidence95_deg and fold.confidence_axis:
-            for part in nets.confidence_ellipse(
-                fold.beta.vector(), fold.confidence_axis.vector(),
-                fold.max_confidence95_deg, fold.min_confidence95_deg, net.projection,
-            ):  # fmt: skip
-                self.axes.plot(
-                    *part.T, color=style.ink, linewidth=style.line_pt, zorder=layer("fold")
-                )
-                self.outlines.append(part)
-        if fold.registration_error_deg is not None and fold.total is not None:
-            ellipse = NetLineEllipse.of(fold.beta.vector(), fold.total)
-            draw_registered(self.axes, ellipse, net.projection, style)
-            self.outlines += ellipse.outline(net.projection)
+        ellipse = fold_ellipse(fold)
+        if ellipse is not None:
+            self._draw_ellipse(ellipse, style.ink)
         x, y = nets.project(fold.beta.vector(), net.projection)[0]
         self.axes.plot(
             [x], [y], marker="*", markersize=2.4 * style.marker_pt, markerfacecolor=style.ink,
             markeredgecolor=style.net, markeredgewidth=style.line_pt, linestyle="none",
             zorder=layer("means"),
         )  # fmt: skip
+
+    def _draw_ellipse(self, ellipse: NetLineEllipse, color: str) -> None:
+        for part in ellipse.outline(self.net.projection):
+            self.axes.plot(*part.T, color=color, linewidth=self.style.line_pt, zorder=layer("fold"))
+            self.outlines.append(part)
 
     def draw_means_and_labels(self) -> None:
         net, style = self.net, self.style
@@ -355,18 +350,17 @@ class Page:
             )  # fmt: skip
             wanted.append((at, mean.label, style.ink))
             if mean.total is not None:
-                draw_registered(self.axes, mean.total, net.projection, style)
-                self.outlines += mean.total.outline(net.projection)
+                self._draw_ellipse(mean.total, color)
         if net.fold is not None:
             at = nets.project(net.fold.beta.vector(), net.projection)[0]
-            text = f"β {format_line(net.fold.beta, net.decimals)}"
+            text = f"β {format_attitude(net.fold.beta, net.fold.error95_deg)}"
             wanted.append((at, text, style.ink))
         for asked in net.marks:
             at = nets.project(asked.line.vector(), net.projection)[0]
             wanted.append((at, asked.label, style.ink))
         crowd = np.vstack(
             [np.zeros((0, 2)), *self.outlines]
-            + [part for e in (*net.ellipses, *net.registered) for part in e.outline(net.projection)]
+            + [part for e in net.ellipses for part in e.outline(net.projection)]
             + [nets.project(s.vectors(), net.projection) for s in net.sets if net.poles and len(s)]
         )
         crowd = np.array([self.cx, self.cy]) + self.radius * crowd

@@ -9,9 +9,8 @@ import numpy as np
 
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array
-from vomstudio.products.net.contents import AUTO_CIRCLES, AnyEllipse, NetContents
+from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
 from vomstudio.products.net.style import (
-    REGISTERED_LINE,
     SYMBOL_SIZES,
     NetStyle,
     crowding,
@@ -69,8 +68,6 @@ def draw_emphasis(
                 markerfacecolor=style.symbol(s)[0], markeredgecolor=style.ink,
                 markeredgewidth=ring, zorder=layer("chosen"),
             )  # fmt: skip
-    for e in net.registered:
-        made += draw_registered(ax, e, net.projection, style)
     for e in net.ellipses:
         for part in e.outline(net.projection):
             made += ax.plot(
@@ -101,18 +98,5 @@ def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
             *at[:, None], marker=marker, markersize=size * style.marker_pt, linestyle="none",
             markerfacecolor="none", markeredgecolor=color, markeredgewidth=1.6 * style.line_pt,
             zorder=layer("chosen"),
-        )  # fmt: skip
-    return made
-
-
-def draw_registered(
-    ax: Axes, ellipse: AnyEllipse, projection: str, style: NetStyle
-) -> list[Artist]:
-    """An ellipse with the error of the registration, subdued."""
-    made: list[Artist] = []
-    for part in ellipse.outline(projection):
-        made += ax.plot(
-            *part.T, color=style.soft, linestyle=REGISTERED_LINE,
-            linewidth=1.8 * style.line_pt, zorder=layer("ellipses"),
         )  # fmt: skip
     return made

@@ -9,8 +9,15 @@ import numpy as np
 
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.density import DENSITY_UNITS, density
+from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.orientation import Array, lines_to_vectors, vectors_to_lines
-from vomstudio.products.net.contents import NetContents, NetSet, circles_shown
+from vomstudio.products.net.contents import (
+    NetCircle,
+    NetContents,
+    NetSet,
+    circles_shown,
+    fold_ellipse,
+)
 from vomstudio.products.net.contours import (
     SEE_THROUGH,
     contour_colors,
@@ -19,6 +26,7 @@ from vomstudio.products.net.contours import (
     dash,
 )
 from vomstudio.products.net.figure_style import FigureStyle
+from vomstudio.products.net.legend import fold_texts
 from vomstudio.products.net.style import NetStyle
 from vomstudio.words import tr
 
@@ -106,7 +114,31 @@ def lines_below(net: NetContents) -> list[str]:
     return [*net.averages, *net.notes]
 
 
+def _draw_fold(
+    ax: Any, net: NetContents, fold: FoldAxis, paper: NetStyle, symbol: float, thin: float
+) -> None:
+    beta, plane = fold_texts(net, fold)
+    pi_circle = NetCircle(fold.beta, 90.0, plane)
+    ellipse = fold_ellipse(fold)
+    for drawn, line in ((pi_circle, "--"), *([] if ellipse is None else [(ellipse, "-")])):
+        for place, part in enumerate(drawn.outline(net.projection)):
+            label = plane if drawn is pi_circle and place == 0 else "_nolegend_"
+            ax.plot(*_of_axes(part, net.projection), color=paper.ink, linestyle=line,
+                    linewidth=1.5 * thin, label=label)  # fmt: skip
+    _plot_lines(
+        ax,
+        np.array([fold.beta.trend_deg]),
+        np.array([fold.beta.plunge_deg]),
+        marker="*",
+        markersize=2.4 * symbol,
+        color=paper.ink,
+        label=beta,
+    )
+
+
 def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, thin: float) -> None:
+    if net.fold is not None:
+        _draw_fold(ax, net, net.fold, paper, symbol, thin)
     for circle in net.circles_typed:
         color = paper.ink if circle.color is None else paper.color(circle.color)
         for place, part in enumerate(circle.outline(net.projection)):

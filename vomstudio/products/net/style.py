@@ -14,9 +14,6 @@ from vomstudio.products.net.contents import NetSet
 SYMBOL_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p": 1.15}
 """Symbols of the same size do not look so: by how much each is drawn larger."""
 
-REGISTERED_LINE = ":"
-"""Of ellipses with the error of the registration, dotted."""
-
 LAYERS = (
     "ground", "density", "circles", "poles", "contours", "fold", "rim", "ticks", "casings",
     "chosen circles", "means", "ellipses", "chosen", "legend", "words",

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import ProjectionAxis, projection_axes
+from vomstudio.geology.fold_planes import FoldFilter, choose_planes
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line, angle_between_lines
 from vomstudio.products.ortho.interpretation import Item
@@ -45,12 +47,28 @@ def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAx
         if item.domain and item.kind.casefold() in (BEDS, ""):
             beds[item.domain].append(item)
     faults = [item for item in planes if item.kind.casefold() == FAULTS]
+    chosen = {name: _chosen(own) for name, own in beds.items() if own}
     found = projection_axes(
-        {name: _angles(own) for name, own in beds.items() if own},
+        {name: _angles(own) for name, (own, _) in chosen.items()},
         _angles(faults) if faults else None,
     )
+    for name, (own, not_good) in chosen.items():
+        if not_good:
+            said = tr(
+                "{axis}; {not_good} of {n} planes not good",
+                axis=found[name].description,
+                not_good=not_good,
+                n=len(own),
+            )
+            found[name] = replace(found[name], description=said)
     none = tr("no plane of bedding is in it")
     return {name: found.get(name, ProjectionAxis(None, None, none)) for name in beds}
+
+
+def _chosen(items: list[Item]) -> tuple[list[Item], int | None]:
+    """The planes that a fold axis is computed from, and how many of them are not good."""
+    chosen = choose_planes([i.quality for i in items], [i.set for i in items], FoldFilter())
+    return [item for item, use in zip(items, chosen.use, strict=True) if use], chosen.not_good
 
 
 def off_axis(items: Iterable[Item], name: str, plan: Plan) -> str | None:

@@ -48,7 +48,7 @@ class Item:
     """A feature in World. form : of `points` (n, 3); normal : (3,) of a plane, upward, None of
     everything else; said : what is written beside it in place of its name; filled : the color is
     that of its area; overturned : of a bed, its younger side is below; domain : part of the
-    structure, "" for none"""
+    structure; quality : verdict on a plane; each "" for none"""
 
     layer: str
     form: Form
@@ -65,6 +65,7 @@ class Item:
     filled: bool = False
     overturned: bool = False
     domain: str = ""
+    quality: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +142,8 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
                      dip_direction_deg=dd, dip_deg=dip,
                      said=written.get(text["id"], ""), filled=layer.by != "kind",
                      overturned=normal is not None and bool(said.get("overturned")),
-                     domain=str(getattr(records.get(text["id"]), "domain", "")))
+                     domain=str(getattr(records.get(text["id"]), "domain", "")),
+                     quality=str(said.get("quality") or ""))
             )  # fmt: skip
     return tuple(found)
 
@@ -168,7 +170,7 @@ def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[It
             str(row.get("kind") or ""), str(row.get("set") or ""), NO_COLOR,
             planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
             row["dip_direction_deg"], row["dip_deg"], overturned=bool(row.get("overturned")),
-            domain=str(row.get("domain") or ""),
+            domain=str(row.get("domain") or ""), quality=str(row.get("quality") or ""),
         )
         for place, row in zip(places, rows, strict=True)
     )  # fmt: skip

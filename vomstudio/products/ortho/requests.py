@@ -14,9 +14,10 @@ import numpy.typing as npt
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.domains import ProjectionAxis
+from vomstudio.geology.fold_planes import LeftOut
 from vomstudio.geology.folding.figures import BetaFigures
 from vomstudio.geology.notation import parse_plane
-from vomstudio.geology.table_folds import LeftOut, TableFold
+from vomstudio.geology.table_folds import TableFold
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.domain_axes import axes_of_domains
@@ -59,6 +60,7 @@ class FoldView:
     verdict: str
     reasons: tuple[str, ...]
     used: int
+    not_good: int | None
     left_out: tuple[LeftOut, ...]
     cost: str
 
@@ -222,8 +224,9 @@ def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
     off = fold.beta.total95_deg
     cost = cost_of_direction(off, deep, metric=planned.view.metric)
     return FoldView(
-        fold.beta, fold.valid, fold.verdict, fold.reasons, fold.used, fold.left_out, cost
-    )
+        fold.beta, fold.valid, fold.verdict, fold.reasons, fold.used, fold.not_good,
+        fold.left_out, cost,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

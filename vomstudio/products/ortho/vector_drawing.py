@@ -8,6 +8,7 @@ import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -238,14 +239,16 @@ class PlacedLabel:
 
 def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[PlacedLabel]:
     """The labels that find room beside what they name, within the frame and over no other, nor over
-    the point of another where that can be had. scale : 1 in so many; text_mm : height of the
-    letters on paper"""
+    the point of another and over lines where that can be had. scale : 1 in so many; text_mm :
+    height of the letters on paper"""
     mm = 0.001 * scale
     tall, gap = 1.25 * text_mm * mm, 1.2 * mm
     places = [s.points for s in drawing.shapes if len(s.points) == 1]
     # Nor over the end of a symbol's tick, which says where the plane dips.
     places += [line[-1:] for s in drawing.shapes if s.symbol for line in s.marks(DIP_TICK_MM * mm)]
     dots = np.concatenate([np.empty((0, 2)), *places])
+    bars = [line for s in drawing.shapes for line in s.marks(DIP_TICK_MM * mm)]
+    lines = np.concatenate([np.empty((0, 2)), *(_along(bar, 0.5 * tall) for bar in bars)])
     taken: list[Box] = []
     found = []
     for shape in drawing.shapes:
@@ -262,7 +265,9 @@ def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[Placed
         ]
         free = [spot for spot in spots if _is_free(spot[2], drawing.bounds, taken)]
         if free:
-            row, right, box = next((s for s in free if not _covers(s[2], dots)), free[0])
+            row, right, box = min(
+                free, key=lambda s: (_covers(s[2], dots) > 0, _covers(s[2], lines))
+            )
             taken.append(box)
             middle = 0.5 * (box[1] + box[3])
             apart = row not in (0.0, -1.0)
@@ -277,9 +282,20 @@ def _is_free(box: Box, bounds: Array, taken: list[Box]) -> bool:
     return within and not any(_meet(box, other) for other in taken)
 
 
-def _covers(box: Box, dots: Array) -> bool:
+def _covers(box: Box, dots: Array) -> int:
+    """How many dots a box covers."""
     x, y = dots[:, 0], dots[:, 1]
-    return bool(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).any())
+    return int(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).sum())
+
+
+def _along(line: Array, step: float) -> Array:
+    """Points (n, 2) along a polyline, a step apart at most."""
+    return np.concatenate(
+        [
+            np.linspace(a, b, max(2, math.ceil(float(np.hypot(*(b - a))) / step) + 1))
+            for a, b in pairwise(line)
+        ]
+    )
 
 
 def _meet(a: Box, b: Box) -> bool:

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import math
 
-from vomstudio.geology.notation import format_azimuth
+from vomstudio.geology.notation import format_azimuth, format_wind
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import STEEP_DEG
 from vomstudio.products.ortho.view_directions import View
 from vomstudio.words import tr
-
-_WINDS = (
-    "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
-    "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
-)  # fmt: skip
 
 
 def end_labels(view: View) -> tuple[str, str, str]:
@@ -26,7 +21,7 @@ def end_labels(view: View) -> tuple[str, str, str]:
             tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
         )
         return left, right, "y" if steep else tr("up")
-    return wind(azimuth + 180.0), wind(azimuth), "N" if steep else tr("up")
+    return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if steep else tr("up")
 
 
 def direction_in_words(view: View) -> str:
@@ -47,8 +42,3 @@ def unknown_in_words(view: View) -> str | None:
     if view.metric:
         return tr("Not registered: north unknown")
     return tr("Not registered: north and scale unknown")
-
-
-def wind(azimuth_deg: float) -> str:
-    whole = round(azimuth_deg) % 360
-    return f"{_WINDS[round(azimuth_deg / 22.5) % 16]} ({whole:03d})"

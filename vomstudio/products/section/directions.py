@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import ProjectionAxis
-from vomstudio.geology.notation import format_azimuth
+from vomstudio.geology.notation import format_attitude
+from vomstudio.geology.orientation import Line
 from vomstudio.products.ortho.domain_axes import FAULTS, axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.section.curtain import Curtain, Panel
@@ -98,13 +99,10 @@ class DomainProjection:
     def words(self) -> str:
         if self.trend_deg is None or self.plunge_deg is None:
             return tr("{name}: at right angles to the section", name=self.name)
-        error = "" if self.error95_deg is None else f" ± {self.error95_deg:.1f}° (95 %)"
         said = tr(
-            "{name}: along {trend}/{plunge:04.1f}{error}, {angle:.0f}° to the section ({said})",
+            "{name}: along {line}, {angle:.0f}° to the section ({said})",
             name=self.name,
-            trend=format_azimuth(self.trend_deg, 1),
-            plunge=self.plunge_deg,
-            error=error,
+            line=format_attitude(Line(self.trend_deg, self.plunge_deg), self.error95_deg),
             angle=self.angle_deg,
             said=self.said,
         )

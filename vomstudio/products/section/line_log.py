@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
 from vomstudio.document.bed_words import POINT
-from vomstudio.document.measurement import Measurement, scatter_of
+from vomstudio.document.measurement import Measurement, common_error_deg, scatter_of
 from vomstudio.document.records import Feature, Logged
 from vomstudio.errors import InputError, VomError
 from vomstudio.geology.orientation import Plane, angle_between_planes
@@ -118,8 +118,8 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
         )  # fmt: skip
     except VomError as error:
         return error
-    if not bed.are_parallel or (bed.ids and bed.error95_deg > _DOUBTFUL_DEG):
-        warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.error95_deg)
+    if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
+        warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         found = replace(found, warnings=(*found.warnings, warning))
     turned = sum(b.key in q.marked for b in boundaries)
     if turned and not q.overturned:
@@ -174,13 +174,14 @@ def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
 
 
 class _Bed(NamedTuple):
-    """plane; error95_deg of it; ids : of the traces that it is fitted to, and whether these are
-    parallel"""
+    """plane; error95_deg of it, in all; fit95_deg : of the fit alone; ids : of the traces that it
+    is fitted to, and whether these are parallel"""
 
     plane: Plane
     error95_deg: float
-    ids: tuple[str, ...]
-    are_parallel: bool
+    fit95_deg: float = 0.0
+    ids: tuple[str, ...] = ()
+    are_parallel: bool = True
 
 
 def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
@@ -197,7 +198,7 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
     if q.bed is not None:
-        return _Bed(q.bed, q.bed95_deg, (), True)
+        return _Bed(q.bed, q.bed95_deg)
     ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, reach)
     if not ids:
         raise InputError(
@@ -207,10 +208,11 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
             )
         )
     found = fit_common_bed([q.traces[id_].points for id_ in ids])
-    error = found.max_confidence95_deg or 0.0
-    turned = sum(_is_turned(q.traces[id_], found.plane, error) for id_ in ids)
+    fit95 = found.max_confidence95_deg or 0.0
+    turned = sum(_is_turned(q.traces[id_], found.plane, fit95) for id_ in ids)
     are_parallel = found.are_parallel and turned <= _MOST_TURNED * len(ids)
-    return _Bed(found.plane, error, tuple(ids), are_parallel)
+    error = common_error_deg(fit95, (q.traces[id_] for id_ in ids)) or 0.0
+    return _Bed(found.plane, error, fit95, tuple(ids), are_parallel)
 
 
 def _is_turned(trace: Measurement, common: Plane, error_deg: float) -> bool:

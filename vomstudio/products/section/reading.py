@@ -207,10 +207,12 @@ def read_features(
             tr("The table has no plane with x, y, z. A feature without a place is on no section."),
             file=path,
         )
-    named = "name" in (table.table.names or ())
-    names = table.column("name") if named else [""] * len(table)
-    parts = "domain" if "domain" in (table.table.names or ()) else None
-    domains = [""] * len(table) if parts is None else table.column(parts)
+
+    def words(column: str) -> list[str]:
+        known = column in (table.table.names or ())
+        return table.column(column) if known else [""] * len(table)
+
+    names, domains, qualities = words("name"), words("domain"), words("quality")
     rows = [
         {
             "id": table.ids[k],
@@ -218,6 +220,7 @@ def read_features(
             "kind": "" if table.kinds is None else table.kinds[k],
             "set": "" if table.sets is None else table.sets[k],
             "domain": domains[k],
+            "quality": qualities[k],
             "dip_direction_deg": float(table.dip_direction_deg[k]),
             "dip_deg": float(table.dip_deg[k]),
             "overturned": table.overturned is not None and table.overturned[k] is True,

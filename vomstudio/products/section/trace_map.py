@@ -12,10 +12,9 @@ import numpy.typing as npt
 from vomstudio.errors import GeometryError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geology.fractures.network import Counted
-from vomstudio.geology.fractures.trace_plane import best_fit_plane
+from vomstudio.geology.fractures.trace_plane import TracePlane, best_fit_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.gis.layer_writing import write_layer
-from vomstudio.io.gis.raster import view_plane_crs
 from vomstudio.products.section.curtain import Curtain, curtain_of_plane
 from vomstudio.words import tr
 
@@ -31,12 +30,18 @@ def face_of(lines: Sequence[Array], plane: Plane | None = None) -> Curtain:
     points = np.concatenate(lines)
     if plane is None:
         plane = best_fit_plane(points)
-    return curtain_of_plane(plane, points.mean(axis=0))
+    # From the same place as the command counts x and y.
+    return curtain_of_plane(plane, TracePlane.through(plane, lines).origin)
 
 
 def on_face(lines: Sequence[Array], face: Curtain) -> list[Array]:
     """(n, 2) each: to the right and up on the face, metres."""
     return [np.ascontiguousarray(face.panels[0].coordinates(line)[:, :2]) for line in lines]
+
+
+def on_outcrop(points: Array, face: Curtain) -> Array:
+    """(n, 3) World of points (n, 2) on the face."""
+    return face.panels[0].world(points[:, 0], points[:, 1])
 
 
 def map_files(traces: Path, counted: Counted) -> dict[str, Path]:
@@ -55,27 +60,53 @@ def write_map(
     names: Sequence[str],
     sets: Sequence[str],
     counted: Counted,
+    face: Curtain,
     *,
-    metric: bool = True,
+    crs: str,
     force: bool = False,
 ) -> dict[str, Path]:
-    """GeoPackages that `vomstudio fractures` reads, in the plane's own metres: the traces (n, 2)
-    with `name` and `set`, and the area or scanlines. Raises TargetError."""
+    """Write GeoPackages that `vomstudio fractures` reads with the plane of the face.
+
+    Parameters
+    ----------
+    traces : Path
+    lines : (k, 3) World each, with their names and sets
+    counted : Counted
+        Area or scanlines on the face; a circle has no file.
+    face : Curtain
+    crs : str
+        Of World.
+    force : bool
+        Replace files.
+
+    Returns
+    -------
+    dict of Path, as of `map_files`
+
+    Raises
+    ------
+    TargetError
+    """
     import shapely
 
+    def in_world(shapes: Any) -> Any:
+        """Shapes (n,) of the face, with heights."""
+        return shapely.transform(
+            shapely.force_3d(shapes), lambda xy: on_outcrop(xy[:, :2], face), include_z=True
+        )
+
     files = map_files(traces, counted)
-    crs = view_plane_crs(metric)
     with atomic_group(list(files.values()), force) as parts:
         at = dict(zip(files, parts, strict=True))
         columns = {"name": _words(names), "set": _words(sets)}
         shapes = _shapes([shapely.linestrings(line) for line in lines])
-        _write(at["traces"], "traces", "LineString", shapes, columns, crs)
+        _write(at["traces"], "traces", "LineString Z", shapes, columns, crs)
         if "area" in at:
-            area = _shapes(list(shapely.get_parts(counted.area)))
-            _write(at["area"], "area", "Polygon", area, {}, crs)
+            area = in_world(_shapes(list(shapely.get_parts(counted.area))))
+            _write(at["area"], "area", "Polygon Z", area, {}, crs)
         if "scanline" in at:
-            assert counted.scanlines is not None
-            _write(at["scanline"], "scanline", "LineString", counted.scanlines, {}, crs)
+            scanlines = in_world(counted.scanlines)
+            _write(at["scanline"], "scanline", "LineString Z", scanlines, {}, crs)
     return files
 
 

@@ -15,7 +15,7 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.spreadsheet_cells import guarded, head_line
-from vomstudio.geology.notation import format_azimuth, plain_azimuth
+from vomstudio.geology.notation import format_azimuth, format_wind, plain_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.units import Axes, columns_of
 from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
@@ -26,7 +26,6 @@ from vomstudio.products.ortho.vector_drawing import (
     svg_text,
     write_dxf,
 )
-from vomstudio.products.ortho.view_words import wind
 from vomstudio.products.section.bent_projection import projected_along_bends
 from vomstudio.products.section.curtain import Curtain
 from vomstudio.products.section.cutting import Cut
@@ -330,7 +329,7 @@ def end_names(curtain: Curtain, north_known: bool = True) -> tuple[str, str]:
     if not north_known:
         a, b = (tr("{azimuth:03d}, local", azimuth=round(v) % 360) for v in (left, right))
         return a, b
-    return wind(left), wind(right)
+    return format_wind(left), format_wind(right)
 
 
 def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:

@@ -252,8 +252,9 @@ def _row(
         seen=said_of_levels(level_gap(points[np.isfinite(points).all(axis=1)], fit.normal)),
     )  # fmt: skip
     return plane_row(
-        fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, model=model, frame=frame
-    )
+        fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, judged_as="patch",
+        model=model, frame=frame,
+    )  # fmt: skip
 
 
 def _noise(data: Mesh | PointCloud, given: float | None, edge: float) -> tuple[float, str]:

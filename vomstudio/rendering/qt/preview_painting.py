@@ -61,6 +61,10 @@ class PreviewPainter:
         drawn = line if preview.path is None else np.asarray(preview.path, float)
         if len(drawn) >= 2:
             self._paint_line(drawn, color, 2.4)
+        for part in preview.doubtful:
+            pixels, _ = self._camera.project(part, (width, height))
+            if np.isfinite(pixels).all():
+                painting.draw_rubber(painter, pixels, QColor(painting.VERDICT_COLORS["doubtful"]))
         if preview.rubber is not None and len(line):
             band = np.stack([line[-1], np.asarray(preview.rubber, float)])
             if preview.ahead is not None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vomstudio.document.kind import Evidence, NetLook
+from vomstudio.document.kind import NetLook
 from vomstudio.document.kinds import KINDS, kind_of
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.record_map import RecordMap
@@ -23,17 +23,16 @@ Groups = tuple[tuple[str, tuple[str, ...]], ...]
 _IN_NONE = "#8c8c8c"
 
 
-def alike(features: Sequence[Typed]) -> list[tuple[NetLook, Evidence, list[Typed]]]:
-    """Features by where they come from and how their kinds stand on the net, in the order of the
-    kinds."""
+def alike(features: Sequence[Typed]) -> list[tuple[NetLook, list[Typed]]]:
+    """Features by how their kinds stand on the net, in the order of the kinds."""
     of_class: dict[type[Typed], list[Typed]] = {}
     for feature in features:
         of_class.setdefault(type(feature), []).append(feature)
-    result: dict[tuple[NetLook, Evidence], list[Typed]] = {}
+    result: dict[NetLook, list[Typed]] = {}
     for kind in KINDS:
         if kind.net is not None and kind.record in of_class:
-            result.setdefault((kind.net, kind.evidence), []).extend(of_class[kind.record])
-    return [(look, evidence, own) for (look, evidence), own in result.items()]
+            result.setdefault(kind.net, []).extend(of_class[kind.record])
+    return list(result.items())
 
 
 def on_the_net(records: RecordMap) -> tuple[list[Typed], list[Typed]]:

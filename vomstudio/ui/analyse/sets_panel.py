@@ -33,7 +33,7 @@ from vomstudio.ui.analyse.set_candidates import (
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.number_formatting import degrees, length, number
+from vomstudio.ui.common.number_formatting import length, number
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton
@@ -107,10 +107,8 @@ class SetsPanel(QWidget):
             (tr("Set"), tr("Click twice to type another name. Sets of one name become one set; "
                            "without a name a set is not taken over.")),
             ("n", tr("Planes in the set.")),
-            (tr("Mean"), tr("Mean plane, after Fisher.")),
+            (tr("Mean"), tr("Mean plane after Fisher, ± its 95 % error with the registration.")),
             ("κ", tr("Fisher's concentration: the larger, the more alike.")),
-            (tr("95 %"), tr("Half-angle of the cone that holds the true mean with 95 %, with the "
-                            "error of the registration where it is known.")),
             (tr("Spacing"), tr("Mean gap along the mean normal, as if each plane reached past all "
                                "others.")),
         )  # fmt: skip
@@ -260,16 +258,17 @@ class SetsPanel(QWidget):
         return ["" if item is None else item.text() for item in items]
 
     def _fill(self, made: Proposed) -> None:
-        from vomstudio.geology.notation import format_plane
+        from vomstudio.geology.notation import format_attitude
         from vomstudio.geology.orientation import Plane
 
         notation = self._studio.settings.notation
         rows = []
         for one, name, cone in zip(made.sets, made.names, made.cones_deg, strict=True):
-            mean = format_plane(Plane(one.dip_direction_deg, one.dip_deg), notation, 0, bare=True)
-            numbers = number(one.kappa), degrees(cone), length(one.spacing_m)
+            plane = Plane(one.dip_direction_deg, one.dip_deg)
+            mean = format_attitude(plane, cone, notation, bare=True)
+            numbers = number(one.kappa), length(one.spacing_m)
             rows.append([name, f"{one.n:,}", mean, *numbers])
-        rows.append([tr("in no set"), f"{made.found.unassigned:,}", "", "", "", ""])
+        rows.append([tr("in no set"), f"{made.found.unassigned:,}", "", "", ""])
         with QSignalBlocker(self.table):
             self.table.setRowCount(len(rows))
             for row, texts in enumerate(rows):

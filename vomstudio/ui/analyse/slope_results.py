@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.geology.notation import format_plane
 from vomstudio.ui.common.widgets import Label
 from vomstudio.words import to_translate, tr, tr_n
 
@@ -98,9 +97,9 @@ class SlopeResults(QWidget):
         """Of the planes that are listed."""
         return [each.id for each in self._critical()]
 
-    def show_answer(self, answered: SlopeAnswer | None) -> None:
+    def show_answer(self, answered: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
         """None where there is nothing to say."""
-        self._answer = answered
+        self._answer, self._notation = answered, notation
         for row, (name, _, _) in enumerate(_MODES):
             cells = [""] * 4 if answered is None else _cells(_mode(answered, name))
             for column, text in enumerate(cells, 1):
@@ -158,9 +157,8 @@ class SlopeResults(QWidget):
         assert self._answer is not None
         question = self._answer.question
         feature = question.records[critical.id]
-        plane = question.measured[critical.id].plane
-        assert plane is not None
-        said = f"{getattr(feature, 'name', '') or critical.id}  {format_plane(plane)}"
+        measured = question.measured[critical.id]
+        said = f"{getattr(feature, 'name', '') or critical.id}  {measured.attitude(self._notation)}"
         return said if critical.intersections is None else f"{said}  ({critical.intersections:,})"
 
     def _clicked(self) -> None:

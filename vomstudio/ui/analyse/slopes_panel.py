@@ -296,7 +296,7 @@ class SlopesPanel(SeenPanel):
         opened = None if found is None else self._studio.models.get(found.model_id)
         look = usual_look([] if opened is None else [opened.data])
         self.facets.show_answer(self.by_facet, self._studio.settings.notation, look)
-        self.results.show_answer(self.answered)
+        self.results.show_answer(self.answered, self._studio.settings.notation)
         self.results.mark(self._studio.selection.ids)
         self._refresh_buttons()
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING
 
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayout
 
+from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import models_of, turns_of
 from vomstudio.errors import VomError
@@ -17,16 +19,18 @@ from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.fold_box import FoldBox
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.words import tr
+from vomstudio.workspace.fold_choice import FOLD_TYPE
 
 if TYPE_CHECKING:
+    from vomstudio.document.fold_planes import FoldPlanes
     from vomstudio.geology.folds import FoldAxis
-    from vomstudio.geology.orientation import Plane
 
 
 class StatisticsPanel(SeenPanel):
@@ -62,15 +66,18 @@ class StatisticsPanel(SeenPanel):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addLayout(row)
+        self.fold_box = FoldBox(studio)
+        column.addWidget(self.fold_box)
         column.addWidget(self.figures, 1)
         studio.project_opened.connect(self._soon)
         studio.settings_changed.connect(self._soon)
         studio.edited.connect(self._edited)
+        studio.fold.changed.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._selected())
         self._soon()
 
     def _selected(self) -> None:
-        if self.of.choice() == SELECTED:
+        if self.of.choice() == SELECTED or self._studio.fold.selected:
             self._soon()
 
     def show_now(self) -> None:
@@ -97,7 +104,6 @@ class StatisticsPanel(SeenPanel):
         """Titles with their rows: of the planes, or of the lines, and of the fold of the planes."""
         import numpy as np
 
-        from vomstudio.geology.folds import fold_axis
         from vomstudio.geology.populations.set_statistics import set_statistics
 
         measured = self._studio.measured(f.id for f in features)
@@ -111,26 +117,37 @@ class StatisticsPanel(SeenPanel):
             vectors = np.array([line.vector() for line in lines])
             found = set_statistics(vectors, "lines", turns=turns)
             return [(tr("Lines"), statistics_rows(found, notation))]
-        named = [(f.name, plane) for f in own if (plane := measured[f.id].plane) is not None]
-        planes = [plane for _, plane in named]
+        planes = [plane for f in own if (plane := measured[f.id].plane) is not None]
         vectors = -np.array([plane.normal() for plane in planes])
         rows = statistics_rows(set_statistics(vectors, turns=turns), notation)
         pooled = self._pooled(own)
         pages = [(tr("Planes"), [*pooled, *rows])]
-        if len(planes) > 2 and not pooled:
-            try:
-                axis = fold_axis(
-                    [p.dip_direction_deg for p in planes],
-                    [p.dip_deg for p in planes],
-                    turns,
-                    names=[name for name, _ in named],
-                    overturned=[getattr(f, "overturned", False) for f in own],
-                )
-                pages.insert(0, (tr("As a fold"), fold_rows(axis, notation)))
-                pages[1:1] = _domains(own, planes, axis)
-            except VomError as error:
-                pages.insert(0, (tr("As a fold"), [(tr("Verdict"), error.message)]))
+        if not pooled:
+            pages[:0] = self._fold_pages(own, measured)
         return pages
+
+    def _fold_pages(
+        self, features: Sequence[Typed], measured: Mapping[str, Measurement]
+    ) -> list[tuple[str, Rows]]:
+        """The fold axis of planes of one type, with its domains."""
+        from vomstudio.document.fold_planes import fold_planes
+
+        fold, which = self._studio.fold, self._studio.fold.which
+        if self.of.choice() == ("type", FOLD_TYPE, "") and fold.features():
+            planes = fold.planes()
+        else:
+            # The list above has chosen the set.
+            which = replace(which, set_name=None)
+            planes = fold_planes(self._studio.records, features, measured, which)
+        if len(features) < 3:
+            return []
+        title = tr("As a fold")
+        try:
+            axis = planes.axis()
+        except VomError as error:
+            return [(title, [(tr("Verdict"), error.message)])]
+        rows = fold_rows(axis, planes, self._studio.settings.notation)
+        return [(title, rows), *_domains(planes, axis)]
 
     def _pooled(self, features: Sequence[Typed]) -> Rows:
         kinds = {f.type_id for f in features}
@@ -146,22 +163,20 @@ class StatisticsPanel(SeenPanel):
         return [(tr("Mind"), said)]
 
 
-def _domains(
-    features: Sequence[Typed], planes: Sequence[Plane], axis: FoldAxis
-) -> list[tuple[str, Rows]]:
+def _domains(planes: FoldPlanes, axis: FoldAxis) -> list[tuple[str, Rows]]:
     """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
     sets, if there are several."""
     from vomstudio.geology.domains import domain_axes
 
-    stated = any(feature.domain for feature in features)
-    members: dict[str, list[Plane]] = {}
-    for feature, plane in zip(features, planes, strict=True):
+    stated = any(feature.domain for feature in planes.features)
+    members: dict[str, list[int]] = {}
+    for row, feature in enumerate(planes.features):
         name = feature.domain or tr("no domain") if stated else feature.set_name or tr("no set")
-        members.setdefault(name, []).append(plane)
+        members.setdefault(name, []).append(row)
     if len(members) < 2:
         return []
     beds = {
-        name: ([p.dip_direction_deg for p in own], [p.dip_deg for p in own])
+        name: (planes.azimuth_deg[own], planes.dip_deg[own])
         for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
     }
     title = tr("Its domains") if stated else tr("Its sets as domains")

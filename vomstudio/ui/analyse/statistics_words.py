@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, describe_domain
 from vomstudio.geology.folds import FoldAxis
-from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geology.notation import degrees, format_attitude, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures
 from vomstudio.geology.populations.set_statistics import SetStatistics
 from vomstudio.words import tr, tr_n
+
+if TYPE_CHECKING:
+    from vomstudio.document.fold_planes import FoldPlanes
 
 Rows = list[tuple[str, str]]
 
@@ -27,9 +31,10 @@ def statistics_rows(found: SetStatistics, notation: str) -> Rows:
     ]
 
 
-def fold_rows(axis: FoldAxis, notation: str) -> Rows:
-    """Beta and the verdict with what it rests on."""
+def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
+    """Beta and the verdict with what it rests on. planes : of which it is"""
     rows = [
+        (tr("Planes used"), _planes_used(planes)),
         (tr("Verdict"), tr("{verdict}; view along beta valid: {valid}", verdict=axis.verdict,
                            valid=axis.valid)),
         (tr("Beta"), _axis_within(axis)),
@@ -43,14 +48,13 @@ def fold_rows(axis: FoldAxis, notation: str) -> Rows:
         )
         axial = Plane(limbs.axial_plane.dip_direction_deg, limbs.axial_plane.dip_deg)
         said = tr(
-            "{first} and {second}, {angle:.0f}° ± {error:.0f}° between them; axial plane {axial}, "
-            "known to {axial_error:.0f}°",
+            "{first} and {second}, {angle:.0f}° ± {error:.0f}° between them; axial plane {axial} "
+            "(95 %)",
             first=first,
             second=second,
             angle=limbs.interlimb_angle_deg,
             error=limbs.interlimb_error95_deg,
-            axial=format_plane(axial, notation, 0),
-            axial_error=limbs.axial_plane_error95_deg,
+            axial=format_attitude(axial, limbs.axial_plane_error95_deg, notation),
         )
         rows.append((tr("Limbs"), said))
     if axis.leave_one_out is not None:
@@ -67,6 +71,14 @@ def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Ro
     return [*rows, *(("•", reason) for reason in one.reasons)]
 
 
+def _planes_used(planes: FoldPlanes) -> str:
+    said = [f"{len(planes):,}"]
+    if planes.not_good is not None:
+        said.append(tr("{count:,} not good", count=planes.not_good))
+    said += [tr("left out: {n:,} {what} ({reason})", **vars(each)) for each in planes.left_out]
+    return "; ".join(said)
+
+
 def _counted(found: SetStatistics) -> str:
     if found.of == "poles":
         return tr_n("{count} pole of a plane", "{count} poles of planes", found.n)
@@ -78,21 +90,21 @@ def _fisher(found: SetStatistics, notation: str) -> Rows:
     if fisher is None:
         return [(tr("Mean (Fisher)"), tr("none: {reason}", reason=found.fisher_reason))]
     line = Line(fisher.trend_deg, fisher.plunge_deg)
-    said = format_line(line, 0)
-    if found.of == "poles":
-        said = format_plane(line.normal_plane(), notation, 0)
-    if fisher.alpha95_deg is not None:
-        said = tr("{mean} ± {alpha:.1f}° (alpha95)", mean=said, alpha=fisher.alpha95_deg)
+    mean = line.normal_plane() if found.of == "poles" else line
+    error = fisher.alpha95_deg if fisher.total95_deg is None else fisher.total95_deg
+    said = format_attitude(mean, error, notation)
+    if error is not None and fisher.total95_deg is None:
+        said = tr("{mean} (alpha95)", mean=said)
     if fisher.kappa is not None:
         said = tr("{said}, kappa {kappa:.1f}", said=said, kappa=fisher.kappa)
     rows = [(tr("Mean (Fisher)"), said + _fit(fisher.fit_p))]
     if fisher.alpha95_deg is None and found.fisher_reason is not None:
         rows.append(("•", found.fisher_reason))
-    if fisher.registration_error_deg is not None and fisher.total95_deg is not None:
+    if fisher.registration_error_deg is not None and fisher.alpha95_deg is not None:
         said = tr(
-            "{registration:.1f}° (95 %), with alpha95 {total:.1f}°",
-            registration=fisher.registration_error_deg,
-            total=fisher.total95_deg,
+            "{registration} of that (95 %), alpha95 {alpha}",
+            registration=degrees(fisher.registration_error_deg),
+            alpha=degrees(fisher.alpha95_deg),
         )
         rows.append((tr("Registration"), said))
     return rows
@@ -139,10 +151,8 @@ def _uniform(found: SetStatistics) -> str:
 
 
 def _axis_within(axis: FoldAxis) -> str:
-    said = format_line(axis.beta, 0)
-    if axis.error95_deg is None:
-        return said
-    return tr("{line} ± {error:.1f}° (95 %)", line=said, error=axis.error95_deg)
+    said = format_attitude(axis.beta, axis.error95_deg)
+    return said if axis.error95_deg is None else tr("{line} (95 %)", line=said)
 
 
 def _within(of: AxisConfidence | None) -> str:

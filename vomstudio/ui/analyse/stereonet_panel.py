@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edit import Edit
+from vomstudio.document.fold_planes import FoldPlanes
 from vomstudio.document.records import Typed, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.geology.notation import format_line
@@ -45,6 +46,7 @@ from vomstudio.ui.analyse.net.written import style_of
 from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.forms.copied_command import CopyCommandButton
@@ -148,6 +150,7 @@ class StereonetPanel(QWidget):
         studio.selection_changed.connect(lambda _: self._select())
         studio.tool_changed_signal.connect(self._show_live)
         self.wishes.changed.connect(self._soon)
+        studio.fold.changed.connect(self._soon)
         # Of an empty net, too, which no edit of a feature changes.
         follow_axes(studio, lambda _: self._soon())
 
@@ -218,10 +221,10 @@ class StereonetPanel(QWidget):
         """What the net shows now."""
         return with_fold(*self._without_fold())
 
-    def _without_fold(self) -> tuple[NetContents, list[NetSet]]:
-        """What the net shows now, and the beds whose fold axis is to be shown too."""
+    def _without_fold(self) -> tuple[NetContents, FoldPlanes | None]:
+        """What the net shows now, and the planes whose fold axis is to be shown too."""
         source, wishes, studio = self._source, self.wishes, self._studio
-        sets, beds = source.shown_sets()
+        sets = source.shown_sets()
         live = source.live()
         north = self._north(sets) and (live is None or axes_of(studio).north)
         asked = wishes.asked
@@ -236,7 +239,6 @@ class StereonetPanel(QWidget):
             contouring=replace(self.contours.contouring, levels=wishes.levels),
             selected=frozenset(studio.selection.ids),
             ellipses=source.of_current(),
-            registered=source.of_current_registered(),
             circles_typed=circles,
             marks=marks,
             errors=source.errors(sets) if "errors" in asked else (),
@@ -252,11 +254,11 @@ class StereonetPanel(QWidget):
         planes = sum(len(s) for s in sets if s.kind == "plane")
         if "intersections" in asked and 2 <= planes <= MOST_PLANES:
             net = with_intersections(net)
-        return net, beds if self._beta.isChecked() else []
+        return net, source.fold_planes(sets) if self._beta.isChecked() else None
 
     def rose_contents(self) -> RoseContents:
         """What roses or histograms show now."""
-        sets = self._source.shown_sets()[0]
+        sets = self._source.shown_sets()
         found = self._source.roses(sets)
         if self._north(sets):
             return found
@@ -274,13 +276,17 @@ class StereonetPanel(QWidget):
     def _copy_command(self) -> None:
         """Of the planes and lines that are shown, as the net shows them."""
         contours, notation = self.contours, self._studio.settings.notation
-        ids = [id_ for s in self._source.shown_sets()[0] for id_ in s.ids]
+        ids = [id_ for s in self._source.shown_sets() for id_ in s.ids]
         style = style_of(self._studio)
+        choice = self._studio.fold
+        # A command cannot choose the selected planes of a table.
+        shown = self.contents().fold is not None and not choice.selected
+        fold = choice.which if shown else None
         copy_with_table(
             self, self._studio, "net.csv", ids,
             lambda path: net_words(
                 path, self.wishes, self.view.projection, contours.method, contours.contouring,
-                notation, style, self._source.colors_of(ids, style),
+                notation, style, self._source.colors_of(ids, style), fold,
             ),
         )  # fmt: skip
 
@@ -306,11 +312,11 @@ class StereonetPanel(QWidget):
         start = perf_counter()
         self._allow_buttons()
         dark = self.palette().color(QPalette.ColorRole.Window).lightness() < 128
-        net, beds = self._without_fold() if self.wishes.view == "net" else (NetContents(), [])
+        net, beds = self._without_fold() if self.wishes.view == "net" else (NetContents(), None)
         many = _many(net)
         style = NetStyle.dock(dark=dark, dpi=DPI, font_px=_FONT_PX)
         size = (self.canvas.width(), self.canvas.height())
-        wanted = Wanted(net, style, size, self.canvas.devicePixelRatioF(), tuple(beds))
+        wanted = Wanted(net, style, size, self.canvas.devicePixelRatioF(), beds)
         if self.wishes.view != "net":
             self._thread.forget()
             self._wanted = None
@@ -348,10 +354,7 @@ class StereonetPanel(QWidget):
         self._show(net)
 
     def _emphasise_in(self, net: DrawnNet) -> None:
-        source = self._source
-        net.artists.select(
-            self._studio.selection.ids, source.of_current(), source.of_current_registered()
-        )
+        net.artists.select(self._studio.selection.ids, self._source.of_current())
 
     def _draw_roses(self, wanted: Wanted) -> None:
         contents = self.rose_contents()
@@ -380,6 +383,8 @@ class StereonetPanel(QWidget):
         self._show_selected()
 
     def _select(self) -> None:
+        if self._studio.fold.selected:
+            self._soon()
         if self._net is not None and _many(self._net.artists.contents):
             # The table and the outcrop come first.
             self._emphasis.start()
@@ -454,11 +459,9 @@ class StereonetPanel(QWidget):
         if len(here) > 1:
             text = tr("{count:,} selected", count=len(here))
         elif isinstance(record, Typed):
-            text = (
-                tr("{feature} ± 95 %", feature=record.name)
-                if shown and shown.ellipses
-                else record.name
-            )
+            measured = self._studio.measured([record.id])[record.id]
+            said = orientation_text(measured, self._studio.settings.notation)
+            text = f"{record.name}  {said}"
         else:
             text = ""
         self._under.setText(text)

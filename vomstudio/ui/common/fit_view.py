@@ -160,7 +160,7 @@ class FitView(QWidget):
         """None shows dashes. notation: of the house; local: the model has no known frame."""
         fit = measured.fit if measured else None
         verdict = measured.verdict if measured else None
-        self._plane.setText(orientation_text(measured, notation, None) if measured else "–")
+        self._plane.setText(orientation_text(measured, notation) if measured else "–")
         self._plane.setToolTip(
             tr("Local frame: the model is not registered, so north and scale are unknown.")
             if local

@@ -10,11 +10,9 @@ import numpy.typing as npt
 from vomstudio.document.figures import degrees, number
 from vomstudio.document.kinds import kind_named
 from vomstudio.document.measurement import Measurement
-from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.slip import SENSES
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.words import tr
-from vomstudio.workspace.plane_summary import plane_text
 
 area, length = area_text, length_text
 """In words, with a unit that fits."""
@@ -28,25 +26,14 @@ __all__ = [
     "natural",
     "number",
     "orientation_text",
-    "plane_text",
     "slip_names",
 ]
 
 
-def orientation_text(measured: Measurement, notation: str, decimals: int | None = 0) -> str:
-    """A feature's plane or line in the chosen notation, or what its kind says instead.
-
-    decimals: of the angles; None for as many as its errors justify.
-    """
-    error = measured.total95_deg
-    if decimals is None:
-        decimals = 1 if error is not None and error < 1.0 else 0
-    if measured.fit is not None:
-        return plane_text(measured.fit, notation, decimals=decimals, plane=measured.plane)
-    if measured.plane is not None:
-        return format_plane(measured.plane, notation, decimals)
-    if measured.line is not None:
-        return format_line(measured.line, decimals)
+def orientation_text(measured: Measurement, notation: str) -> str:
+    """A feature's plane or line with its 95 % error, or what its kind says instead."""
+    if measured.plane is not None or measured.line is not None:
+        return measured.attitude(notation)
     kind = kind_named(measured.kind)
     return (kind.headline(measured) if kind is not None else None) or "–"
 

@@ -70,7 +70,7 @@ class Studio(QObject):
         self.jobs, self.loader, self.selection = w.jobs, w.loader, w.selection
         self.display, self.photo_links = w.display, w.photos
         self.fields, self.facets = w.fields, w.facets
-        self.proposed_traces = w.proposed_traces
+        self.proposed_traces, self.fold = w.proposed_traces, w.fold
         self.models, self.tools = w.models.open, w.tools.tools
         self.tool_of = w.tools.of
 
@@ -95,6 +95,7 @@ class Studio(QObject):
         self.affected, self.subject = w.derived.affected, w.derived.subject
         self.nearest_pick, self.nearest_text = w.derived.nearest_pick, w.derived.nearest_text
         self.north_known, self.metres_known = w.derived.north_known, w.derived.metres_known
+        self.turn_findings = w.derived.turn_findings
         self.frame_name, self.write_layers = w.derived.frame_name, w.layers.write
 
         self.activate, self.pointer, self.set_next = (
@@ -103,7 +104,7 @@ class Studio(QObject):
             w.tools.set_next,
         )
         self.finish_tool, self.cancel_tool = w.tools.finish, w.tools.cancel
-        self.surface, self.format_plane = w.tools.surface, w.tools.format_plane
+        self.surface, self.format_attitude = w.tools.surface, w.tools.format_attitude
         self.tool_changed = w.tools.tool_changed
 
         self.info, self.warn = w.notices.info, w.notices.warn

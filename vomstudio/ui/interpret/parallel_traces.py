@@ -12,7 +12,7 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import get
 from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.parallel import LEVEL, ParallelBeds, SamePlane, parallel_beds
-from vomstudio.geology.notation import format_plane
+from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import length_text
 from vomstudio.ui.common.number_formatting import degrees
@@ -61,13 +61,13 @@ def _in_words(studio: Studio, found: ParallelBeds, names: dict[str, str]) -> lis
     plane = Plane(found.dip_direction_deg, found.dip_deg)
     lines = [
         tr_n(
-            "Fitted together as {count} parallel plane: <b>{plane}</b>, 95 %: {largest} × "
-            "{smallest}",
-            "Fitted together as {count} parallel planes: <b>{plane}</b>, 95 %: {largest} × "
-            "{smallest}",
+            "Fitted together as {count} parallel plane: <b>{plane}</b> (95 %; {smallest} at least)",
+            "Fitted together as {count} parallel planes: <b>{plane}</b> (95 %; "
+            "{smallest} at least)",
             len(names),
-            plane=escape(format_plane(plane, studio.settings.notation, 0)),
-            largest=degrees(found.max_confidence95_deg),
+            plane=escape(
+                format_attitude(plane, found.max_confidence95_deg, studio.settings.notation)
+            ),
             smallest=degrees(found.min_confidence95_deg),
         )
     ]

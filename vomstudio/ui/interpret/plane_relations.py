@@ -19,7 +19,6 @@ from vomstudio.document.kinds import group_and_set, has_plane
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import FeatureType, Group
-from vomstudio.geology.notation import format_line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
@@ -66,26 +65,15 @@ def relation_lines(measured: Measurement) -> list[str]:
     """Angle, intersection line, error and reasons as lines of rich text."""
     if measured.line is None:
         return [escape(measured.problem or "–")]
-    error = measured.max_confidence95_deg
-    decimals = 1 if error is not None and error < 1.0 else 0
-    line = format_line(measured.line, decimals)
-    if error is None:
-        intersection = tr("Intersection: <b>{line}</b>, joint 95 % error unknown", line=line)
-    else:
-        intersection = tr(
-            "Intersection: <b>{line}</b>, joint 95 %: {largest} × {smallest}",
-            line=line,
-            largest=degrees(error),
-            smallest=degrees(measured.min_confidence95_deg),
-        )
+    intersection = (
+        tr("Intersection: <b>{line}</b>, 95 % error unknown", line=measured.attitude())
+        if measured.total95_deg is None
+        else tr("Intersection: <b>{line}</b> (95 %)", line=measured.attitude())
+    )
     registered = []
     if measured.registration_error_deg is not None:
-        values = {
-            "registration": degrees(measured.registration_error_deg),
-            "total": degrees(measured.total.largest_deg if measured.total else None),
-        }
-        said = tr("By the registration {registration}, together {total} (95 %)", **values)
-        registered.append(said)
+        error = degrees(measured.registration_error_deg)
+        registered.append(tr("Of that by the registration: {error}", error=error))
     return [
         tr("Angle between the planes: {angle}", angle=degrees(measured.angle_deg)),
         intersection,

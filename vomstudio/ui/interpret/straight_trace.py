@@ -6,7 +6,7 @@ from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import FeatureType, get
 from vomstudio.document.straight_traces import band_of_measured, priors_among
 from vomstudio.errors import GeometryError
-from vomstudio.geology.notation import format_line, format_plane
+from vomstudio.geology.notation import format_attitude, format_line
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
@@ -28,7 +28,7 @@ def band_lines(studio: Studio, feature_id: str, measured: Measurement) -> list[s
     plane = None
     if likely is not None:
         own = Plane(likely.dip_direction_deg, likely.dip_deg)
-        plane = format_plane(own, studio.settings.notation)
+        plane = format_attitude(own, likely.max_confidence95_deg, studio.settings.notation)
     return in_words(found, format_line(Line(found.trend_deg, found.plunge_deg)), plane)
 
 
@@ -48,12 +48,13 @@ def crossing_lines(studio: Studio) -> list[str]:
     return [
         tr(
             "Both are straight and cross at {angle:.0f}°. If they are of one plane, it is {plane}, "
-            "joint 95 %: {largest:.1f}° × {smallest:.1f}°.",
+            "joint 95 %, {smallest:.1f}° at least.",
             angle=found.crossing_deg,
-            plane=format_plane(
-                Plane(found.dip_direction_deg, found.dip_deg), studio.settings.notation
+            plane=format_attitude(
+                Plane(found.dip_direction_deg, found.dip_deg),
+                found.max_confidence95_deg,
+                studio.settings.notation,
             ),
-            largest=found.max_confidence95_deg,
             smallest=found.min_confidence95_deg,
         )
     ]

@@ -64,7 +64,7 @@ def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
     """What points and surfaces together say. record : what they become, with the error of what the
     model was fitted to where that is known"""
     from vomstudio.registration.remarks import said_of_fitted, said_of_worst
-    from vomstudio.workspace.placing.registering import worst_turn_deg
+    from vomstudio.registration.turn_checks import worst_turn95_deg
 
     rests_on = said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
     said = [
@@ -73,7 +73,7 @@ def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
         tr("The error of what it was fitted to is not in it."),
     ]
     if record is not None and record.covariance != found.placed.covariance:
-        worst = worst_turn_deg(record)
+        worst = worst_turn95_deg(record.rotation_covariance())
         said[-1] = tr(
             "With the registration of the other model it may be turned by {worst} (95 %).",
             worst=degrees(worst),

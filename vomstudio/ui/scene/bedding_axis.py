@@ -3,45 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import partial
-from itertools import islice
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
-from vomstudio.document.kinds import is_picked_plane
-from vomstudio.document.records import Model, Record, Typed, get_feature
-from vomstudio.document.registration_errors import bowed_deg, model_of, turns_of
-from vomstudio.document.repeats import firsts
 from vomstudio.errors import VomError
-from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
+from vomstudio.workspace.fold_choice import is_bed
 
 if TYPE_CHECKING:
+    from vomstudio.document.fold_planes import FoldPlanes
     from vomstudio.geology.folds import FoldAxis
 
 
 class BeddingAxis:
-    """only_selected : tells whether the selected planes alone count"""
+    """The axis of the planes of `Studio.fold`. count : of the bedding planes, of any quality;
+    planes : those that the last search has used"""
 
-    def __init__(self, studio: Studio, only_selected: Callable[[], bool]) -> None:
+    def __init__(self, studio: Studio) -> None:
         self._studio = studio
-        self._only_selected = only_selected
         self._kept: FoldAxis | str | None = None
         self._searched = False
-        self._poor = 0
-        self.beds: tuple[str, ...] = ()
+        self._ids: frozenset[str] = frozenset()
+        self.planes: FoldPlanes | None = None
 
-    def planes(self) -> list[str]:
-        """Ids of the bedding planes for the fold axis: feature types are never pooled silently."""
-        session = self._studio.session
-        beds = [t.id for t in firsts(filter(_is_bed, session.of(Typed)), session.records)]
-        if not self._only_selected():
-            return beds
-        chosen = set(self._studio.selection.ids)
-        return [id_ for id_ in beds if id_ in chosen]
+    @property
+    def count(self) -> int:
+        """Bedding planes that the axis may be computed from."""
+        return len(self._ids)
 
     def found(self) -> FoldAxis | str:
         """The fold axis of the bedding, or why there is none."""
@@ -61,10 +49,8 @@ class BeddingAxis:
 
     def why_not(self) -> str | None:
         """Why there is none, without looking for it where two planes will do."""
-        if self._kept is None:
-            measured = (self._studio.measured([id_])[id_] for id_ in self.planes())
-            if sum(1 for _ in islice((m for m in measured if m.fit is not None), 2)) == 2:
-                return None
+        if self._kept is None and len(self._studio.fold.planes()) >= 2:
+            return None
         axis = self.found()
         return axis if isinstance(axis, str) else None
 
@@ -75,14 +61,12 @@ class BeddingAxis:
     def renew(self) -> None:
         """Its bedding is known at once, the axis when it is asked for."""
         self.forget()
-        self.beds = tuple(self.planes())
+        self._ids = frozenset(f.id for f in self._studio.fold.features())
 
     def edited(self, touched: Iterable[str]) -> None:
         # Thousands of planes are asked for it: most edits are of other features.
         ids = set(touched)
-        if not ids.isdisjoint(self.beds) or any(
-            _is_bed(self._studio.records.get(id_)) for id_ in ids
-        ):
+        if not ids.isdisjoint(self._ids) or any(is_bed(self._studio.records.get(i)) for i in ids):
             # How many there are decides whether the axis is looked for beside the window.
             self.renew()
 
@@ -90,27 +74,22 @@ class BeddingAxis:
         """What finds the axis, or why there is none, of the bedding as it is now; to be called in
         any thread, since it takes long for thousands of planes."""
         self._searched = True
-        self.beds = tuple(self.planes())
-        measured = self._studio.measured(self.beds)
-        self._poor = sum(
-            m.verdict is not None and m.verdict.quality == "poor" for m in measured.values()
-        )
-        fitted = {id_: m.fit for id_, m in measured.items() if m.fit is not None}
-        if len(fitted) < 2:
-            few = self._too_few(len(fitted))
+        self._ids = frozenset(f.id for f in self._studio.fold.features())
+        planes = self.planes = self._studio.fold.planes()
+        if len(planes) < 2:
+            few = self._too_few(len(planes))
             return lambda: few
-        records = self._studio.records
-        models = [model_of(records, get_feature(records, id_)) for id_ in fitted]
-        normals = np.array([fit.normal for fit in fitted.values()])
-        features = [get_feature(records, id_) for id_ in fitted]
-        names = [
-            getattr(each, "name", "") or id_ for each, id_ in zip(features, fitted, strict=True)
-        ]
-        overturned = [getattr(each, "overturned", False) for each in features]
-        return partial(_axis_of, normals, models, names, overturned)
+
+        def find() -> FoldAxis | str:
+            try:
+                return planes.axis()
+            except VomError as error:
+                return error.message
+
+        return find
 
     def _too_few(self, count: int) -> str:
-        if self._only_selected():
+        if self._studio.fold.selected:
             return tr(
                 "A fold axis needs at least 2 selected bedding planes; there are {count}.",
                 count=count,
@@ -118,37 +97,11 @@ class BeddingAxis:
         return tr("A fold axis needs at least 2 bedding planes; there are {count}.", count=count)
 
     def doubts(self) -> tuple[str, ...]:
-        """A warning where planes are poor: the scatter of planes ignores the error of each."""
-        if not self._poor:
+        """A sentence on planes that are not good, and on those that were left out."""
+        from vomstudio.geology.table_folds import not_good_warning
+
+        planes = self.planes
+        if planes is None:
             return ()
-        return (
-            tr_n(
-                "{count} of these planes is poor: the error of the fold axis is computed from "
-                "scatter alone and is too small.",
-                "{count} of these planes are poor: the error of the fold axis is computed from "
-                "scatter alone and is too small.",
-                self._poor,
-            ),
-        )
-
-
-def _axis_of(
-    normals: npt.NDArray[np.float64],
-    models: list[Model | None],
-    names: list[str],
-    overturned: list[bool],
-) -> FoldAxis | str:
-    from vomstudio.geology.folds import fold_axis
-
-    azimuths, dips, _ = normals_to_planes(normals)
-    try:
-        return fold_axis(
-            azimuths, dips, turns_of(models), bowed_deg(models), names=names, overturned=overturned
-        )
-    except VomError as error:
-        return str(error)
-
-
-def _is_bed(record: Record | None) -> bool:
-    """A picked plane of the type bedding."""
-    return isinstance(record, Typed) and record.type_id == "bedding" and is_picked_plane(record)
+        left = (f"{each.n} {each.what}: {each.reason}" for each in planes.left_out)
+        return (*map(str, not_good_warning(planes.not_good, len(planes))), *left)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -27,7 +27,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
 from vomstudio.errors import VomError
-from vomstudio.geology.notation import format_line, parse_line
+from vomstudio.geology.notation import format_attitude, format_line, parse_line
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines
 from vomstudio.geometry import transform
 from vomstudio.geometry.mesh import Mesh
@@ -37,7 +37,7 @@ from vomstudio.rendering.view.first_view import first_view
 from vomstudio.signals import once_told
 from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.number_formatting import degrees
+from vomstudio.ui.common.fold_box import FoldBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, rich_label
 from vomstudio.ui.scene.bedding_axis import BeddingAxis
@@ -73,7 +73,7 @@ class ViewPanel(QWidget):
         self._soon.setSingleShot(True)
         self._soon.timeout.connect(self._ask)
         self._asked = NewestResult(self, self._came, lambda: None)
-        self._bedding = BeddingAxis(studio, lambda: self.only_selected.isChecked())
+        self._bedding = BeddingAxis(studio)
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = Label("–")
         font = self.now.font()
@@ -119,8 +119,11 @@ class ViewPanel(QWidget):
         self._cost.setWordWrap(True)
         self._cost.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.only_selected = QCheckBox(tr("Fold axis of selected bedding only"))
-        self.only_selected.toggled.connect(self._bedding.forget)
-        self.only_selected.toggled.connect(self.refresh)
+        self.only_selected.toggled.connect(
+            lambda on: studio.fold.choose(studio.fold.which, selected=on)
+        )
+        self.fold_box = FoldBox(studio)
+        studio.fold.changed.connect(self._fold_chosen)
         self._verdict = rich_label()
         self._verdict.setWordWrap(True)
         self._verdict.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -130,6 +133,7 @@ class ViewPanel(QWidget):
         layout.addLayout(grid)
         layout.addWidget(self._cost)
         layout.addWidget(SavedViewsBox(studio, view))
+        layout.addWidget(self.fold_box)
         layout.addWidget(self.only_selected)
         layout.addWidget(self._verdict)
         layout.addStretch()
@@ -248,13 +252,12 @@ class ViewPanel(QWidget):
         axis = self._bedding.found()
         if not isinstance(axis, str) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             text = tr_n(
-                "Along the fold axis (beta) {line} of {count} bedding plane, 95 %: {error}; "
+                "Along the fold axis (beta) {line} (95 %) of {count} bedding plane; "
                 "verdict: {verdict}; view along it valid: {valid}.",
-                "Along the fold axis (beta) {line} of {count} bedding planes, 95 %: {error}; "
+                "Along the fold axis (beta) {line} (95 %) of {count} bedding planes; "
                 "verdict: {verdict}; view along it valid: {valid}.",
-                len(self._bedding.beds),
-                line=format_line(axis.beta, 0),
-                error=degrees(axis.error95_deg),
+                axis.n,
+                line=format_attitude(axis.beta, axis.error95_deg),
                 verdict=axis.verdict,
                 valid=axis.valid,
             )
@@ -267,11 +270,13 @@ class ViewPanel(QWidget):
             measured = self._studio.measured([id_])[id_]
             line = measured.line or (measured.plane.pole() if measured.plane else None)
             if line is not None and angle_between_lines(line, direction) < SAME_DEG:
-                error = self._error_of(id_)
-                values = {"feature": feature.name, "error": degrees(error)}
+                said = measured.attitude(self._studio.settings.notation)
+                values = {"feature": feature.name, "attitude": said}
                 if measured.line is not None:
-                    return tr("Along {feature}, 95 %: {error}.", **values), error
-                return tr("Perpendicular to {feature}, 95 %: {error}.", **values), error
+                    text = tr("Along {feature}, {attitude} (95 %).", **values)
+                else:
+                    text = tr("Perpendicular to {feature}, {attitude} (95 %).", **values)
+                return text, measured.total95_deg
         text = tr("The direction was typed or set with the mouse. It follows from no measurement.")
         return text, None
 
@@ -325,8 +330,14 @@ class ViewPanel(QWidget):
         self.refresh()
 
     def _selected(self, *_: object) -> None:
-        if self.only_selected.isChecked():
-            self._bedding.forget()
+        if self._studio.fold.selected:
+            self._bedding.renew()
+        self.refresh()
+
+    def _fold_chosen(self) -> None:
+        with QSignalBlocker(self.only_selected):
+            self.only_selected.setChecked(self._studio.fold.selected)
+        self._bedding.renew()
         self.refresh()
 
     def _opened(self) -> None:
@@ -340,7 +351,7 @@ class ViewPanel(QWidget):
     def _bring_up_to_date(self, show: Callable[[], None]) -> None:
         """The verdict on thousands of beds takes a while: not at every edit for a panel that nobody
         sees, and in a thread for one that is seen."""
-        if len(self._bedding.beds) <= _MANY_BEDS:
+        if self._bedding.count <= _MANY_BEDS:
             once_told(show)
         elif self.visibleRegion().isEmpty():
             self._stale = True
@@ -387,14 +398,12 @@ class ViewPanel(QWidget):
         self._show_cost()
         if not isinstance(axis, str):
             text = tr_n(
-                "<b>Fold axis (beta) {line}</b> of {count} bedding plane, 95 %: {largest} × "
-                "{smallest}<br>Verdict: {verdict} (valid: {valid})",
-                "<b>Fold axis (beta) {line}</b> of {count} bedding planes, 95 %: {largest} × "
-                "{smallest}<br>Verdict: {verdict} (valid: {valid})",
-                len(self._bedding.beds),
-                line=format_line(axis.beta, 0),
-                largest=degrees(axis.max_confidence95_deg),
-                smallest=degrees(axis.min_confidence95_deg),
+                "<b>Fold axis (beta) {line}</b> (95 %) of {count} bedding plane<br>"
+                "Verdict: {verdict} (valid: {valid})",
+                "<b>Fold axis (beta) {line}</b> (95 %) of {count} bedding planes<br>"
+                "Verdict: {verdict} (valid: {valid})",
+                axis.n,
+                line=format_attitude(axis.beta, axis.error95_deg),
                 verdict=axis.verdict,
                 valid=axis.valid,
             )
@@ -411,9 +420,8 @@ class ViewPanel(QWidget):
             return
         _enable(button, None)
         said = tr(
-            "Along {line}, 95 %: {error}.",
-            line=format_line(found.line, 0),
-            error=degrees(found.error95_deg),
+            "Along {line} (95 %).",
+            line=format_attitude(found.line, found.error95_deg),
         )
         button.setToolTip(f"{said} {self._cost_of(found.line, found.error95_deg)}".strip())
 

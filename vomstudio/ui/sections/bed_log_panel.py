@@ -21,7 +21,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Feature, Logged, get, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
-from vomstudio.geology.notation import format_plane
+from vomstudio.geology.notation import format_attitude
 from vomstudio.products.section.line_log import (
     BOTH,
     POINTS,
@@ -257,7 +257,7 @@ class BedLogPanel(SeenPanel):
             line.id, measured[line.id], str(self.of.currentData()),
             {f.id: measured[f.id] for f in traces}, {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
-            0.0 if bed is None else bed.max_confidence95_deg or 0.0,
+            0.0 if bed is None else bed.total95_deg or 0.0,
             sigma, reach, self.overturned.isChecked(), words_along(line),
             model is None or model.frame.has_metres,
             frozenset(f.id for f in traces if f.overturned),
@@ -285,9 +285,8 @@ class BedLogPanel(SeenPanel):
                 unit=unit,
             ),
             tr(
-                "Bedding {bed} ± {error:.1f}°, points ± {sigma:.3g} {unit} (1σ).",
-                bed=format_plane(made.bed, self._studio.settings.notation, 1),
-                error=made.bed95_deg,
+                "Bedding {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
+                bed=format_attitude(made.bed, made.bed95_deg, self._studio.settings.notation),
                 sigma=made.sigma_m,
                 unit=unit,
             ),

@@ -22,12 +22,12 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
-from vomstudio.document.measurement import Measurement, scatter_of
+from vomstudio.document.measurement import Measurement, common_error_deg, scatter_of
 from vomstudio.document.records import Picked, get_feature
 from vomstudio.errors import GeometryError, InputError, VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
-from vomstudio.geology.notation import format_plane
+from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -172,7 +172,7 @@ class DisplacementPanel(SeenPanel):
     def _take_slip_error(self) -> None:
         current = self._studio.selection.current
         if current is not None and self.slip.selected() is not None:
-            error = self._studio.measured([current])[current].max_confidence95_deg
+            error = self._studio.measured([current])[current].total95_deg
             self.slip_error.setText("" if error is None else f"{error:.2f}")
 
     def _edited(self, edit: Edit) -> None:
@@ -225,13 +225,14 @@ class DisplacementPanel(SeenPanel):
         )
         if self.bed.id:
             of_bed = measured[self.bed.id]
-            bed, bed95 = _plane_of(of_bed), of_bed.max_confidence95_deg
+            bed, bed95 = _plane_of(of_bed), of_bed.total95_deg
         else:
             common = fit_common_bed([points for pair in traces for points in pair])
-            bed, bed95 = common.plane, common.max_confidence95_deg
+            beds = [measured[i] for pair in self.pairs for i in pair]
+            bed, bed95 = common.plane, common_error_deg(common.max_confidence95_deg, beds)
         errors = Errors(
             self._sigma([measured[i] for pair in self.pairs for i in pair]),
-            of_fault.max_confidence95_deg or 0.0,
+            of_fault.total95_deg or 0.0,
             bed95 or 0.0,
             number_in(self.slip_error, tr("The error of the slip is in degrees, 0 or more."))
             or 0.0,
@@ -312,12 +313,9 @@ class DisplacementPanel(SeenPanel):
                 unit=unit,
             ),
             tr(
-                "Fault {fault} ± {fault95:.1f}°, bed {bed} ± {bed95:.1f}°, points ± {sigma:.3g} "
-                "{unit} (1σ).",
-                fault=format_plane(answered.fault, notation, 1),
-                fault95=answered.errors.fault95_deg,
-                bed=format_plane(answered.bed, notation, 1),
-                bed95=answered.errors.bed95_deg,
+                "Fault {fault}, bed {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
+                fault=format_attitude(answered.fault, answered.errors.fault95_deg, notation),
+                bed=format_attitude(answered.bed, answered.errors.bed95_deg, notation),
                 sigma=answered.errors.sigma_m,
                 unit=unit,
             ),

@@ -63,7 +63,7 @@ class GridCells:
 class FractureQuestion:
     """plane : of the face, None for that of the grid, else the one that fits best; counted_in,
     place : one of the words above with its numbers on the face; snap_m, cap : as in the command;
-    cells : of the grid in which is counted"""
+    cells : of the grid in which is counted; crs : of World, None for a local frame"""
 
     traces: Sequence[MappedTrace]
     plane: Plane | None
@@ -74,6 +74,7 @@ class FractureQuestion:
     metric: bool
     north_known: bool
     cells: GridCells | None = None
+    crs: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,9 +146,6 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     lines = on_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
     placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
-    if not placed.is_horizontal:
-        # As on the map of the panel, and in the command that is copied with it.
-        placed = replace(placed, azimuths_from="up")
     cells = _on_face(q.cells, face)
     drawing = _drawing(q, face, lines, cells)
     place = q.place
@@ -168,12 +166,14 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
         counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
         try:
             mapped = map_fractures(
-                FractureOrder(None, snap_m=q.snap_m, terzaghi_cap=q.cap),
-                lines=_shapes(lines),
+                FractureOrder(None, snap_m=q.snap_m, terzaghi_cap=q.cap, plane=face.plane),
+                lines=_shapes([trace.points for trace in q.traces]),
+                crs=q.crs,
                 counted=counted,
                 sets=[trace.set for trace in q.traces],
-                plane=placed,
             )
+            if not q.north_known:
+                mapped = replace(mapped, y_axis="y")
             return FractureAnswer(q, face, placed, lines, counted, drawing, mark, mapped)
         except VomError as error:
             why = error.message

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -23,9 +24,19 @@ from PySide6.QtWidgets import (
 from vomstudio.document.edit import Edit
 from vomstudio.document.figures import Subject
 from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import FaceGrid, FeatureType, Picked, Record, Typed, get_feature
+from vomstudio.document.records import (
+    FaceGrid,
+    FeatureType,
+    Model,
+    Picked,
+    Record,
+    Typed,
+    get_feature,
+)
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
+from vomstudio.geometry.units import Axes
+from vomstudio.io.gis.crs import world_crs
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -311,6 +322,7 @@ class FracturesPanel(SeenPanel):
             all(m is None or m.frame.has_metres for m in models),
             all(m is None or m.frame.has_north for m in models),
             self.counted_in.cells(),
+            _crs_of(models),
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
@@ -326,15 +338,21 @@ class FracturesPanel(SeenPanel):
                 if plane.undefined:
                     text = tr("{count} traces, seen from above.", count=len(made.lines))
                 else:
-                    text = tr(
-                        "{count} traces on the face {plane}; azimuths are angles on it, clockwise "
-                        "from up.",
-                        count=len(made.lines),
-                        plane=shown,
-                    )
+                    text = (
+                        tr("{count} traces on the face {plane}; azimuths are their strikes.",
+                           count=len(made.lines), plane=shown)
+                        if made.plane.azimuths_from == "north"
+                        else tr("{count} traces on the face {plane}; azimuths are angles on it, "
+                                "clockwise from up.", count=len(made.lines), plane=shown)
+                    )  # fmt: skip
                 notes = [
                     text,
-                    *map(str, made.mapped.found.warnings),
+                    *(
+                        str(each)
+                        for each in made.mapped.found.warnings
+                        # The first line names the plane.
+                        if getattr(each, "code", "") != "lines.not-planar"
+                    ),
                     *made.mapped.found.notes,
                     *self.of.left_out(),
                     *_of_cells(made),
@@ -410,9 +428,11 @@ class FracturesPanel(SeenPanel):
         traces = answered.question.traces
 
         def write(path: Path) -> None:
+            q = answered.question
             write_map(
-                path, answered.lines, [t.name for t in traces], [t.set for t in traces],
-                answered.counted, metric=answered.question.metric, force=True,
+                path, [t.points for t in traces], [t.name for t in traces],
+                [t.set for t in traces], answered.counted, answered.face,
+                crs=q.crs or Axes(q.metric, q.north_known).wkt, force=True,
             )  # fmt: skip
 
         copy_with_file(self, self._studio, "traces.gpkg", write, partial(words_of, answered))
@@ -440,12 +460,17 @@ def _of_cells(made: FractureAnswer) -> list[str]:
 def words_of(answered: FractureAnswer, traces: Path) -> Words:
     """The command that says the same. traces : their GeoPackage, with what they are counted in
     beside it"""
-    from vomstudio.products.section.trace_map import map_files
+    from vomstudio.products.section.trace_map import map_files, on_outcrop
 
     q, counted = answered.question, answered.counted
     options: list[tuple[str, Word]] = []
+    plane = answered.plane
+    options.append(("--plane", f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"))
     if counted.circle is not None:
-        options.append(("--circle", numbers_text(counted.circle)))
+        x, y, radius = counted.circle
+        (centre,) = on_outcrop(np.array([[x, y]]), answered.face).tolist()
+        centre = centre[:2] if plane.is_horizontal else centre
+        options.append(("--circle", numbers_text((*centre, radius))))
     files = map_files(traces, counted)
     options += [(f"--{name}", path) for name, path in files.items() if name != "traces"]
     if q.snap_m:
@@ -453,6 +478,13 @@ def words_of(answered: FractureAnswer, traces: Path) -> Words:
     if q.cap is not None:
         options.append(("--terzaghi-cap", q.cap))
     return ["fractures", traces, *options]
+
+
+def _crs_of(models: Iterable[Model | None]) -> str | None:
+    """Return the CRS that all these models have; None for a local frame."""
+    frames = {None if m is None else (m.frame.crs, m.frame.unit_m) for m in models}
+    frame = frames.pop() if len(frames) == 1 else None
+    return None if frame is None else world_crs(*frame)
 
 
 def _is_line(feature: Record) -> bool:

@@ -27,7 +27,7 @@ from vomstudio.document.measurement import scatter_of
 from vomstudio.document.records import Feature, Picked, get, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
-from vomstudio.geology.notation import format_plane
+from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
@@ -279,7 +279,7 @@ class ThreePointsPanel(SeenPanel):
         return np.array(rows)
 
     def _in_words(self, found: ThreePoints) -> str:
-        plane = format_plane(found.plane, self._studio.settings.notation, 1)
+        plane = format_attitude(found.plane, found.max_error95_deg, self._studio.settings.notation)
         counted = tr_n("{count} point", "{count} points", found.n)
         if found.max_error95_deg is None:
             return tr(
@@ -289,12 +289,11 @@ class ThreePointsPanel(SeenPanel):
             ) + _after(found)  # fmt: skip
         turn = found.dip_direction_error_deg
         said = tr(
-            "{plane}: dip ± {dip:.1f}°, dip direction {turn} (95 % each); "
-            "the plane ± {worst:.1f}° (95 %, joint), through {points}.",
+            "{plane} (95 %, joint): dip ± {dip:.1f}°, dip direction {turn} (95 % each), "
+            "through {points}.",
             plane=plane,
             dip=found.dip_error_deg,
             turn=tr("not known") if turn is None else f"± {turn:.1f}°",
-            worst=found.max_error95_deg,
             points=counted,
         )
         if found.rms_m is not None:

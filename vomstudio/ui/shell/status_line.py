@@ -123,20 +123,23 @@ class StatusLine(QStatusBar):
         count = len(studio.selection.ids)
         self._selected.setText(tr("{count} selected", count=count) if count else "")
         self._badge.setVisible(bool(studio.session.of(Model)))
-        known = studio.north_known()
+        known, poor = studio.north_known(), studio.turn_findings()
         frames = list(dict.fromkeys(m.frame for m in studio.session.of(Model)))
         nothing = not any(frame.has_up or frame.has_metres for frame in frames)
         warned = tr("⚠ Local frame: not registered") if nothing else f"⚠ {studio.frame_name()}"
-        self._badge.setText(studio.frame_name() if known else warned)
+        if known and poor:
+            worst_deg = max(finding.values["rotation95_deg"] for finding in poor)
+            warned = tr("{frame}, ± {error:.0f}°", frame=warned, error=worst_deg)
+        self._badge.setText(studio.frame_name() if known and not poor else warned)
         what = (
             tr("The frame of the displayed coordinates and orientations. Click to change it.")
             if known
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
-        said = [*(each.known_in_words() for each in frames), what]
+        said = [*(each.known_in_words() for each in frames), *(each.message for each in poor), what]
         self._badge.setToolTip(as_words("\n".join(said)))
         self._badge.setStyleSheet(
-            "" if known else "background: #e69f00; color: black; padding: 1px 6px;"
+            "" if known and not poor else "background: #e69f00; color: black; padding: 1px 6px;"
         )
 
     def show_photo(self, words: str) -> None:

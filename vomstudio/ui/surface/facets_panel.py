@@ -155,7 +155,7 @@ class FacetsPanel(SeenPanel):
             (
                 Column(tr("Doubt"), _verdict_text, tr("The most doubtful facets come first."),
                        number=False, icon=_verdict_icon),
-                Column(tr("95 %"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
                 Column(tr("Plane"), str, tr("In the notation of the project."), number=False),
                 Column(tr("Area"), self._area_text, tr("Area of the facet.")),
                 Column("#", lambda v: f"{v}", tr("1 is the largest.")),
@@ -331,8 +331,6 @@ class FacetsPanel(SeenPanel):
         self._refresh_buttons()
 
     def _fill(self, found: Proposals | None) -> None:
-        from vomstudio.geology.notation import format_plane
-
         notation = self._studio.settings.notation
         rows = []
         for row in sorted(self._facets.open) if found is not None else ():
@@ -343,7 +341,7 @@ class FacetsPanel(SeenPanel):
             verdict = measured.verdict.quality
             error = catalogue.TOTAL.value(self._studio.subject(found.patches[row], measured))
             doubt = (_DOUBT[verdict], 90.0 if error is None else error)
-            plane = format_plane(measured.plane, notation, 0, bare=True)
+            plane = measured.attitude(notation, bare=True)
             area = measured.area_m2
             if area is None:
                 area = found.exposed_area_of(row)

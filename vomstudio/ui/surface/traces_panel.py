@@ -125,7 +125,7 @@ class TracesPanel(SeenPanel):
                           sure=100 * SURE)),
                 Column("m", lambda v: f"{v:.3g}", tr("Length.")),
                 Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
-                Column(tr("95 %"), degrees, tr("How far the plane may be off, with 95 %.")),
+                Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
                 Column("#", str, tr("1 is the strongest.")),
             ),
             0,
@@ -318,17 +318,13 @@ class TracesPanel(SeenPanel):
         self._refresh_buttons()
 
     def _fill(self, found: ProposedLines | None, left: frozenset[int]) -> None:
-        from vomstudio.geology.notation import format_plane
-
         rows = []
         for row in sorted(left) if found is not None else ():
             assert found is not None
             line = found.lines[row]
             plane = error = None
             if line.measured.plane is not None:
-                plane = format_plane(
-                    line.measured.plane, self._studio.settings.notation, 0, bare=True
-                )
+                plane = line.measured.attitude(self._studio.settings.notation, bare=True)
                 error = catalogue.TOTAL.value(self._studio.subject(line.trace, line.measured))
             rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
         self.table.fill(rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -15,9 +16,10 @@ from vomstudio.document.records.basics import Point
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.level_evidence import LevelLine
+from vomstudio.registration.level_evidence import KnownDirection
 from vomstudio.registration.results import Known, Placed
 from vomstudio.registration.similarity import jacobian
 from vomstudio.workspace.placing.known_planes import OnModel, miss_deg
@@ -50,9 +52,10 @@ def evidence_of(
     found = Evidence(pairs=pairs if len(pairs.labels) else None)
     found.compass, found.compass_turn_deg = compass, turned_deg
     ends = [(line, line.vertices[0], line.vertices[-1]) for line in usable(lines)]
-    found.level_lines = [
-        LevelLine(a, b, line.sigma, line.name) for line, a, b in ends if line.kind == "level"
-    ]
+    found.level_lines, found.plumb_lines = (
+        [KnownDirection(a, b, line.sigma, line.name) for line, a, b in ends if line.kind == kind]
+        for kind in ("level", "plumb")
+    )
     found.azimuths, found.lengths = (
         [
             Segment(a, b, line.value + added, line.sigma, line.name)
@@ -73,6 +76,8 @@ def placed_by_known(
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
+    north_sigma_stated: bool = False,
+    photo_up: Array | None = None,
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
     resolution: float | None = None,
@@ -81,13 +86,16 @@ def placed_by_known(
     stays as the model stands now, and so does its scale where that is kept.
 
     extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
-        what all azimuths may be off alike; turned_deg : added to all azimuths
+        what all azimuths may be off alike; turned_deg : added to all azimuths; north_sigma_stated :
+        whether that error is not a default; photo_up : (3,) as of `Evidence`
     click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
         model, which is in the unit of its file
     Raises GeometryError, UsageError.
     """
     evidence = evidence_of(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
+    evidence.compass_doubt_stated = north_sigma_stated
+    evidence.photo_up = photo_up
     evidence.click_sigma_m, evidence.resolution = click_sigma_m, resolution
     evidence.up = up_of(model)
     if keep_scale:
@@ -113,6 +121,15 @@ def up_of(model: Model) -> Array | None:
     return np.asarray(stands[2, :3] / transform.scale_of(stands), np.float64)
 
 
+def photo_up(path: Path) -> Array | None:
+    """(3,) What was up as photos were held, in the file of a model that was made of them here.
+
+    None if it was made otherwise, or registered. Such a model is turned so that z is up as they
+    were held (`photogrammetry.place.local_frame`).
+    """
+    return np.array([0.0, 0.0, 1.0]) if scale_known(path) is False else None
+
+
 def _moved(evidence: Evidence, by: Array) -> Evidence:
     """The same of a model that stands as a 4 x 4 similarity puts it."""
 
@@ -136,13 +153,16 @@ def _moved(evidence: Evidence, by: Array) -> Evidence:
         if evidence.resolution is None
         else evidence.resolution * transform.scale_of(by),
         up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_of(by),
-        level_lines=[
-            replace(line, first=there(line.first), second=there(line.second))
-            for line in evidence.level_lines
-        ],
+        photo_up=None if evidence.photo_up is None else by[:3, :3] @ evidence.photo_up,
+        level_lines=[_direction_there(line, there) for line in evidence.level_lines],
+        plumb_lines=[_direction_there(line, there) for line in evidence.plumb_lines],
         azimuths=[_there(line, there) for line in evidence.azimuths],
         lengths=[_there(line, there) for line in evidence.lengths],
     )
+
+
+def _direction_there(line: KnownDirection, there: Callable[[Point], Point]) -> KnownDirection:
+    return replace(line, first=there(line.first), second=there(line.second))
 
 
 def _there(line: Segment, there: Callable[[Point], Point]) -> Segment:
@@ -175,6 +195,8 @@ def line_misses(
             continue
         if line.kind == "level":
             off = float(np.degrees(np.arcsin(np.clip(along[2] / length, -1.0, 1.0))))
+        elif line.kind == "plumb":
+            off = float(np.degrees(np.arctan2(np.hypot(*along[:2]), abs(along[2]))))
         elif line.kind == "azimuth":
             azimuth = np.degrees(np.arctan2(along[0], along[1]))
             known = (line.value or 0.0) + turned_deg

@@ -72,7 +72,13 @@ def _own_error(measured: Measurement, plane: bool) -> float | None:
     """One sigma, degrees, of both directions alike."""
     largest, smallest = measured.max_confidence95_deg, measured.min_confidence95_deg
     if plane and measured.fit is not None:
-        largest, smallest = wider_of(measured.fit, measured.judged_as, measured.resolution_m)
+        largest, smallest = wider_of(
+            measured.fit,
+            measured.judged_as,
+            measured.resolution_m,
+            measured.outcrop_normal,
+            measured.stretch_error_deg,
+        )
     if largest is None or smallest is None:
         return None
     return float(np.hypot(largest, smallest) / np.sqrt(2.0) / _REACH_95)

@@ -10,8 +10,8 @@ from vomstudio.errors import UsageError
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.north import (
-    DECLINATION_DOUBT_DEG,
     North,
+    default_north_sigma_deg,
     parse_day,
     place_of,
     turned,
@@ -22,11 +22,6 @@ Array = npt.NDArray[np.float64]
 _SAME_DEG = 1e-9
 AS_READ = ReadNorth("grid")
 """Where nothing was said."""
-
-
-def usual_doubt_deg(north: str) -> float:
-    """What azimuths from a north may be off alike, one sigma, where that is not stated."""
-    return DECLINATION_DOUBT_DEG if north == "magnetic" else 0.0
 
 
 def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
@@ -46,7 +41,7 @@ def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
             )
         )
     doubt = compass.doubt_deg
-    doubt = usual_doubt_deg(compass.north) if doubt is None else doubt
+    doubt = default_north_sigma_deg(compass.north) if doubt is None else doubt
     record = ReadNorth(
         compass.north, found.deg, found.declination_deg, found.stated, compass.day, doubt
     )
@@ -79,8 +74,8 @@ def as_the_command(
     compass: Compass | None, used: ReadNorth, pairs: Pairs, crs: str | None
 ) -> list[tuple[str, str | float]] | None:
     """The options of `register` by which it turns azimuths just so; None where it cannot, as it
-    does not know where the readings were made: azimuths are then given as turned. A doubt is
-    stated in any case, as the command has another usual one."""
+    does not know where the readings were made: azimuths are then given as turned. Their common
+    offset is stated in any case."""
     doubt: list[tuple[str, str | float]] = [("--north-sigma", used.doubt_deg)]
     if compass is None or compass.north == "grid":
         return doubt if used.doubt_deg else []

@@ -19,8 +19,9 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
-from vomstudio.registration.level_evidence import LevelLine
+from vomstudio.registration.level_evidence import KnownDirection
 from vomstudio.words import tr
+from vomstudio.workspace.placing.known_lines import photo_up
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -45,7 +46,7 @@ _SURVEYED = (".las", ".laz", ".tif", ".tiff")
 class RegisterOrder:
     """Options of `register` by name, None or empty if not given.
 
-    model : path, or "-" for the placement alone; scale, azimuth, level : values as typed
+    model : path, or "-" for the placement alone; scale, azimuth, level, plumb : values as typed
     """
 
     model: str
@@ -61,6 +62,7 @@ class RegisterOrder:
     scale: Sequence[str] = ()
     azimuth: Sequence[str] = ()
     level: Sequence[str] = ()
+    plumb: Sequence[str] = ()
     reference: str | Path | None = None
     stable: str | Path | None = None
     north: str = "grid"
@@ -133,6 +135,7 @@ def register_model(order: RegisterOrder, progress: Progress) -> Registered:
         evidence.scale = transform.scale_of(model.registration.matrix)
         evidence.scale_error = model.registration.scale_error
     evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
+    evidence.photo_up = None if loaded is None else photo_up(loaded.path)
     fitted = _fitted(order, evidence, loaded, crs, progress)
     if fitted is not None:
         crs = fitted.crs
@@ -320,7 +323,7 @@ def _evidence(
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import check_area
-    from vomstudio.registration.north import DECLINATION_DOUBT_DEG, on_grid
+    from vomstudio.registration.north import default_north_sigma_deg, on_grid
     from vomstudio.registration.surface_points import known_resolution
     from vomstudio.workspace.placing.marked_points import marked_pairs
     from vomstudio.workspace.placing.registering import parse_click_sigma
@@ -334,8 +337,9 @@ def _evidence(
     if order.north_sigma is not None:
         sigma_deg = _angle(order.north_sigma, "--north-sigma", zero=True)
         evidence.north_doubt_deg = evidence.compass_doubt_deg = sigma_deg
-    elif order.north == "magnetic":
-        evidence.compass_doubt_deg = DECLINATION_DOUBT_DEG
+        evidence.compass_doubt_stated = True
+    else:
+        evidence.compass_doubt_deg = default_north_sigma_deg(order.north)
     if order.marks is not None and order.gcp is None:
         raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
     photo_sources = (order.cameras, order.attitudes, order.horizon, order.gcp)
@@ -370,7 +374,8 @@ def _evidence(
         if table.photos:
             evidence.attitudes = on_grid(table, north, messages)
     evidence.lengths = [_segment(text, "--scale") for text in order.scale]
-    evidence.level_lines = [_level_line(text) for text in order.level]
+    evidence.level_lines = [_known_direction(text, "--level") for text in order.level]
+    evidence.plumb_lines = [_known_direction(text, "--plumb") for text in order.plumb]
     evidence.azimuths = [_segment(text, "--azimuth") for text in order.azimuth]
     for line in evidence.azimuths:
         if not -360.0 <= line.value <= 360.0:
@@ -392,7 +397,7 @@ def _evidence(
         raise UsageError(
             tr(
                 "Nothing was given to place the model. Give --pairs, --gcp, --cameras, "
-                "--attitudes, --horizon, --level, --orientations, --scale, --azimuth or "
+                "--attitudes, --horizon, --level, --plumb, --orientations, --scale, --azimuth or "
                 "--reference."
             )
         )
@@ -557,7 +562,7 @@ def _numbers(text: str) -> list[float]:
     return cells if all(map(math.isfinite, cells)) else []
 
 
-def _level_line(text: str) -> LevelLine:
+def _known_direction(text: str, option: str) -> KnownDirection:
     cells = _numbers(text)
     if len(cells) not in (6, 7):
         raise UsageError(
@@ -566,13 +571,12 @@ def _level_line(text: str) -> LevelLine:
                 "by the error of the line in degrees.",
                 text=text[:60],
             ),
-            field="--level",
+            field=option,
         )
     x1, y1, z1, x2, y2, z2, *sigma = cells
     if sigma and not 0.0 < sigma[0] <= 45.0:
         raise UsageError(
-            tr("The error of a level line must lie between 0 and 45 degrees. Correct it."),
-            field="--level",
+            tr("The error of a line must lie between 0 and 45 degrees. Correct it."), field=option
         )
-    _require_error(sigma, "--level")
-    return LevelLine((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)
+    _require_error(sigma, option)
+    return KnownDirection((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)

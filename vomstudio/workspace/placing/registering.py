@@ -41,6 +41,7 @@ from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import jacobian
+from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.placing.known_lines import (
     covariance_after,
@@ -163,6 +164,8 @@ def placed_by_points(
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
+    north_sigma_stated: bool = False,
+    photo_up: npt.NDArray[np.float64] | None = None,
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
     resolution: float | None = None,
@@ -172,7 +175,8 @@ def placed_by_points(
     bounds : (2, 3) of the model in its file's frame, None if not known; crs : CRS of the points
     extent : (n, 3) points all over the model, in its file's frame
     compass : in the frame of the file; turned_deg : added to all azimuths; north_doubt_deg : common
-    error of the azimuths, one sigma; keep_scale : whether the scale of the model is fixed
+    error of the azimuths, one sigma; north_sigma_stated : whether that is not a default
+    photo_up : (3,) as of `Evidence`; keep_scale : whether the scale of the model is fixed
     click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
     model, which is in the unit of its file
     Raises GeometryError, also for points that are far from the model.
@@ -194,7 +198,8 @@ def placed_by_points(
     else:
         placed = placed_by_known(
             pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
-            keep_scale=keep_scale, click_sigma_m=click_sigma_m, resolution=resolution,
+            north_sigma_stated=north_sigma_stated, photo_up=photo_up, keep_scale=keep_scale,
+            click_sigma_m=click_sigma_m, resolution=resolution,
         )  # fmt: skip
     if not len(pairs.labels):
         return placed
@@ -319,19 +324,11 @@ def add_reference_error(
 
 def reference_findings(record: Registration) -> tuple[Finding, ...]:
     """Return the finding on the errors of a fit together with those of its reference."""
-    turn, scale = worst_turn_deg(record), record.scale_error
+    turn, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
     if turn is None or scale is None:
         return ()
     values = {"rotation95_deg": turn, "scale95_percent": 100.0 * _Z95 * scale}
     return (Finding("registration.reference-error", **values),)
-
-
-def worst_turn_deg(record: Registration) -> float | None:
-    """95 %, about the axis that a registration holds worst; None where its error is not known."""
-    rotation = record.rotation_covariance()
-    if rotation is None:
-        return None
-    return float(_Z95 * np.degrees(np.sqrt(max(np.linalg.eigvalsh(rotation)[-1], 0.0))))
 
 
 def turned_deg(before: Model, after: Model) -> float:

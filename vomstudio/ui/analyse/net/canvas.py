@@ -22,7 +22,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.products.net.contents import NetContents, NetSet
+from vomstudio.document.fold_planes import FoldPlanes
+from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.rose import RoseArtists, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
@@ -36,13 +37,13 @@ DPI = 100.0
 @dataclass(frozen=True, eq=False)
 class Wanted:
     """A net to be drawn. size : width and height in logical pixels; ratio : device pixels in one;
-    beds : whose fold axis is still to be found"""
+    beds : whose fold axis is still to be found, None for none"""
 
     contents: NetContents
     style: NetStyle
     size: tuple[int, int]
     ratio: float
-    beds: tuple[NetSet, ...] = ()
+    beds: FoldPlanes | None = None
 
 
 @dataclass(eq=False)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.products.net.contents import Contouring
 from vomstudio.products.net.net_options import plane_of
 from vomstudio.ui.analyse.net.wishes import NetWishes
@@ -29,9 +30,11 @@ def net_words(
     notation: str,
     style: FigureStyle,
     colors: Mapping[str, str],
+    fold: FoldFilter | None = None,
 ) -> Words:
     """Of the net, or of the roses that stand in its place. table : of what is shown; notation : in
-    which planes were typed; style, colors : of figures, and of the kinds by their names"""
+    which planes were typed; style, colors : of figures, and of the kinds by their names; fold :
+    planes of the fold axis, None if it is not shown"""
     end: list[Option] = [("-o", beside(table, "svg")), "--force"]
     if wishes.view != "net":
         width: list[Option] = [] if style.width_mm is None else [("--width", style.width_mm)]
@@ -44,6 +47,10 @@ def net_words(
         said += [] if method == "schmidt" else [("--sigma", contouring.sigma)]
         said += [("--levels", numbers_text(wishes.levels))] if wishes.levels else []
     said += [f"--{name}" for name in _ASKED if name in wishes.asked]
+    if fold is not None:
+        said.append("--fold")
+        said += [] if fold.min_quality is None else [("--quality", fold.min_quality)]
+        said += [] if fold.set_name is None else [("--only-set", fold.set_name)]
     if style.height_mm is not None:
         said.append(("--size", "{:g}x{:g}".format(*style.size_mm)))
     elif style.width_mm is not None:

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.document.fold_planes import FoldPlanes
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed, get_feature
-from vomstudio.document.registration_errors import model_of, models_of, pole_region, turns_of
+from vomstudio.document.registration_errors import models_of, turns_of
 from vomstudio.document.straight_traces import band_of_measured
 from vomstudio.errors import VomError
-from vomstudio.geology.common_turns import Turns
-from vomstudio.geology.folds import FoldAxis, fold_axis
-from vomstudio.geology.orientation import Line, Plane, normals_to_planes
+from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
 from vomstudio.geology.roses import LINES_HAVE
 from vomstudio.io.text.repeated_rows import repeats_not_drawn
 from vomstudio.products.net.contents import (
@@ -42,12 +40,14 @@ from vomstudio.ui.analyse.net_sets import (
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
+from vomstudio.workspace.fold_choice import is_bed
 
 if TYPE_CHECKING:
     from vomstudio.products.net.figure_style import FigureStyle
 
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
             "star": "*"}  # fmt: skip
+MIN_FOLD_PLANES = 3
 MOST_ERRORS = 500
 """Ellipses of more features would be one blot."""
 
@@ -62,9 +62,9 @@ class NetSource:
         self.groups: Groups | None = None
         self.names: list[str] = []
 
-    def sets(self) -> tuple[list[NetSet], list[NetSet]]:
+    def sets(self) -> list[NetSet]:
         """All sets of visible features, as measured: one group for each feature type and set, and
-        within it for planes, lines and compass readings; and of them those of picked bedding."""
+        within it for planes, lines and compass readings."""
         studio = self._studio
         shown = {kind.id: studio.visible(kind.id) for kind in studio.session.of(FeatureType)}
         features = [
@@ -79,35 +79,40 @@ class NetSource:
         for feature in features:
             groups.setdefault(feature.type_id, {}).setdefault(feature.set_name, []).append(feature)
         sets: list[NetSet] = []
-        beds: list[NetSet] = []
         for kind in studio.session.of(FeatureType):
             own = groups.get(kind.id, {})
             # The same symbol for a set, whether picked or read on a compass.
             for variant, name in enumerate(sorted(own, key=natural)):
                 title = f"{kind.name}: {name}" if name else kind.name
-                for look, evidence, own_look in alike(own[name]):
+                for look, own_look in alike(own[name]):
                     marker = look.marker or _MARKERS.get(kind.symbol, "o")
-                    new = sets_of(
+                    sets += sets_of(
                         kind, f"{title}{look.suffix}", own_look, measured, marker, turns, variant
                     )
-                    if kind.id == "bedding" and evidence == "picked":
-                        beds += [s for s in new if s.kind == "plane"]
-                    sets += new
         if self.groups is not None:
-            sets, beds = proposed_sets(sets, self.groups), []
+            sets = proposed_sets(sets, self.groups)
         self.names = [s.name for s in sets]
-        return sets, beds
+        return sets
 
-    def shown_sets(self) -> tuple[list[NetSet], list[NetSet]]:
+    def shown_sets(self) -> list[NetSet]:
         """Those of `sets` that are not hidden, turned as is wished."""
         turning, hidden = self._wishes.turning, self._wishes.hidden
+        kept = [s for s in self.sets() if s.name not in hidden]
+        return [turning.of_set(s) for s in kept] if turning.turns else kept
 
-        def wished(some: Iterable[NetSet]) -> list[NetSet]:
-            kept = [s for s in some if s.name not in hidden]
-            return [turning.of_set(s) for s in kept] if turning.turns else kept
-
-        sets, beds = self.sets()
-        return wished(sets), wished(beds)
+    def fold_planes(self, sets: Iterable[NetSet]) -> FoldPlanes | None:
+        """The planes of the fold axis, turned as is wished; None while no bedding is shown."""
+        if self.groups is not None:
+            return None
+        records = self._studio.records
+        if not any(is_bed(records.get(id_)) for s in sets for id_ in s.ids):
+            return None
+        planes, turning = self._studio.fold.planes(), self._wishes.turning
+        if not turning.turns:
+            return planes
+        normals = planes_to_normals(planes.azimuth_deg, planes.dip_deg)
+        azimuth, dip, _ = normals_to_planes(turning.vectors(normals))
+        return replace(planes, azimuth_deg=azimuth, dip_deg=dip, turns=None)
 
     def left_out(self) -> tuple[str, ...]:
         """How many visible features are not shown since they repeat others; nothing for none."""
@@ -178,25 +183,6 @@ class NetSource:
         found = ellipse_of(self._studio.measured([current])[current])
         return () if found is None else self._turned([found])
 
-    def of_current_registered(self) -> tuple[AnyEllipse, ...]:
-        """That of the current plane or line with the error of its registration, where known."""
-        records, current = self._studio.records, self._studio.selection.current
-        feature = get_feature(records, current)
-        if current is None or feature is None:
-            return ()
-        measured = self._studio.measured([current])[current]
-        if measured.registration_error_deg is None:
-            return ()
-        if measured.line is not None:
-            total = measured.total
-            if total is None:
-                return ()
-            return self._turned([NetLineEllipse.of(measured.line.vector(), total)])
-        pole = pole_region(measured, model_of(records, feature))
-        if pole is None or measured.plane is None:
-            return ()
-        return self._turned([NetLineEllipse.of(-measured.plane.normal(), pole)])
-
     def _turned(self, ellipses: Iterable[AnyEllipse]) -> tuple[AnyEllipse, ...]:
         turning = self._wishes.turning
         return tuple(turning.of_ellipse(e) if turning.turns else e for e in ellipses)
@@ -248,6 +234,9 @@ def ellipse_of(measured: Measurement) -> AnyEllipse | None:
 
 
 def _line_ellipse(measured: Measurement) -> NetLineEllipse | None:
+    total = measured.total
+    if measured.line is not None and total is not None and measured.registration_error_deg:
+        return NetLineEllipse(measured.line, total.largest_deg, total.smallest_deg, total.axis)
     line, largest, smallest = (
         measured.line,
         measured.max_confidence95_deg,
@@ -280,34 +269,11 @@ def _length(measured: Measurement) -> float | None:
     return None if measured.fit is None else measured.fit.extent
 
 
-def with_fold(net: NetContents, beds: Sequence[NetSet]) -> NetContents:
-    """The net with the fold axis of these beds; in any thread, since thousands take long."""
-    return replace(net, fold=_fold_of(beds)) if beds else net
-
-
-def _fold_of(beds: Sequence[NetSet]) -> FoldAxis | None:
-    """Fold axis of picked bedding only: feature types are never pooled silently."""
-    azimuth = np.concatenate([np.zeros(0), *(s.azimuth_deg for s in beds)])
-    angle = np.concatenate([np.zeros(0), *(s.angle_deg for s in beds)])
-    if len(azimuth) < 3:
-        return None
-    turns = None
-    if any(s.registered for s in beds):
-        own = [s.turns for s in beds if s.turns is not None]
-        turns = Turns(np.concatenate([t.group for t in own]), own[0].rotations)
-    rotations = None if turns is None else (turns.group.tobytes(), turns.rotations.tobytes())
-    return _fold_of_planes(azimuth.tobytes(), angle.tobytes(), rotations)
-
-
-@lru_cache(maxsize=2)
-def _fold_of_planes(
-    azimuth: bytes, angle: bytes, turns: tuple[bytes, bytes] | None
-) -> FoldAxis | None:
-    """Remembered for the nets that are drawn anew with the same beds, as after each selection."""
-    known = turns and Turns(
-        np.frombuffer(turns[0], np.int64), np.frombuffer(turns[1]).reshape(-1, 3, 3)
-    )
+def with_fold(net: NetContents, planes: FoldPlanes | None) -> NetContents:
+    """The net with the fold axis of these planes; in any thread, since thousands take long."""
+    if planes is None or len(planes) < MIN_FOLD_PLANES:
+        return net
     try:
-        return fold_axis(np.frombuffer(azimuth), np.frombuffer(angle), known)
+        return replace(net, fold=planes.axis(), fold_not_good=planes.not_good)
     except VomError:
-        return None
+        return net

@@ -115,7 +115,8 @@ class CompassDialog(QDialog):
 
     def _say(self, _: object = None) -> None:
         """Show what follows, or what is missing."""
-        from vomstudio.workspace.placing.read_north import north_of, usual_doubt_deg
+        from vomstudio.registration.north import default_north_sigma_deg
+        from vomstudio.workspace.placing.read_north import north_of
 
         word: NorthKind = self.north.currentData()
         for field, shown in (
@@ -124,10 +125,10 @@ class CompassDialog(QDialog):
             (self.declination, word == "magnetic"),
         ):
             self._form.setRowVisible(field, shown)
-        usual = usual_doubt_deg(word)
+        default_deg = default_north_sigma_deg(word)
         self.doubt.setPlaceholderText(
-            tr("{angle:g}°: what a model of the field may be off", angle=usual)
-            if usual
+            tr("{angle:g}°: compass, rocks and steel nearby", angle=default_deg)
+            if default_deg
             else tr("0°: north is right")
         )
         why = ""

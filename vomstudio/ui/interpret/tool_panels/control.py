@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
@@ -76,6 +77,7 @@ class ControlPanel(QWidget):
         self._points: list[ControlPoint] = []
         self._lines: list[KnownLine] = []
         self._found, self._reach = 0, 0.0
+        self._photo_up_of: tuple[Path | None, npt.NDArray[np.float64] | None] | None = None
         self._solving = NewestResult(self, self._solved, self._say_solving)
         self.model: Model | None = None
         self.placed: Placed | None = None
@@ -212,6 +214,7 @@ class ControlPanel(QWidget):
         compass = compass_table(lines, self.readings.seen)
         keep_scale = self.keep_scale.isChecked()
         resolution = None if opened is None else opened.resolution
+        photo_up = self._photo_up(model)
 
         def work() -> Placed | VomError:
             try:
@@ -220,8 +223,8 @@ class ControlPanel(QWidget):
                 extent = None if opened is None else some_points(opened.data)
                 return placed_by_points(
                     pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
-                    north.turned_deg, keep_scale=keep_scale, click_sigma_m=click_m,
-                    resolution=resolution,
+                    north.turned_deg, north_sigma_stated=stated, photo_up=photo_up,
+                    keep_scale=keep_scale, click_sigma_m=click_m, resolution=resolution,
                 )  # fmt: skip
             except VomError as error:
                 return error
@@ -238,6 +241,8 @@ class ControlPanel(QWidget):
             self._solved(error)
             return
         north = self.north or ReadNorth("grid")
+        said = self.readings.compass
+        stated = said is not None and said.doubt_deg is not None
         self._show_compass()
         # Directions are tried one without the other, which takes a second.
         if self._found <= _FEW and compass is None:
@@ -247,6 +252,15 @@ class ControlPanel(QWidget):
             self.placed = None
             self._explain_button(tr("The placement by these is being worked out."))
             self._solving.ask(work)
+
+    def _photo_up(self, model: Model | None) -> npt.NDArray[np.float64] | None:
+        """As of `known_lines.photo_up`, read once for each model."""
+        from vomstudio.workspace.placing.known_lines import photo_up
+
+        path = None if model is None else self._studio.project.find_model(model)
+        if self._photo_up_of is None or self._photo_up_of[0] != path:
+            self._photo_up_of = (path, None if path is None else photo_up(path))
+        return self._photo_up_of[1]
 
     def _say_solving(self) -> None:
         count = self._found + len(self.readings.seen)

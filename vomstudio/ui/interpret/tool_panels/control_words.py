@@ -42,8 +42,8 @@ def in_short(
             return tr("Type what is known of the line in the list.")
         return tr(
             "Read the coordinates of control points from a file, or click a point on the "
-            "outcrop and type its coordinates. Lines that are level, or whose azimuth or "
-            "length is known, and planes that were read by compass place the model in part."
+            "outcrop and type its coordinates. Lines that are level or vertical, or whose azimuth "
+            "or length is known, and planes that were read by compass place the model in part."
         )
     if not found and not any(p.position for p in points):
         return tr("Type the coordinates of the points in the list, or read them from a file.")

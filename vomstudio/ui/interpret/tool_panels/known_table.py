@@ -20,7 +20,7 @@ _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _WORDS = dict(KINDS)
 _UNITS = {"length": " m"}
 _DIGITS = {"length": 3, "plane": 1, "lineation": 1}
-_MOST_DEG = {"level": 45.0, "azimuth": 90.0, "plane": 90.0, "lineation": 90.0}
+_MOST_DEG = {"level": 45.0, "plumb": 45.0, "azimuth": 90.0, "plane": 90.0, "lineation": 90.0}
 
 
 class KnownTable(QTableWidget):
@@ -45,9 +45,9 @@ class KnownTable(QTableWidget):
             (TICK, tr("Ticked ones place the model, the others judge it.")),
             (VALUE, tr("Azimuth (°) from the first end to the second, length (m), or what was read "
                        "by compass, such as 213/45.")),
-            (SIGMA, tr("One standard error; empty for what is usual: 0.5° of a level line, 3° of "
-                       "an azimuth, 0.5 % of a length. Of planes and lines by compass it is then "
-                       "taken from what is left over.")),
+            (SIGMA, tr("One standard error; empty for what is usual: 0.5° of a level or plumb "
+                       "line, 3° of an azimuth, 0.5 % of a length. Of planes and lines by compass "
+                       "it is then taken from what is left over.")),
             (LEFT, tr("What is left over: placed less known; of planes and lines by compass the "
                       "angle between the two.")),
         ):  # fmt: skip
@@ -68,7 +68,7 @@ class KnownTable(QTableWidget):
                 what = QTableWidgetItem(tr(_WORDS[line.kind]))
                 what.setFlags(_READ_ONLY)
                 value = QTableWidgetItem(value_text(line, notation))
-                if line.kind == "level":
+                if not line.has_value:
                     value = QTableWidgetItem("–")
                     value.setFlags(_READ_ONLY)
                 sigma = QTableWidgetItem("" if line.sigma is None else _short(line.sigma))

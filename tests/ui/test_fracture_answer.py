@@ -1,0 +1,109 @@
+"""Fractures that the window counts on a wall, a slope and a pavement: strikes, and the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vomstudio.cli.common.entry import main
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.units import Axes
+from vomstudio.products.section.trace_map import write_map
+from vomstudio.ui.sections.fracture_answer import (
+    CIRCLE,
+    SCANLINE,
+    WINDOW,
+    FractureAnswer,
+    FractureQuestion,
+    MappedTrace,
+    answer,
+)
+from vomstudio.ui.sections.fractures_panel import words_of
+
+AT = np.array([400.0, 5_200.0, 90.0])
+SLOPE, PAVEMENT, WALL = Plane(135.0, 30.0), Plane(0.0, 0.0), Plane(200.0, 90.0)
+
+
+def question(face: Plane, counted_in: str, place: tuple[float, ...]) -> FractureQuestion:
+    """Level traces, and traces that go straight up the face (on a pavement east, and north)."""
+    right, up = np.asarray(face.strike_vector()) * -1.0, np.asarray(face.dip_vector()) * -1.0
+    traces = []
+    for k, (x, y) in enumerate([(0, 1), (0, 2), (0, 3), (2, 0), (5, 0)]):
+        ends = [(x, y), (x + 7, y)] if k < 3 else [(x, y), (x, y + 4)]
+        points = np.array([AT + a * right + b * up for a, b in ends])
+        traces.append(MappedTrace(f"t{k}", f"T{k}", "level" if k < 3 else "up", "#000000", points))
+    return FractureQuestion(traces, face, counted_in, place, 0.0, None, True, True)
+
+
+def answered(face: Plane, counted_in: str = WINDOW, place: tuple[float, ...] = ()):
+    made = answer(question(face, counted_in, place))
+    assert isinstance(made, FractureAnswer)
+    assert made.mapped is not None, made.why
+    return made
+
+
+def strikes(made: FractureAnswer) -> dict[str, float]:
+    assert made.mapped is not None
+    return {s.name: s.strike_deg for s in made.mapped.found.sets}
+
+
+def axial(angle: float, other: float) -> float:
+    return abs((angle - other + 90.0) % 180.0 - 90.0)
+
+
+def test_on_a_slope_and_a_pavement_azimuths_are_strikes() -> None:
+    made = strikes(answered(SLOPE))
+    assert axial(made["level"], SLOPE.strike_rhr_deg) < 1e-6
+    assert axial(made["up"], SLOPE.dip_direction_deg) < 1e-6
+    made = strikes(answered(PAVEMENT))
+    assert axial(made["level"], 90.0) < 1e-6
+    assert axial(made["up"], 0.0) < 1e-6
+
+
+def test_on_a_wall_they_are_counted_from_up() -> None:
+    made = strikes(answered(WALL))
+    assert axial(made["level"], 90.0) < 1e-6
+    assert axial(made["up"], 0.0) < 1e-6
+
+
+def nearly(value):
+    """The same to rounding: areas go from the face to World and back."""
+    if isinstance(value, dict):
+        return {key: nearly(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [nearly(each) for each in value]
+    return pytest.approx(value, rel=1e-7, abs=1e-7) if isinstance(value, float) else value
+
+
+@pytest.mark.parametrize("face", [WALL, SLOPE, PAVEMENT], ids=["wall", "slope", "pavement"])
+@pytest.mark.parametrize("counted_in", [WINDOW, CIRCLE, SCANLINE])
+def test_the_copied_command_has_the_same_figures(
+    face: Plane, counted_in: str, tmp_path: Path, capfd
+) -> None:
+    low = np.concatenate(answered(face).lines).min(axis=0)
+    place = {
+        WINDOW: (*(low + [1.0, -0.5]), *(low + [6.0, 3.5])),
+        CIRCLE: (*(low + [3.0, 2.0]), 1.5),
+        SCANLINE: (*(low + [3.0, 0.5]), *(low + [3.5, 3.6])),
+    }[counted_in]
+    made = answered(face, counted_in, tuple(float(v) for v in place))
+    q = made.question
+    path = tmp_path / "traces.gpkg"
+    write_map(
+        path, [t.points for t in q.traces], [t.name for t in q.traces], [t.set for t in q.traces],
+        made.counted, made.face, crs=Axes().wkt,
+    )  # fmt: skip
+    words = [
+        text
+        for word in words_of(made, path)
+        for text in (map(str, word) if isinstance(word, tuple) else [str(word)])
+    ]
+    assert main([*words, "--json"]) == 0
+    said = json.loads(capfd.readouterr().out)
+    said.pop("image")
+    assert made.mapped is not None
+    mine = json.dumps(made.mapped.found.as_dict(), default=lambda finding: finding.to_dict())
+    assert said == nearly(json.loads(mine))

@@ -1,0 +1,98 @@
+"""Precision of given coordinates: what points that fit exactly may still be off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.errors import GeometryError
+from vomstudio.registration.adjustment import Adjusted, adjust
+from vomstudio.registration.observations import Observed, Points
+
+Array = npt.NDArray[np.float64]
+
+# Trailing zeros are lost in arrays: what looks coarser than a centimetre counts as written to it.
+_MIN_DECIMALS, _MAX_DECIMALS = 2, 9
+_COARSER = 100.0
+_ROUNDING = np.sqrt(1.0 / 12.0)
+"""Standard deviation of a rounded number, as a share of its last digit."""
+
+
+def last_digit(values: npt.ArrayLike) -> float:
+    """Return the step in which coordinates are written.
+
+    Parameters
+    ----------
+    values : array
+        Finite numbers.
+
+    Returns
+    -------
+    float
+        The last decimal if all numbers have at most 9, else the spacing of float64 at the largest
+        number; that of float32 if all are stored in it without a loss, and it is larger.
+    """
+    x = np.asarray(values, np.float64)
+    largest = float(np.abs(x).max(initial=0.0))
+    finest = float(np.spacing(largest))
+    if (x == np.round(x)).all():
+        return max(10.0**-_MIN_DECIMALS, finest)
+    step = finest
+    for decimals in range(_MIN_DECIMALS, _MAX_DECIMALS + 1):
+        # Numbers of any kind are near to decimals that are hardly coarser than their spacing.
+        near = np.abs(x - np.round(x, decimals)).max(initial=0.0) <= finest
+        if near and 10.0**-decimals > _COARSER * finest:
+            step = 10.0**-decimals
+            break
+    if (x.astype(np.float32) == x).all():
+        step = max(step, float(np.spacing(np.float32(largest))))
+    return max(step, finest)
+
+
+def add_rounding(
+    kinds: Sequence[Observed], result: Adjusted, centre: Array, size: float
+) -> Adjusted:
+    """Widen the errors of a fit whose points leave less over than the rounding of coordinates.
+
+    Parameters
+    ----------
+    kinds : sequence of Observed
+        By which the fit was computed.
+    result : Adjusted
+    centre, size : as of `adjust`
+
+    Returns
+    -------
+    Adjusted
+        With the errors that the fit has if these points are as accurate as their coordinates.
+    """
+    groups = np.array(result.rows.groups)
+    rounded: list[Observed] = []
+    for kind in kinds:
+        if isinstance(kind, Points) and not np.isfinite(kind.sigma).all():
+            step = np.hypot(last_digit(kind.world), result.fit.scale * last_digit(kind.model))
+            sigma = _ROUNDING * float(step)
+            own = result.error[(groups == kind.name) & ~np.isfinite(result.rows.sigma)]
+            if len(own) and float(own.max()) < sigma:
+                stated = np.where(np.isfinite(kind.sigma), kind.sigma, sigma)
+                kind = replace(kind, sigma=stated)
+        rounded.append(kind)
+    if all(new is old for new, old in zip(rounded, kinds, strict=True)):
+        return result
+    try:
+        again = adjust(rounded, centre, size)
+    except GeometryError:
+        return result
+    if _worst(again) < _worst(result):
+        # So few points that Student's widening is larger.
+        return result
+    return replace(
+        result, covariance=again.covariance, plain=again.plain, error=again.error, sigma=again.sigma
+    )
+
+
+def _worst(result: Adjusted) -> float:
+    return float(np.linalg.eigvalsh(result.rotation)[-1])
