@@ -152,13 +152,13 @@ def test_command_and_python_take_the_same_error(
 
 
 def test_a_model_file_gives_the_default(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Triangles with edges of 3, 4 and 5 units: their mean is 4, half of it 2 units of 2 m."""
     mesh = tmp_path / "faces.obj"
     mesh.write_text("v 0 0 0\nv 3 0 0\nv 0 4 0\nv 40 25 15\nv 43 25 15\nv 40 29 15\n"
                     "f 1 2 3\nf 4 5 6\n")  # fmt: skip
     assert main(["register", str(mesh), "--pairs", str(table(tmp_path)), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
-    assert result["click_sigma_m"] == pytest.approx(4.0, rel=0.05)
+    resolution = vs.read(mesh, up="z", unit="m").resolution_m
+    assert result["click_sigma_m"] == pytest.approx(0.5 * result["scale"] * resolution)
 
 
 @pytest.mark.parametrize("value", ["-0.01", "x", "1e9", "nan"])
