@@ -6,8 +6,9 @@ Every change is the journalled edit that the window makes, and is made at once, 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -127,7 +128,8 @@ class HeadlessProject:
         self._surfaces: dict[str, PaintSurface | None] = {}
         self._bounds: dict[str, npt.NDArray[np.float64]] = {}
         self._extents: dict[str, npt.NDArray[np.float64]] = {}
-        self._resolutions: dict[str, float | None] = {}
+        # Only registrations need them.
+        self._resolutions: dict[str, Callable[[], float | None]] = {}
 
     @classmethod
     @contextlib.contextmanager
@@ -234,7 +236,7 @@ class HeadlessProject:
         self._surfaces[model.id] = surface_of(loaded.data)
         self._bounds[model.id] = loaded.data.bounds
         self._extents[model.id] = some_points(loaded.data)
-        self._resolutions[model.id] = known_resolution(loaded.data)
+        self._resolutions[model.id] = partial(known_resolution, loaded.data)
         return AddedModel(model, True, (*loaded.warnings, *established.findings))
 
     def add_picks(
@@ -388,9 +390,14 @@ class HeadlessProject:
             crs,
             extent,
             click_sigma_m=click_sigma_m,
-            resolution=self._resolutions.get(model.id),
+            resolution=self._resolution(model),
         )
         return self._placed(model, placed, registration_of(placed, pairs, model, crs))
+
+    def _resolution(self, model: Model) -> float | None:
+        """Return the resolution of a model in the unit of its file, None if it is not at hand."""
+        compute = self._resolutions.get(model.id)
+        return None if compute is None else compute()
 
     def fit_to_reference(
         self,
@@ -410,7 +417,7 @@ class HeadlessProject:
         from vomstudio.workspace.placing.reference_fitting import Standing, fit_model
 
         self._surface(model)
-        resolution = self._resolutions.get(model.id)
+        resolution = self._resolution(model)
         evidence = Evidence(pairs=pairs, click_sigma_m=click_sigma_m, resolution=resolution)
         frame, registration = model.frame, model.registration
         scale_error = None if registration is None else registration.scale_error
@@ -555,7 +562,7 @@ class HeadlessProject:
                     found = surface_of(loaded.data)
                     self._bounds[model.id] = loaded.data.bounds
                     self._extents[model.id] = some_points(loaded.data)
-                    self._resolutions[model.id] = known_resolution(loaded.data)
+                    self._resolutions[model.id] = partial(known_resolution, loaded.data)
                 else:
                     why = tr(
                         "{file} has changed since features were measured on {model}.",
