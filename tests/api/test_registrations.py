@@ -15,7 +15,9 @@ WORLD = 2.0 * MODEL[:, [1, 2, 0]] + [500.0, 200.0, 30.0]
 CHECK = np.arange(7) > 4
 PROMISED = {
     "matrix", "scale", "control", "check", "rms_control_m", "rms_check_m", "rotation_error_deg",
-    "rotation_error_95_deg", "scale_error_95", "worth_adding", "known", "blunders", "warnings",
+    "rotation_error_95_deg", "scale_error_95", "click_sigma_m", "mark_scatter_px",
+    "north_sigma_deg",
+    "worth_adding", "known", "blunders", "warnings",
 }  # fmt: skip
 
 

@@ -93,7 +93,7 @@ def test_points_that_contradict_the_kept_scale_are_told(stated: bool) -> None:
     sigma = np.full(world.shape, 0.01) if stated else None
     placed = register_points(model, world, sigma, scale=1.0)
     assert placed.scale == pytest.approx(1.0, abs=1e-2)
-    said = " ".join(placed.warnings)
+    said = " ".join(map(str, placed.warnings))
     assert "The scale that is kept is contradicted" in said
     assert "1.06 times" in said
     assert "the scale that is kept" not in [b.label for b in placed.blunders]
@@ -102,7 +102,7 @@ def test_points_that_contradict_the_kept_scale_are_told(stated: bool) -> None:
 def test_points_that_agree_with_the_kept_scale_are_not_doubted() -> None:
     for seed in range(8):
         model, world = drawn(np.random.default_rng(seed), 6, 0.05)
-        said = " ".join(register_points(model, world, scale=1.0).warnings)
+        said = " ".join(map(str, register_points(model, world, scale=1.0).warnings))
         assert "contradicted" not in said
 
 

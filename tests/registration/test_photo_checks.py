@@ -12,6 +12,7 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register
 from vomstudio.registration.level_evidence import away_deg, said_of_level_lines
+from vomstudio.registration.marks.mark_errors import Marks
 from vomstudio.registration.marks.wrong_marks import agreeing
 
 Array = npt.NDArray[np.float64]
@@ -26,7 +27,7 @@ def seen(place: Array = PLACE) -> Array:
 
 def test_marks_that_agree_are_all_kept() -> None:
     chance = np.random.default_rng(1)
-    rows, wrong = agreeing("A", VIEWS, seen() + chance.normal(size=(9, 2)))
+    rows, wrong = agreeing("A", Marks(VIEWS, seen() + chance.normal(size=(9, 2))), 6.0)
     assert rows.tolist() == list(range(9))
     assert wrong == []
 
@@ -34,7 +35,7 @@ def test_marks_that_agree_are_all_kept() -> None:
 def test_a_wrong_mark_is_named_with_its_photo_and_where_it_should_be() -> None:
     marks = seen()
     marks[4] += [600.0, -300.0]
-    rows, (wrong,) = agreeing("A", VIEWS, marks)
+    rows, (wrong,) = agreeing("A", Marks(VIEWS, marks), 6.0)
     assert 4 not in rows
     assert (wrong.label, wrong.photo) == ("A", VIEWS[4].name)
     assert wrong.wanted == pytest.approx(tuple(seen()[4]), abs=0.1)
@@ -49,7 +50,7 @@ def test_wrong_marks_and_those_outside_of_their_photo_do_not_place_a_point() -> 
     said: list[str] = []
     evidence = Evidence(views={view.name: view for view in VIEWS})
     places = marked_places(evidence, marks, said)
-    np.testing.assert_allclose(places["A"], PLACE, atol=1e-3)
+    np.testing.assert_allclose(places["A"][0], PLACE, atol=1e-3)
     assert any(VIEWS[2].name in one and "outside" in one for one in said)
     assert any(VIEWS[5].name in one and "contradicts" in one for one in said)
 

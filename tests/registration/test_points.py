@@ -117,12 +117,12 @@ def test_turning_the_world_turns_the_transform() -> None:
 def test_what_is_wrong_with_the_points_is_said() -> None:
     model, world = pairs()
     three = register_points(model[:3], world[:3])
-    assert any("Use 4 or more" in said for said in three.warnings)
+    assert any("Use 4 or more" in str(said) for said in three.warnings)
     mirrored = register_points(model * [1, 1, -1], world)
     assert "control.swapped-columns" in [as_finding(each).code for each in mirrored.warnings]
     noisy = world + np.random.default_rng(2).normal(0, 1.0, world.shape)
     doubted = register_points(model, noisy, np.full(world.shape, 0.01))
-    assert any("times what the stated accuracies allow" in said for said in doubted.warnings)
+    assert any("times what the stated accuracies allow" in str(said) for said in doubted.warnings)
     clean = register_points(model, world, check=np.arange(8) > 5)
     assert clean.warnings == ()
 

@@ -82,6 +82,7 @@ def register(
     world_points: Any = None,
     *,
     sigma_m: Any = None,
+    click_sigma_m: float | None = None,
     check: Any = None,
     keep_scale: bool = False,
     robust: bool = False,
@@ -97,6 +98,9 @@ def register(
     world_points : (n, 3) the same points in World, metres
     sigma_m : (n, 3) one-sigma errors of ``world_points``, metres; None takes them as equal and
         estimates them from the residuals
+    click_sigma_m : one-sigma error of each coordinate of ``model_points``, metres, which counts
+        beside ``sigma_m``; None for half the resolution of the model of a path, and for 0 of
+        arrays
     check : (n,) True for points that judge the result and take no part in it
     keep_scale : the scale of the model is right as it is: it is only turned and shifted
     robust : leave out what cannot be right beside the others, and name it
@@ -109,8 +113,9 @@ def register(
     ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
     ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
     axis), ``scale_error_95``, ``worth_adding`` (where one more point would help most), ``known``,
-    ``blunders`` (points too far off to be chance), ``north_sigma_deg`` (common offset of compass
-    readings, one sigma; None without any) and ``warnings``. Called with (n, 3)
+    ``blunders`` (points too far off to be chance), ``click_sigma_m`` (metres), ``mark_scatter_px``
+    (of marks in photos), ``north_sigma_deg`` (common offset of compass readings, one sigma; None
+    without any) and ``warnings``. Called with (n, 3)
     model points it gives them in World.
 
     Raises
@@ -140,18 +145,21 @@ def register(
     for name, value in (("keep_scale", keep_scale), ("robust", robust)):
         if not isinstance(value, bool | np.bool_):
             raise InputError(tr("True or False is needed."), field=name)
+    click_m = single_number(click_sigma_m, "click_sigma_m")
+    if click_m:
+        _require_error(click_m, "click_sigma_m")
     if is_path(model_points) and (world_points is None or known):
         _refuse(
             {"world_points": world_points, "sigma_m": sigma_m, "check": check},
             tr("Arrays of points belong to an array of model points. Give a table: pairs."),
         )
         path = path_of(model_points, "model_points")
-        found = _by_file(path, known, keep_scale=bool(keep_scale), robust=bool(robust))
+        found = _by_file(path, known, click_m, keep_scale=bool(keep_scale), robust=bool(robust))
     else:
         _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
         pairs = _pairs(model_points, world_points, sigma_m, check)
         scale = 1.0 if keep_scale else None
-        found = register_points(*pairs, scale=scale, robust=bool(robust))
+        found = register_points(*pairs, click_sigma_m=click_m, scale=scale, robust=bool(robust))
     warn(found.warnings)
     return found
 
@@ -193,7 +201,9 @@ _LINES = {"scale": (7, 8), "azimuth": (7, 8), "level": (6, 7), "plumb": (6, 7)}
 """Numbers of a row, without and with its error."""
 
 
-def _by_file(model: Path, known: Known, *, keep_scale: bool, robust: bool) -> Placed:
+def _by_file(
+    model: Path, known: Known, click_m: float | None, *, keep_scale: bool, robust: bool
+) -> Placed:
     given: dict[str, Any] = dict(known)
     progress = told(given.pop("progress", None), given.pop("cancel", None))
     north = given.pop("north", "grid")
@@ -210,6 +220,7 @@ def _by_file(model: Path, known: Known, *, keep_scale: bool, robust: bool) -> Pl
     declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
     values: dict[str, Any] = {**texts, **lines, "declination": declination, "without": labels}
     values |= {"keep_scale": keep_scale, "robust": robust}
+    values["click_sigma"] = None if click_m is None else repr(click_m)
     order = RegisterOrder(str(model), north=north, north_sigma=north_sigma, **values)
     return register_model(order, progress).placed
 
@@ -276,9 +287,14 @@ def _sigma(given: Any, n: int) -> Any:
     bad = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
     refuse_rows(bad, "no positive errors", "sigma_m")
     for value in (float(array.min()), float(array.max())) if array.size else ():
-        if (said := why_no_error(value)) is not None:
-            raise InputError(said, field="sigma_m")
+        _require_error(value, "sigma_m")
     return array
+
+
+def _require_error(value: float, name: str) -> None:
+    """Raise InputError for an error, one sigma, that is not plausible."""
+    if (problem := why_no_error(value)) is not None:
+        raise InputError(problem, field=name)
 
 
 def _flags(given: Any, n: int) -> Any:

@@ -124,6 +124,12 @@ def _add_register(register: Parser) -> None:
     register.add_argument(
         "--crs", metavar="EPSG", default=None, help=tr("the projected CRS of x, y, z")
     )
+    register.add_argument(
+        "--click-sigma",
+        metavar="M",
+        default=None,
+        help=tr("error of the click on the model, one sigma (default: half its resolution)"),
+    )
 
 
 def _run(args: argparse.Namespace, out: Output) -> None:
@@ -216,21 +222,24 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import in_words
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.workspace.placing.registering import set_words
+    from vomstudio.workspace.placing.registering import parse_click_sigma, set_words
 
     if args.reference is None and (args.pairs is None or args.stable is not None):
         raise UsageError(tr("Give a table of points, or a --reference."), field="PAIRS")
     pairs = None if args.pairs is None else read_pairs(args.pairs)
     crs = None if args.crs is None else metric_crs(args.crs, "--crs")
+    click_m = None
+    if args.click_sigma is not None:
+        click_m = parse_click_sigma(args.click_sigma, "--click-sigma")
     more = {}
     with _changing(args, out) as desk:
         model = desk.find_model(args.model)
         if args.reference is None:
             assert pairs is not None
-            placed, turned, sets = desk.register(model, pairs, crs)
+            placed, turned, sets = desk.register(model, pairs, crs, click_m)
         else:
             placed, turned, sets, fitted = desk.fit_to_reference(
-                model, args.reference, pairs, crs, args.stable
+                model, args.reference, pairs, crs, args.stable, click_m
             )
             more = {"reference": fitted.as_dict()}
     out.warn(placed.warnings)

@@ -82,6 +82,12 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("how far a compass may be off for all its readings alike, one sigma (default: 10 "
                 "for photos, 2 for other azimuths from magnetic north, else 0)"),
     )  # fmt: skip
+    parser.add_argument(
+        "--click-sigma",
+        metavar="M",
+        help=tr("error of the click on the model, one sigma, beside the accuracy of the points "
+                "(default: half the resolution of the model; 0 without a model)"),
+    )  # fmt: skip
     _add_lines(parser)
     parser.add_argument(
         "--without",

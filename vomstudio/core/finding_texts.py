@@ -195,6 +195,55 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
             " orthometric heights, or two benchmarks, may be mixed."
         ),
     ),
+    "control.drift": (
+        "warning",
+        to_translate(
+            "Errors of neighbouring control points are correlated ({correlation:.2f}), as by a"
+            " drifting receiver. The stated errors include this. Use a base station."
+        ),
+    ),
+    "cameras.drift": (
+        "warning",
+        to_translate(
+            "Errors of neighbouring camera positions are correlated ({correlation:.2f}): the"
+            " receiver drifted. The stated errors include this. Add control points."
+        ),
+    ),
+    "control.click-error-unknown": (
+        "info",
+        to_translate(
+            "The click on the model is taken as exact, since its resolution is not known. Give the"
+            " click error if there is one."
+        ),
+    ),
+    "control.mark-scatter": (
+        "warning",
+        to_translate(
+            "Marks of the control points scatter by {scatter_px:.0f} px. The stated errors include"
+            " this. Check the marks, and the poses of the photos."
+        ),
+    ),
+    "control.marks-scattered": (
+        "error",
+        to_translate(
+            "The marks of the control points are {scatter_px:.0f} px off each other: they cannot"
+            " show the same points. Check labels, photos and poses."
+        ),
+    ),
+    "control.few-marks": (
+        "warning",
+        to_translate(
+            "Points with fewer than two right marks in photos of the model were not used: {labels}."
+            " Mark them again."
+        ),
+    ),
+    "control.marks-disagree": (
+        "warning",
+        to_translate(
+            "The marks of these points do not meet in one place, so the points were not used:"
+            " {labels}. Check their marks."
+        ),
+    ),
     # --- lines ---------------------------------------------------------------------------------
     "trace.beside": (
         "warning",

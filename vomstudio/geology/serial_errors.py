@@ -16,6 +16,8 @@ FEWEST = 10
 _TRIED = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 0.94])
 _FINER = (0.1, 0.05, 0.02)
 _MOST = 0.98
+# Of the error of a coordinate: smaller residuals are rounding, whose order says nothing.
+_ROUNDING = 1e-6
 # What a fit takes out is at most this many times what it leaves, or nothing can be told.
 _MOST_TAKEN = 25.0
 # Twice the gain of the logarithm of the likelihood that chance reaches in one of a hundred sets of
@@ -30,7 +32,7 @@ def correlation_of(moves: Array, misses: Array) -> float:
     divided by the error of their coordinate
     """
     n = len(misses)
-    if n < FEWEST:
+    if n < FEWEST or not np.abs(misses).max() > _ROUNDING:
         return 0.0
     gain = {float(rho): _restricted(moves, misses, rho) for rho in _TRIED}
     best = max(gain, key=lambda rho: gain[rho])

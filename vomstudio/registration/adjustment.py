@@ -84,7 +84,8 @@ class Adjusted:
     overdrawn : how many times larger the misses are than what was stated; 1 where they agree
     ambiguous : a quite different rotation fits as well
     free_of : of each group whose error is not stated, how many free misses it rests on
-    drift : correlation of the errors of neighbouring cameras, 0 where they are independent
+    drift : correlation of the errors of neighbours in a table, by group ("points", "cameras");
+        without the groups whose errors are independent
     common, common_covariance : (k,) and (k, k) of the errors that rows share, in the order of
         `rows.shared_names`
     """
@@ -107,7 +108,7 @@ class Adjusted:
     common: Array
     common_covariance: Array
     free_of: Mapping[str, float]
-    drift: float
+    drift: Mapping[str, float]
 
     @property
     def rotation(self) -> Array:

@@ -7,6 +7,7 @@ and the worst one is removed as long as one is significant, since one mistake hi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
@@ -112,11 +113,54 @@ def find_blunders(
     One mistake makes others look wrong: what was named before the worst were out is held against
     the rest again, and cleared where it fits that.
     """
+    named = _find_blunders(kinds, found, centre, size, trust_stated=True)
+    if not np.isfinite(found.rows.sigma).any():
+        return named or []
+    if named is None or (named and not _explain_misfit(kinds, named, found, centre, size)):
+        # The stated accuracies are too small, which is no blunder.
+        named = _find_blunders(kinds, found, centre, size, trust_stated=False)
+    return named or []
+
+
+def _explain_misfit(
+    kinds: Sequence[Observed],
+    named: Sequence[Blunder],
+    found: Adjusted,
+    centre: Array,
+    size: float,
+) -> bool:
+    """Return whether the observations without the named ones agree with the stated accuracies.
+
+    Those without the two worst or more may agree by chance, so the named ones must be farther off
+    than the worst of so many are, whatever the accuracies.
+    """
+    from scipy.stats import f
+
+    labels = {blunder.label for blunder in named}
+    kinds = [chosen(kind, [label not in labels for label in kind.labels]) for kind in kinds]
+    rest = adjust([kind for kind in kinds if len(kind.labels)], centre, size)
+    if rest.overdrawn > 1.0 or len(named) == 1:
+        return rest.overdrawn <= 1.0
+    squares = [float(((each.rows.misses / each.sigma) ** 2).sum()) for each in (found, rest)]
+    free = found.redundancy - rest.redundancy, rest.redundancy
+    if min(free) < 1.0:
+        return False
+    ratio = (squares[0] - squares[1]) / free[0] / max(squares[1] / free[1], 1e-300)
+    ways = math.comb(len(named) + sum(len(kind.labels) for kind in kinds), len(named))
+    return ratio > float(f.isf(_BY_CHANCE / ways, *free))
+
+
+def _find_blunders(
+    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, *, trust_stated: bool
+) -> list[Blunder] | None:
+    """trust_stated : residuals are compared with the stated errors, not with each other
+
+    Returns None if more than a third would be named."""
     total = sum(len(kind.labels) for kind in kinds)
     out: list[Single] = []
     named: dict[Single, Blunder] = {}
     while len(named) < total // 3:
-        worst = _worst(_judged(kinds, out, found))
+        worst = _worst(_judged(kinds, out, found, trust_stated=trust_stated))
         if worst is None:
             break
         out.append(worst.single)
@@ -124,16 +168,16 @@ def find_blunders(
         found = _adjusted(kinds, out, centre, size)
     else:
         # As many as can be named at all: then it is not these that are wrong.
-        if total // 3 and _worst(_judged(kinds, out, found)) is not None:
-            return []
+        if total // 3 and _worst(_judged(kinds, out, found, trust_stated=trust_stated)) is not None:
+            return None
     if not named and (hidden := _hidden(kinds)):
         # Mistakes that hide each other: each is held against those that agree.
         out = hidden
         named = {one: Blunder(kinds[one[0]].labels[one[1]], None, None) for one in hidden}
-        _cleared(kinds, out, named, centre, size)
+        _cleared(kinds, out, named, centre, size, trust_stated=trust_stated)
         return list(named.values())
     if len(out) > 1:
-        _cleared(kinds, out, named, centre, size)
+        _cleared(kinds, out, named, centre, size, trust_stated=trust_stated)
     return list(named.values())
 
 
@@ -171,12 +215,15 @@ def _cleared(
     named: dict[Single, Blunder],
     centre: Array,
     size: float,
+    *,
+    trust_stated: bool,
 ) -> None:
     """Takes out of both what fits the rest; the others are described by their miss from it."""
     total = sum(len(kind.labels) for kind in kinds)
     for single in [*out]:
         tried = [other for other in out if other != single]
-        again = _judged(kinds, tried, _adjusted(kinds, tried, centre, size))
+        rest = _adjusted(kinds, tried, centre, size)
+        again = _judged(kinds, tried, rest, trust_stated=trust_stated)
         judged = next((one for one in again if one.single == single), None)
         if judged is None:
             continue
@@ -227,12 +274,14 @@ def _worst(judged: Sequence[_Judged]) -> _Judged | None:
     return min(wrong, key=lambda one: (one.chance, -one.strength)) if wrong else None
 
 
-def _judged(kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted) -> list[_Judged]:
+def _judged(
+    kinds: Sequence[Observed], out: Sequence[Single], found: Adjusted, *, trust_stated: bool
+) -> list[_Judged]:
     """Each one that the others say something of, held against these."""
     from scipy.stats import chi2, f
 
     rows, sigma = found.rows, found.sigma
-    stated = np.isfinite(rows.sigma)
+    stated = np.isfinite(rows.sigma) & trust_stated
     moves, covariance = weighed_rows(found)
     misses = rows.misses / sigma
     free = found.redundancy

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -59,7 +60,15 @@ from vomstudio.registration.level_evidence import (
     vertical_findings,
 )
 from vomstudio.registration.marks.mark_checks import finder
-from vomstudio.registration.marks.wrong_marks import agreeing
+from vomstudio.registration.marks.mark_errors import (
+    Marks,
+    agreement_px,
+    mark_error_px,
+    mark_scatter_findings,
+    marks_disagree,
+    place_covariance,
+)
+from vomstudio.registration.marks.wrong_marks import agreeing, meet
 from vomstudio.registration.observations import (
     Lengths,
     LevelLines,
@@ -86,6 +95,13 @@ class Evidence:
     views: Mapping[str, View] = field(default_factory=dict)
     centres: Mapping[str, Array] = field(default_factory=dict)
     pairs: Pairs | None = None
+    click_sigma_m: float | None = None
+    """Error of each coordinate of a click on the model, metres; None to derive it from
+    `resolution`."""
+    resolution: float | None = None
+    """Effective resolution of the model, in its unit; None if not known."""
+    mark_scatter_px: float | None = None
+    """Error of a mark in one direction; None without marks."""
     bars: Sequence[ScaleBar] = ()
     positions: Positions | None = None
     """In metres."""
@@ -169,14 +185,17 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
-        control, check = _pairs(evidence.pairs)
+        control, check = _pairs(evidence)
         messages += evidence.pairs.notes
         require_on_model(evidence.pairs.model, extent)
         kinds.append(control)
         every = evidence.pairs
         suspicions += point_findings(control, every.labels, every.world, every.model, evidence.crs)
         messages += suspicions
-    kinds += lengths_of(evidence.bars, evidence.lengths, evidence.pairs)
+    click_m, click = _click_errors(evidence)
+    kinds += lengths_of(
+        evidence.bars, evidence.lengths, evidence.pairs, click_m=click_m, click=click
+    )
     if evidence.positions is not None:
         kinds.append(_cameras(evidence, messages, suspicions))
     attitudes = None
@@ -232,7 +251,8 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         _refuse_unsure(placed, suspicions)
     if attitudes is not None:
         messages += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
-    return with_warnings(_with_pixels(placed, evidence), messages)
+    placed = _with_errors_of_control(_with_pixels(placed, evidence), evidence)
+    return with_warnings(placed, messages)
 
 
 def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
@@ -260,13 +280,52 @@ def _with_pixels(placed: Placed, evidence: Evidence) -> Placed:
 
 
 # --- points -----------------------------------------------------------------------
-def _pairs(pairs: Pairs) -> tuple[Points, Points]:
+def _pairs(evidence: Evidence) -> tuple[Points, Points]:
+    pairs = evidence.pairs
+    assert pairs is not None
+    clicked = pairs.is_clicked
+    click_m, click = _click_errors(evidence)
+    sigma_m = np.where(clicked, click_m, 0.0)
+    covariance = np.tile(click**2 * np.eye(3), (len(clicked), 1, 1))
+    if pairs.covariance is not None:
+        covariance[~clicked] = pairs.covariance[~clicked]
+
     def those(which: npt.NDArray[np.bool_]) -> Points:
         rows = np.flatnonzero(which)
         labels = [pairs.labels[i] for i in rows]
-        return Points(labels, pairs.model[rows], pairs.world[rows], pairs.sigma[rows])
+        return Points(
+            labels,
+            pairs.model[rows],
+            pairs.world[rows],
+            pairs.sigma[rows],
+            click_m=sigma_m[rows] if sigma_m.any() else None,
+            covariance=covariance[rows] if covariance.any() else None,
+        )
 
     return those(~pairs.check), those(pairs.check)
+
+
+def _click_errors(evidence: Evidence) -> tuple[float, float]:
+    """Return the error of a click in metres as given, and else in the unit of the model."""
+    if evidence.click_sigma_m is not None:
+        return evidence.click_sigma_m, 0.0
+    return 0.0, 0.5 * (evidence.resolution or 0.0)
+
+
+def _with_errors_of_control(placed: Placed, evidence: Evidence) -> Placed:
+    """Add the errors of clicks and marks that were used, and findings on them."""
+    placed = replace(placed, mark_scatter_px=evidence.mark_scatter_px)
+    findings = mark_scatter_findings(evidence.mark_scatter_px or 0.0)
+    pairs = evidence.pairs
+    if pairs is not None and pairs.is_clicked.any():
+        click_m = evidence.click_sigma_m
+        if click_m is None:
+            click_m = 0.5 * placed.scale * (evidence.resolution or 0.0)
+            stated = np.isfinite(pairs.sigma[pairs.is_clicked]).all()
+            if evidence.resolution is None and stated:
+                findings.append(Finding("control.click-error-unknown"))
+        placed = replace(placed, click_sigma_m=click_m)
+    return with_warnings(placed, findings)
 
 
 # --- cameras ----------------------------------------------------------------------------------
@@ -402,32 +461,38 @@ def _refuse_unsure(placed: Placed, suspicions: Sequence[Message]) -> None:
 
 def marked_places(
     evidence: Evidence, marks: Sequence[Marked], messages: list[Message] | None = None
-) -> dict[str, Array]:
+) -> dict[str, tuple[Array, Array]]:
     """Triangulate the points that are marked in at least two photos.
+
+    The scatter of the marks is stored in `evidence`.
 
     Parameters
     ----------
     evidence : Evidence
     marks : sequence of (label, photo, x, y)
     messages : list of Message, optional
-        Messages about excluded marks are appended.
+        Messages about excluded marks and points are appended.
 
     Returns
     -------
-    dict of str to (3,) array
-        Points on the model by label.
+    dict of str to (3,) array and (3, 3) array
+        Points on the model and their covariances, by label.
 
     Raises
     ------
     UsageError
         If no cameras are known.
+    GeometryError
+        If the marks scatter too much to show the same points.
     """
     collected = [] if messages is None else messages
     views_of: dict[str, tuple[list[View], list[tuple[float, float]]]] = {}
+    given: Counter[str] = Counter()
     for label, photo, x, y in marks:
         view = _view(evidence, photo, "--marks")
         if view is None:
             continue
+        given[label] += 1
         lens = view.intrinsics
         if not (0 <= x <= lens.width and 0 <= y <= lens.height):
             collected.append(
@@ -446,13 +511,31 @@ def marked_places(
         views, pixels = views_of.setdefault(label, ([], []))
         views.append(view)
         pixels.append((x, y))
-    triangulated = {}
-    for label, (views, pixels) in views_of.items():
-        places = np.array(pixels, np.float64)
-        rows, wrong_marks = agreeing(label, views, places)
+    points = {
+        label: Marks(views, np.array(pixels, np.float64))
+        for label, (views, pixels) in views_of.items()
+    }
+    mark_px = mark_error_px(list(points.values()))
+    evidence.mark_scatter_px = mark_px if points else None
+    triangulated, contradictory = {}, []
+    for label, each in points.items():
+        rows, wrong_marks = agreeing(label, each, agreement_px(mark_px))
         collected += [mark.in_words() for mark in wrong_marks]
-        triangulated[label] = triangulate([views[int(row)] for row in rows], places[rows])
-    return {label: place_ for label, place_ in triangulated.items() if np.isfinite(place_).all()}
+        right = Marks([each.views[int(row)] for row in rows], each.pixels[rows])
+        if len(rows) < 2:
+            continue
+        if not meet(right, agreement_px(mark_px)):
+            contradictory.append(label)
+            continue
+        place = triangulate(*right)
+        triangulated[label] = place, place_covariance(right, place, mark_px)
+    if contradictory:
+        collected.append(marks_disagree(contradictory))
+    # Points that are marked once are reported where labels are compared.
+    few = [k for k in given if given[k] > 1 and k not in triangulated and k not in contradictory]
+    if few:
+        collected.append(Finding("control.few-marks", labels=few))
+    return triangulated
 
 
 def _attitudes(evidence: Evidence, table: AttitudeTable, messages: list[Message]) -> Held:

@@ -33,12 +33,23 @@ _FIXED = 1e-9
 
 
 def lengths_of(
-    bars: Sequence[ScaleBar], segments: Sequence[Segment], pairs: Pairs | None
+    bars: Sequence[ScaleBar],
+    segments: Sequence[Segment],
+    pairs: Pairs | None,
+    *,
+    click_m: float = 0.0,
+    click: float = 0.0,
 ) -> list[Lengths]:
     """Scale bars between points of `pairs` that are no checks, and lengths between two places.
+
+    click_m, click : error of each coordinate of a click on the model, in metres and in its unit,
+    which are added to each other. They count beside stated errors: the usual error of a tape
+    contains them.
     Raises UsageError for a bar between points that are not there, and for two ends at one place."""
     labels, first, second, length, sigma = [], [], [], [], []
     places = {} if pairs is None else dict(zip(pairs.labels, pairs.model, strict=True))
+    is_clicked = {} if pairs is None else dict(zip(pairs.labels, pairs.is_clicked, strict=True))
+    clicks = list[int]()
     for bar in bars:
         for label in (bar.first, bar.second):
             if label not in places:
@@ -56,6 +67,7 @@ def lengths_of(
         if bar.check:
             continue
         labels.append(f"{bar.first} - {bar.second}")
+        clicks.append(int(is_clicked[bar.first]) + int(is_clicked[bar.second]))
         first.append(places[bar.first])
         second.append(places[bar.second])
         length.append(bar.length_m)
@@ -65,6 +77,7 @@ def lengths_of(
         first.append(np.asarray(line.first))
         second.append(np.asarray(line.second))
         length.append(line.value)
+        clicks.append(0 if line.sigma is None else 2)
         sigma.append(_TAPE * line.value if line.sigma is None else line.sigma)
     if not labels:
         return []
@@ -80,7 +93,17 @@ def lengths_of(
             line=None if at is None else at.line,
             field="--scale" if at is None else "--scale-bars",
         )
-    return [Lengths(labels, *ends, np.array(length), np.array(sigma))]
+    both = np.sqrt(clicks)
+    return [
+        Lengths(
+            labels,
+            *ends,
+            np.array(length),
+            np.array(sigma),
+            click_m=both * click_m if click_m else None,
+            click=both * click if click else None,
+        )
+    ]
 
 
 def kept_scale(
@@ -108,7 +131,7 @@ def kept_scale(
     length = np.array([scale * size])
     label = tr("the scale that is kept")
     error = float(np.hypot(KEPT, scale_error or 0.0))
-    return [KeptScale([label], middle[None], end[None], length, _FIXED * length, error)]
+    return [KeptScale([label], middle[None], end[None], length, _FIXED * length, scale_error=error)]
 
 
 def said_of_lengths(

@@ -29,6 +29,8 @@ COMPASS = "compass"
 """One instrument reads planes, lines and azimuths: what its north is off is off in all of them."""
 YAW = "yaw"
 """What the north of all photos is off."""
+# Share of a variance; smaller covariances between World axes are rounding.
+_ON_AXES = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,7 @@ class Rows:
     shared_sigma : (k,) how large these may be; shared_names : (k,) errors of one name are one, also
     of several kinds, "" for those of the kind alone
     doubt : (m,) how many times as bad as its part a row may be, which too few rows show; None for 1
+    axes : (m, 3) World directions of the rows of points, zero for other rows; None for all zero
     """
 
     misses: Array
@@ -50,6 +53,7 @@ class Rows:
     shared_sigma: Array
     shared_names: tuple[str, ...] = ()
     doubt: Array | None = None
+    axes: Array | None = None
 
 
 class Observed(Protocol):
@@ -66,10 +70,15 @@ class Observed(Protocol):
 class Points:
     """Points of the model that are known in World, metres.
 
-    model, world : (n, 3); sigma : (n, 3), NaN where not stated
-    name : of all of them, which are as good as each other where nothing else is stated
     Horizontal coordinates and heights have an error each where five points or more show it, and
     every axis its own from twelve on.
+
+    model, world : (n, 3)
+    sigma : (n, 3) errors of `world`, NaN where not stated; these are then estimated from the
+        residuals, which contain the errors of `model` too
+    name : of all of them, which are as good as each other where nothing else is stated
+    click_m : (n,) errors of each coordinate of the places on the model, World metres; None for 0
+    covariance : (n, 3, 3) errors of `model`, in its frame and unit; None for 0
     """
 
     labels: Sequence[str]
@@ -77,18 +86,60 @@ class Points:
     world: Array
     sigma: Array
     name: str = "points"
+    click_m: Array | None = None
+    covariance: Array | None = None
+
+    def errors(self, fit: Similarity) -> tuple[Array, Array]:
+        """Return the errors of the residuals, with the errors of the places on the model.
+
+        Returns
+        -------
+        sigma : (n, 3) array
+            Along the axes of each point, NaN if not stated.
+        axes : (n, 3, 3) array
+            Rows are the World directions in which the errors of a point are independent.
+        """
+        sigma = self.sigma
+        if self.click_m is not None:
+            sigma = np.hypot(sigma, self.click_m[:, None])
+        axes = np.tile(np.eye(3), (len(sigma), 1, 1))
+        if self.covariance is None:
+            return sigma, axes
+        turn = fit.scale * fit.rotation
+        total = turn @ self.covariance @ turn.T + sigma[:, :, None] ** 2 * np.eye(3)
+        diagonal = np.einsum("nii->ni", total)
+        off_axes = np.abs(total - diagonal[:, :, None] * np.eye(3)).max(axis=(1, 2))
+        sigma = np.sqrt(diagonal)
+        inclined = np.isfinite(off_axes) & (off_axes > _ON_AXES * diagonal.max(axis=1))
+        if inclined.any():
+            values, vectors = np.linalg.eigh(total[inclined])
+            sigma[inclined] = np.sqrt(np.maximum(values, 0.0))
+            axes[inclined] = np.swapaxes(vectors, 1, 2)
+        return sigma, axes
+
+    def total_sigma(self, fit: Similarity) -> Array:
+        """Return the (n, 3) errors of the residuals east, north and up, NaN if not stated."""
+        sigma, axes = self.errors(fit)
+        return np.asarray(np.sqrt(np.einsum("nji,nj->ni", axes**2, sigma**2)))
+
+    def without_click(self) -> Points:
+        """Return the same points as if their places on the model were exact."""
+        return replace(self, click_m=None, covariance=None)
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = fit(self.model)
         n = len(placed)
-        moves = jacobians(placed - centre).reshape(-1, 7)
+        sigma, axes = self.errors(fit)
+        moves = axes @ jacobians(placed - centre)
+        misses = np.einsum("nij,nj->ni", axes, placed - self.world)
         parts = ("", "", "")
         if n >= FEWEST_PER_AXIS:
             parts = (" east", " north", " up")
         elif n >= FEWEST_FOR_HEIGHTS:
             parts = (" level", " level", " up")
         named = tuple(self.name + part for part in parts)
-        rows = _rows((placed - self.world).ravel(), moves, self.sigma, (self.name,) * 3, named)
+        rows = _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (self.name,) * 3, named)
+        rows = replace(rows, axes=axes.reshape(-1, 3))
         if n >= FEWEST_FOR_HEIGHTS:
             return rows
         return replace(rows, doubt=np.tile([1.0, 1.0, UNSEEN_HEIGHTS], n))
@@ -99,6 +150,8 @@ class Lengths:
     """Distances on the model that were measured, metres.
 
     first, second : (n, 3) model; length : (n,); sigma : (n,), NaN where not stated
+    click_m : (n,) errors that the clicks on both ends add, World metres; None for 0
+    click : (n,) the same in the unit of the model; None for 0
     """
 
     labels: Sequence[str]
@@ -106,12 +159,23 @@ class Lengths:
     second: Array
     length: Array
     sigma: Array
+    click_m: Array | None = None
+    click: Array | None = None
 
     def rows(self, fit: Similarity, centre: Array) -> Rows:
         placed = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
         moves = np.zeros((len(placed), 7))
         moves[:, 3] = placed
-        return _rows(placed - self.length, moves, self.sigma, ("lengths",))
+        sigma = self.sigma
+        if self.click_m is not None:
+            sigma = np.hypot(sigma, self.click_m)
+        if self.click is not None:
+            sigma = np.hypot(sigma, fit.scale * self.click)
+        return _rows(placed - self.length, moves, sigma, ("lengths",))
+
+    def without_click(self) -> Lengths:
+        """Return the same lengths as if their ends on the model were exact."""
+        return replace(self, click_m=None, click=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,6 +434,9 @@ def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Row
         tuple(key if isinstance(key, str) else "" for key in columns),
         np.concatenate(
             [np.ones(len(rows.misses)) if rows.doubt is None else rows.doubt for rows in each]
+        ),
+        np.concatenate(
+            [np.zeros((len(rows.misses), 3)) if rows.axes is None else rows.axes for rows in each]
         ),
     )
     return whole, begins

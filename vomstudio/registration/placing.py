@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.records import ObservationGroup
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
@@ -268,8 +268,9 @@ def _off_their_line(points: Points) -> bool:
         fit = fit_similarity(points.model, points.world)
     except GeometryError:
         return False
-    if np.isfinite(points.sigma).all():
-        wanted = _OFF_STATED * float(np.sqrt((points.sigma**2).mean()))
+    sigma = points.total_sigma(fit)
+    if np.isfinite(sigma).all():
+        wanted = _OFF_STATED * float(np.sqrt((sigma**2).mean()))
     elif n >= _FEWEST_OFF:
         squares = float(((fit(points.model) - points.world) ** 2).sum())
         wanted = _OFF_SEEN * float(np.sqrt(squares / (3 * n - 7)))
@@ -372,8 +373,11 @@ def _worth_adding(
     corners = [np.where(which, high, low) for which in np.ndindex(2, 2, 2)]
     for axis in range(3):
         corners += [np.where(np.arange(3) == axis, end, middle) for end in (low, high)]
-    metres = found.error[: 3 * len(points.labels)].reshape(-1, 3)
-    sigma = np.sqrt((metres**2).mean(axis=0))
+    own = slice(3 * len(points.labels))
+    squares = found.error[own].reshape(-1, 3) ** 2
+    if found.rows.axes is not None:
+        squares = np.einsum("nji,nj->ni", found.rows.axes[own].reshape(-1, 3, 3) ** 2, squares)
+    sigma = np.sqrt(squares.mean(axis=0))
     covariance = found.covariance
     before = _worst(covariance[:3, :3])
     best: tuple[float, Array] | None = None
@@ -423,8 +427,10 @@ def _bowing(
         return None
     right = np.array([label not in wrong for points in given for label in points.labels])
     model, world, sigma = (
-        np.concatenate([getattr(points, name) for points in given])[right]
-        for name in ("model", "world", "sigma")
+        np.concatenate(arrays)[right]
+        for arrays in zip(
+            *((each.model, each.world, each.total_sigma(fit)) for each in given), strict=True
+        )
     )
     reach = None if extent is None or not len(extent) else fit(extent)
     return bowing_of(world, fit(model) - world, sigma, reach)
@@ -444,12 +450,21 @@ def _share(points: Points | None, residuals: Sequence[PointResidual]) -> float:
 
 
 def pairs(
-    model: Array, world: Array, sigma_m: Array | None, labels: Sequence[str], which: Array
+    model: Array,
+    world: Array,
+    sigma_m: Array | None,
+    labels: Sequence[str],
+    which: Array,
+    *,
+    click_sigma_m: float | None = None,
 ) -> Points:
     """Those of the pairs that are chosen. sigma_m : (n, 3), None where nothing is stated"""
     sigma = np.full(world.shape, np.nan) if sigma_m is None else sigma_m
     rows = np.flatnonzero(which)
-    return Points([labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows])
+    click_m = np.full(len(rows), click_sigma_m) if click_sigma_m else None
+    return Points(
+        [labels[int(i)] for i in rows], model[rows], world[rows], sigma[rows], click_m=click_m
+    )
 
 
 def register_points(
@@ -459,6 +474,7 @@ def register_points(
     check: npt.NDArray[np.bool_] | None = None,
     labels: Sequence[str] | None = None,
     *,
+    click_sigma_m: float | None = None,
     scale: float | None = None,
     robust: bool = False,
 ) -> Placed:
@@ -466,19 +482,27 @@ def register_points(
 
     model, world : (n, 3); sigma_m : (n, 3) one-sigma errors of the World coordinates, None to take
     them as equal and from the residuals; check : (n,) True for points that only judge
+    click_sigma_m : one-sigma error of each coordinate of the points of the model, metres, which
+    counts beside `sigma_m`; None if not known: it is then taken as 0, which a finding reports
     scale : metres per unit of the model, where that is known and kept; robust : points that cannot
     be right beside the others are left out
     Raises GeometryError for fewer than three control points, or control points on one line.
     """
     is_check = np.zeros(len(model), bool) if check is None else np.asarray(check, bool)
     names = list(labels) if labels is not None else [str(i + 1) for i in range(len(model))]
-    control = pairs(model, world, sigma_m, names, ~is_check)
-    judges = pairs(model, world, sigma_m, names, is_check)
+    control, judges = (
+        pairs(model, world, sigma_m, names, which, click_sigma_m=click_sigma_m)
+        for which in (~is_check, is_check)
+    )
     _require_enough(control)
     kinds: list[Observed] = [control]
     if scale is not None:
         kinds += kept_scale(scale, kinds, None)
-    return (place_robustly if robust else place)(kinds, judges)
+    placed = (place_robustly if robust else place)(kinds, judges)
+    placed = replace(placed, click_sigma_m=click_sigma_m or 0.0)
+    if click_sigma_m is not None or sigma_m is None:
+        return placed
+    return with_warnings(placed, [Finding("control.click-error-unknown")])
 
 
 def with_warnings(placed: Placed, warnings: Sequence[Message]) -> Placed:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
@@ -14,9 +15,9 @@ from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import Blunder, Without, chosen
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fits
-from vomstudio.registration.observations import Directions, Lengths, Observed, Points
+from vomstudio.registration.observations import Directions, Lengths, Observed, Points, all_rows
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
-from vomstudio.registration.scatter import said_of_drift, scale_warning
+from vomstudio.registration.scatter import drift_findings, scale_warning
 from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
@@ -39,8 +40,8 @@ _FEWEST_LEFT, _HARDLY = 3.0, 1e-6
 _FITS_DEG = (10.0, 20.0)
 
 
-def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
-    said = []
+def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[Message]:
+    said: list[Message] = []
     if found.overdrawn > 1.0:
         said.append(
             tr(
@@ -49,7 +50,7 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
                 times=found.overdrawn,
             )
         )
-    if (times := _too_good(found)) is not None:
+    if (times := _too_good(found, kinds)) is not None:
         said.append(
             tr(
                 "The readings agree {times:,.0f} times better than their stated accuracies allow: "
@@ -65,7 +66,7 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
                 times=times,
             )
         )
-    said += said_of_drift(found.drift)
+    said += drift_findings(found.drift)
     if found.ambiguous:
         said.append(
             tr(
@@ -84,12 +85,14 @@ def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[str]:
     return said
 
 
-def _too_good(found: Adjusted) -> float | None:
+def _too_good(found: Adjusted, kinds: Sequence[Observed]) -> float | None:
     """How many times smaller the misses are than what was stated, where chance does not make them
-    so; None where they are as they should be."""
+    so; None where they are as they should be. A click may be better than the model's resolution, so
+    the errors of clicks are not counted."""
     from scipy.stats import chi2
 
-    stated = found.rows.sigma
+    exact = [kind.without_click() if isinstance(kind, Points | Lengths) else kind for kind in kinds]
+    stated = all_rows(exact, found.fit, found.centre)[0].sigma
     if not len(stated) or not np.isfinite(stated).all() or found.redundancy < _FEWEST_LEFT:
         return None
     squares = float(((found.rows.misses / stated) ** 2).sum())

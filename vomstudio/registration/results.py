@@ -105,6 +105,9 @@ class Placed(Shown):
     observations : the inputs of the adjustment, by kind
     north_sigma_deg : common offset of all azimuths and compass readings by which it was computed,
         one sigma; None without any
+    click_sigma_m : error of each coordinate of a click on the model, one sigma, metres, beside the
+        stated accuracies of the points; None if no point was clicked
+    mark_scatter_px : error of a mark in a photo in one direction, one sigma; None without marks
     """
 
     matrix: Array
@@ -127,6 +130,8 @@ class Placed(Shown):
     without: tuple[Without, ...] = ()
     observations: tuple[ObservationGroup, ...] = ()
     north_sigma_deg: float | None = None
+    click_sigma_m: float | None = None
+    mark_scatter_px: float | None = None
 
     def __call__(self, points: npt.ArrayLike) -> Array:
         """(n, 3) World of model points (n, 3), or (3,) of one. Raises InputError."""

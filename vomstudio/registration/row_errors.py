@@ -30,6 +30,8 @@ _FINEST_RAD = 3e-4
 # rarely.
 _RARE = 1e-3
 METRES = {"points", "cameras", "lengths"}
+RECEIVERS = ("points", "cameras")
+"""Groups of positions in the order in which a receiver, which may drift, measured them."""
 
 
 def system_of(rows: Rows, sigma: Array, size: float) -> tuple[Array, Array, Array]:
@@ -127,27 +129,43 @@ def left_over(moves: Array, misses: Array, inverse: Array, m: int) -> Array:
     return np.asarray(left, np.float64)
 
 
-def drift_of(rows: Rows, moves: Array, misses: Array) -> float:
-    """The correlation of neighbours among the positions of cameras, in the order of the table."""
-    own = np.flatnonzero(np.array(rows.groups) == "cameras")
-    if not len(own):
-        return 0.0
-    return correlation_of(moves[own].reshape(-1, 3, moves.shape[1]), misses[own].reshape(-1, 3))
+def drift_of(rows: Rows, moves: Array, misses: Array) -> dict[str, float]:
+    """Return the correlation of the errors of neighbours in each table of positions, if any.
+
+    Points and positions of cameras are in the order of their table, in which a receiver measured
+    them; correlations that chance explains are left out.
+    """
+    correlations = {}
+    for group in RECEIVERS:
+        own = np.flatnonzero(np.array(rows.groups) == group)
+        if len(own):
+            along = _along_axes(rows, own, moves), _along_axes(rows, own, misses)
+            correlations[group] = correlation_of(*along)
+    return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
 
-def _drifted(rows: Rows, moves: Array, drift: float) -> Array:
+def _along_axes(rows: Rows, own: npt.NDArray[np.int64], values: Array) -> Array:
+    """Return weighted values of the rows of points, (n, 3, ...) along east, north and up."""
+    each = values[own].reshape(-1, 3, *values.shape[1:])
+    if rows.axes is None:
+        return each
+    return np.asarray(np.einsum("nji,nj...->ni...", rows.axes[own].reshape(-1, 3, 3), each))
+
+
+def _drifted(rows: Rows, moves: Array, drift: Mapping[str, float]) -> Array:
     """The rows of weighted derivatives times the correlations of their errors."""
-    own = np.flatnonzero(np.array(rows.groups) == "cameras")
-    if not (drift > 0.0 and len(own)):
-        return moves
     found = moves.copy()
-    each = correlated(moves[own].reshape(-1, 3, moves.shape[1]), drift)
-    found[own] = each.reshape(len(own), -1)
+    for group, rho in drift.items():
+        own = np.flatnonzero(np.array(rows.groups) == group)
+        each = correlated(_along_axes(rows, own, moves), rho)
+        if rows.axes is not None:
+            each = rows.axes[own].reshape(-1, 3, 3) @ each
+        found[own] = each.reshape(len(own), -1)
     return found
 
 
 def spread_of(
-    rows: Rows, moves: Array, misses: Array, inverse: Array, drift: float
+    rows: Rows, moves: Array, misses: Array, inverse: Array, drift: Mapping[str, float]
 ) -> tuple[Array, Array, Array]:
     """(m,) by how much the errors of each row differ from those that it entered the fit with,
     the covariance of the numbers by these, and what makes Student's 95 % of one sigma.
@@ -179,8 +197,8 @@ def spread_of(
             pooled = max(float(squares[which].sum() / free[which].sum()), 0.0)
             variances[which] = np.maximum(variances[which], least_variance(pooled, free[which]))
     doubt = np.ones(m) if rows.doubt is None else rows.doubt
-    worth = independent_share(drift)
     for g, o, v, f in zip(parts, own, variances, free, strict=True):
+        worth = independent_share(drift.get(rows.groups[g[0]], 0.0))
         variance = v * more_taken(o, inverse @ (moves[g].T @ follow[g]), len(g))
         share[g] = np.sqrt(variance) * doubt[g]
         worse = doubt[g][:, None] ** 2

@@ -10,12 +10,13 @@ expectation sum_k tr(M_gk M_kg) sigma_k^2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.serial_errors import (
     correlated,
     correlation_of,
@@ -74,8 +75,8 @@ def scatter_of(
     """Of a similarity by least squares with equal weights.
 
     places, residuals : (n, 3) in the target frame, n of 3 or more
-    stated : one-sigma error of the coordinates, a number or (3,); the residuals count instead where
-        they are significantly larger
+    stated : one-sigma error of the coordinates, a number or (3,), or covariances (n, 3, 3) of the
+        points; the residuals count instead where they are significantly larger
     in_order : the places follow each other as they were taken, so that errors of a receiver that
         drifts are recognised
     """
@@ -89,19 +90,24 @@ def scatter_of(
     moves = moves / units
     inverse = np.linalg.pinv(np.einsum("nik,nil->kl", moves, moves), hermitian=True)
     own = _following(moves, 0.0)
-    known = None if stated is None else np.broadcast_to(np.asarray(stated, np.float64), 3)
+    known = _covariances(stated, n)
     freedom = float(3 * n - 7)
-    if known is not None and (known > 0).all():
-        # A fit with equal weights leaves more of what is known well than its own error.
-        wanted = float((_expected(((0,), (1,), (2,)), n, inverse, own) @ known**2 / known**2).sum())
-        squares = float(((residuals / known) ** 2).sum())
-        if squares * freedom / wanted <= chi2.ppf(_SURE, freedom):
-            rho = correlation_of(moves, residuals / known) if in_order else 0.0
-            return _result(known, inverse, _following(moves, rho), units, drift=rho)
+    if known is not None:
+        roots, weights = _roots(known)
+        white = np.einsum("nij,nj->ni", weights, residuals)
+        if (white**2).sum() * freedom / _expected_square(moves, inverse, known) <= chi2.ppf(
+            _SURE, freedom
+        ):
+            rho = correlation_of(weights @ moves, white) if in_order else 0.0
+            spread = roots @ moves
+            middle = np.einsum("nik,nil->kl", spread, correlated(spread, rho))
+            covariance = inverse @ middle @ inverse / np.outer(units, units)
+            sigma = np.sqrt(np.einsum("nii->i", known) / n)
+            return Scatter(sigma, covariance, rho)
     groups = _groups(n)
     variances, free = _variances(groups, n, inverse, own, (residuals**2).sum(axis=0))
     if known is not None:
-        variances = np.maximum(variances, known**2)
+        variances = np.maximum(variances, np.einsum("nii->i", known) / n)
     usable = in_order and (variances > 0.0).all()
     rho = correlation_of(moves, residuals / np.sqrt(variances)) if usable else 0.0
     following = own if rho == 0.0 else _following(moves, rho)
@@ -122,23 +128,50 @@ def scatter_of(
     return _result(np.sqrt(variances), inverse, following, units, factor, drift=rho)
 
 
+def _covariances(stated: float | Array | None, n: int) -> Array | None:
+    """Return stated errors as covariances (n, 3, 3), None if one is not known."""
+    if stated is None:
+        return None
+    values = np.asarray(stated, np.float64)
+    if values.ndim < 3:
+        values = np.tile(np.diag(np.broadcast_to(values, 3) ** 2), (n, 1, 1))
+    return values if (np.einsum("nii->ni", values) > 0.0).all() else None
+
+
+def _roots(covariances: Array) -> tuple[Array, Array]:
+    """Return the symmetric roots (n, 3, 3) of covariances, and the inverses of these."""
+    values, vectors = np.linalg.eigh(covariances)
+    sizes = np.sqrt(values)[:, None, :]
+    back = np.swapaxes(vectors, 1, 2)
+    return (vectors * sizes) @ back, (vectors / sizes) @ back
+
+
+def _expected_square(moves: Array, inverse: Array, known: Array) -> float:
+    """Return the expectation of the weighted sum of squares of the residuals of a fit with equal
+    weights, which leaves more of well known points than their own error.
+
+    moves : (n, 3, 7); inverse : (7, 7) of their squares; known : (n, 3, 3) covariances
+    """
+    weighted = np.einsum("nik,nij,njl->kl", moves, np.linalg.inv(known), moves)
+    spread = np.einsum("nik,nij,njl->kl", moves, known, moves)
+    through = inverse @ np.einsum("nik,nil->kl", moves, moves)
+    return float(
+        3 * len(moves) - 2.0 * np.trace(through) + np.trace(inverse @ spread @ inverse @ weighted)
+    )
+
+
 def _following(moves: Array, rho: float) -> Array:
     """(3, 7, 7) information of each axis with the correlations of its errors."""
     return np.asarray(np.einsum("nik,nil->ikl", moves, correlated(moves, rho)), np.float64)
 
 
-def said_of_drift(drift: float) -> list[str]:
-    """Whether the errors of camera positions follow each other."""
-    if not drift > 0.0:
-        return []
-    return [
-        tr(
-            "The errors of the camera positions follow each other (correlation of neighbours "
-            "{drift:.2f}): the receiver drifted while the photos were taken. The stated errors "
-            "allow for that. A base station, or control points, would help most.",
-            drift=drift,
-        )
-    ]
+def drift_findings(drift: Mapping[str, float]) -> list[Finding]:
+    """Return a finding about each table of positions whose errors are correlated.
+
+    drift : correlation of neighbours by group, "points" or "cameras"
+    """
+    codes = {"points": "control.drift", "cameras": "cameras.drift"}
+    return [Finding(codes[group], correlation=rho) for group, rho in drift.items() if rho > 0.0]
 
 
 def scale_warning(scale_error: float, what: str = "") -> str:
@@ -207,12 +240,10 @@ def _result(
     inverse: Array,
     own: Array,
     units: Array,
-    factor: Array | None = None,
+    factor: Array,
     *,
     drift: float,
 ) -> Scatter:
     middle = np.einsum("i,ikl->kl", sigma**2, own)
-    covariance = inverse @ middle @ inverse / np.outer(units, units)
-    if factor is not None:
-        covariance = covariance * np.outer(factor, factor)
+    covariance = inverse @ middle @ inverse * np.outer(factor / units, factor / units)
     return Scatter(np.array(sigma, np.float64), covariance, drift)

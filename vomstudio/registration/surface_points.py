@@ -29,6 +29,14 @@ def some_points(data: Mesh | PointCloud) -> Array:
     return some[np.isfinite(some).all(axis=1)]
 
 
+def known_resolution(data: Mesh | PointCloud) -> float | None:
+    """Return the effective resolution in the unit of the file; None for a single point."""
+    from vomstudio.io.models.opening import resolution
+
+    found = resolution(data)
+    return found if np.isfinite(found) else None
+
+
 def surface_points(data: Mesh | PointCloud, spacing: float, seed: int = 0) -> tuple[Array, int]:
     """(n, 3) finite points of the surface, each place once; and how many of them were put into
     faces that are larger than the square of `spacing`, evenly at random, on the average one for

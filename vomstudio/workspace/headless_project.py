@@ -6,8 +6,9 @@ Every change is the journalled edit that the window makes, and is made at once, 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -48,7 +49,7 @@ from vomstudio.progress import Progress, Silent
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed
-from vomstudio.registration.surface_points import some_points
+from vomstudio.registration.surface_points import known_resolution, some_points
 from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
 from vomstudio.words import tr
 from vomstudio.workspace.drawn_traces import (
@@ -127,6 +128,8 @@ class HeadlessProject:
         self._surfaces: dict[str, PaintSurface | None] = {}
         self._bounds: dict[str, npt.NDArray[np.float64]] = {}
         self._extents: dict[str, npt.NDArray[np.float64]] = {}
+        # Only registrations need them.
+        self._resolutions: dict[str, Callable[[], float | None]] = {}
 
     @classmethod
     @contextlib.contextmanager
@@ -233,6 +236,7 @@ class HeadlessProject:
         self._surfaces[model.id] = surface_of(loaded.data)
         self._bounds[model.id] = loaded.data.bounds
         self._extents[model.id] = some_points(loaded.data)
+        self._resolutions[model.id] = partial(known_resolution, loaded.data)
         return AddedModel(model, True, (*loaded.warnings, *established.findings))
 
     def add_picks(
@@ -368,18 +372,32 @@ class HeadlessProject:
         return why_not_at(points[int(np.argmax(off))], bounds)
 
     def register(
-        self, model: Model, pairs: Pairs, crs: str | None
+        self, model: Model, pairs: Pairs, crs: str | None, click_sigma_m: float | None = None
     ) -> tuple[Placed, float, dict[str, float]]:
         """Place a model by points on it; what was measured on it moves with it.
 
         crs : of the pairs, "EPSG:n" in metres; None for a local frame
+        click_sigma_m : error of the click on the model, one sigma; None for half its resolution
         Returns the placement, and by how many degrees the model and each set on it turned. Raises
         GeometryError.
         """
         self._surface(model)
         bounds, extent = self._bounds.get(model.id), self._extents.get(model.id)
-        placed = placed_by_points(pairs, bounds, model, crs, extent)
+        placed = placed_by_points(
+            pairs,
+            bounds,
+            model,
+            crs,
+            extent,
+            click_sigma_m=click_sigma_m,
+            resolution=self._resolution(model),
+        )
         return self._placed(model, placed, registration_of(placed, pairs, model, crs))
+
+    def _resolution(self, model: Model) -> float | None:
+        """Return the resolution of a model in the unit of its file, None if it is not at hand."""
+        compute = self._resolutions.get(model.id)
+        return None if compute is None else compute()
 
     def fit_to_reference(
         self,
@@ -388,6 +406,7 @@ class HeadlessProject:
         pairs: Pairs | None,
         crs: str | None,
         stable: str | Path | None = None,
+        click_sigma_m: float | None = None,
     ) -> tuple[Placed, float, dict[str, float], ReferenceFit]:
         """Place a model by another one of the same rock, from where it stands or pairs have it.
 
@@ -397,7 +416,9 @@ class HeadlessProject:
         """
         from vomstudio.workspace.placing.reference_fitting import Standing, fit_model
 
-        evidence = Evidence(pairs=pairs)
+        self._surface(model)
+        resolution = self._resolution(model)
+        evidence = Evidence(pairs=pairs, click_sigma_m=click_sigma_m, resolution=resolution)
         frame, registration = model.frame, model.registration
         scale_error = None if registration is None else registration.scale_error
         fitted = fit_model(
@@ -541,6 +562,7 @@ class HeadlessProject:
                     found = surface_of(loaded.data)
                     self._bounds[model.id] = loaded.data.bounds
                     self._extents[model.id] = some_points(loaded.data)
+                    self._resolutions[model.id] = partial(known_resolution, loaded.data)
                 else:
                     why = tr(
                         "{file} has changed since features were measured on {model}.",

@@ -42,6 +42,7 @@ class Pairs:
 
     model, world : (n, 3); sigma : (n, 3) metres, NaN where not stated; check : (n,) they judge only
     notes : messages of reading them; crs : of World, None for local coordinates
+    covariance : (n, 3, 3) errors of `model`, NaN for points that were clicked; None if all were
     """
 
     labels: tuple[str, ...]
@@ -51,6 +52,14 @@ class Pairs:
     check: npt.NDArray[np.bool_]
     notes: tuple[Message, ...] = ()
     crs: str | None = None
+    covariance: Array | None = None
+
+    @property
+    def is_clicked(self) -> npt.NDArray[np.bool_]:
+        """Which of the points (n,) were clicked on the model, not marked in photos."""
+        if self.covariance is None:
+            return np.ones(len(self.labels), bool)
+        return np.asarray(~np.isfinite(self.covariance).all(axis=(1, 2)))
 
     def with_more(self, other: Pairs) -> Pairs:
         """These and others. Raises UsageError where a label is in both."""
@@ -66,7 +75,21 @@ class Pairs:
             np.concatenate([self.check, other.check]),
             (*self.notes, *other.notes),
             self.crs or other.crs,
+            _together(self, other),
         )
+
+
+def _together(*tables: Pairs) -> Array | None:
+    """Return the errors of the places of all tables, None if all were clicked."""
+    if all(table.covariance is None for table in tables):
+        return None
+    clicked = (np.full((len(table.labels), 3, 3), np.nan) for table in tables)
+    return np.concatenate(
+        [
+            each if table.covariance is None else table.covariance
+            for table, each in zip(tables, clicked, strict=True)
+        ]
+    )
 
 
 @dataclass(frozen=True)

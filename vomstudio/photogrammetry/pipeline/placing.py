@@ -10,10 +10,10 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.pipeline import report_data
 from vomstudio.photogrammetry.place import control, georeference
-from vomstudio.photogrammetry.place.control import scatter_in_words
 from vomstudio.photogrammetry.place.lens_errors import bend_of_lenses
 from vomstudio.photogrammetry.place.local_frame import upright
 from vomstudio.progress import Progress
+from vomstudio.registration.marks.mark_errors import mark_scatter_findings
 from vomstudio.survey.check_results import Finding
 
 if TYPE_CHECKING:
@@ -76,5 +76,5 @@ def registration_findings(settings: Settings, registration: Mapping[str, Any]) -
         elif settings.crs is not None:
             yield Finding("gps-unused", "warning", (), str(refused))
     scatter = registration.get("mark_scatter_px")
-    if scatter is not None:
-        yield Finding("mark-scatter", "warning", (), scatter_in_words(scatter), scatter)
+    for finding in [] if scatter is None else mark_scatter_findings(scatter):
+        yield Finding("mark-scatter", "warning", (), finding.message, scatter)

@@ -22,7 +22,6 @@ from vomstudio.photogrammetry.place.control_adjustment import (
     bent_to,
     require_width,
 )
-from vomstudio.photogrammetry.place.ground_adjustment import MARK_PX
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
 from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
@@ -30,16 +29,18 @@ from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.photogrammetry.place.wrong_marks import (
     WrongMark,
     agree,
-    agreement_px,
-    is_plausible,
     labels_on_one_spot,
-    mark_scatter_px,
     misplaced,
     without_wrong_marks,
 )
 from vomstudio.progress import Progress
+from vomstudio.registration.marks.mark_errors import (
+    mark_error_px,
+    mark_scatter_findings,
+    marks_disagree,
+)
 from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
-from vomstudio.registration.scatter import scale_warning
+from vomstudio.registration.scatter import drift_findings, scale_warning
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.survey.check_results import named
 from vomstudio.words import tr
@@ -93,8 +94,8 @@ class ControlReport:
         model
     bowing : by the residuals; where the model was bent to its control, by check points alone if
         they are enough; lens_bend : by the errors of the lenses, None where these are not known
-    mark_scatter_px : error of a mark in one direction, if fewer than three points have marks that
-        agree, so that all points were used; else None
+    mark_scatter_px : error of a mark in one direction, which is in the stated errors
+    drift : correlation of the errors of neighbours in the table, 0 if they are independent
     """
 
     points: tuple[PointFit, ...]
@@ -115,7 +116,8 @@ class ControlReport:
     centre: tuple[float, float, float]
     bowing: Bowing | None
     lens_bend: LensBend | None
-    mark_scatter_px: float | None
+    mark_scatter_px: float
+    drift: float
 
 
 def place_by_control(
@@ -175,7 +177,8 @@ def place_by_control(
         _centre(ground, used),
         _bowing(points, made.scene is not None, placed.points + np.array(ground.origin)),
         None if effect is None else effect.bend,
-        ground.mark_px if ground.mark_px > MARK_PX else None,
+        ground.mark_px,
+        scatter.drift,
     )
     warnings = [*said, *_warnings(report), *([made.refusal] if made.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
@@ -219,11 +222,11 @@ def _centre(ground: GroundPoints, used: Sequence[int]) -> tuple[float, float, fl
 
 def _marked_points(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[GroundPoints, list[str]]:
-    """What there is to place the scene by, and sentences about marks that are wrong or of no use.
+) -> tuple[GroundPoints, list[Message]]:
+    """What there is to place the scene by, and messages about marks that are wrong or of no use.
     Raises GeometryError where it cannot place it."""
-    seen, ties, said = _observations(scene, control, marks)
-    ground = _ground(scene, control, seen, ties, said)
+    seen, ties, mark_px, said = _observations(scene, control, marks)
+    ground = _ground(scene, control, seen, ties, mark_px, said)
     # Of two marks that contradict each other the place of the point tells which is wrong; where
     # that place is known by the other points.
     fitted = ground.fitted(scene)
@@ -239,7 +242,7 @@ def _marked_points(
             wrong += found
     if wrong:
         said = [*said, *(mark.in_words() for mark in wrong)]
-        ground = _ground(scene, control, seen, ties, said)
+        ground = _ground(scene, control, seen, ties, mark_px, said)
     return ground, said
 
 
@@ -248,20 +251,14 @@ def _ground(
     control: Sequence[ControlPoint],
     seen: list[PointMarks],
     ties: list[PointMarks],
-    said: Sequence[str],
+    mark_px: float,
+    said: Sequence[Message],
 ) -> GroundPoints:
-    """Raises GeometryError where these cannot place the scene."""
+    """mark_px : error of a mark in one direction. Raises GeometryError where these cannot place the
+    scene."""
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
-    mark_px = MARK_PX
-    usable = [i for i, marks in enumerate(seen) if agree(scene, marks)]
+    usable = [i for i, marks in enumerate(seen) if agree(scene, marks, mark_px)]
     fitting = [i for i in usable if not control[i].check]
-    if len(fitting) < 3:
-        scatter = mark_scatter_px(scene, seen)
-        if is_plausible(scene, scatter):
-            mark_px = max(MARK_PX, scatter)
-            limit = agreement_px(mark_px)
-            usable = [i for i, marks in enumerate(seen) if agree(scene, marks, limit)]
-            fitting = [i for i in usable if not control[i].check]
     if len(fitting) < 3:
         text = tr(
             "Only {count} of the {total} control points can be located in the model. At least 3 "
@@ -274,7 +271,8 @@ def _ground(
             for i, point in enumerate(control)
             if i not in usable and len(seen[i].views) >= 2
         ]
-        raise GeometryError(" ".join([text, *([_apart(apart)] if apart else said[:1])]))
+        why = [marks_disagree(apart)] if apart else said[:1]
+        raise GeometryError(" ".join([text, *map(str, why)]))
     origin = integer_origin(world[fitting])
     local = world - origin
     places = np.array([seen[i].place(scene) for i in fitting])
@@ -283,7 +281,11 @@ def _ground(
     surveyed = float(np.median(stated)) if stated else 0.0
     first = fit_similarity(places, local[fitting])
     pixel = scene.pixel_at(places) * first.scale
-    floor = 3 * math.hypot(surveyed, 2 * pixel)
+    marked = [
+        first.scale * math.sqrt(np.linalg.eigvalsh(seen[i].covariance(scene, mark_px))[-1])
+        for i in fitting
+    ]
+    floor = 3 * math.hypot(surveyed, max(2 * pixel, float(np.median(marked))))
     return GroundPoints(
         control, seen, local, origin, fitting, ties, surveyed, pixel, floor, mark_px
     )
@@ -291,13 +293,14 @@ def _ground(
 
 def _observations(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[list[PointMarks], list[PointMarks], list[str]]:
-    """(of each point; of markers without coordinates that tie photos together; sentences about
-    marks that are of no use)."""
+) -> tuple[list[PointMarks], list[PointMarks], float, list[Message]]:
+    """(of each point; of markers without coordinates that tie photos together; error of a mark in
+    one direction; messages about marks that are of no use)."""
     found, missing = marks_by_point(scene, marks)
-    said = []
+    said: list[Message] = []
+    mark_px = mark_error_px([own.in_views(scene) for own in found.values()])
     for label, own in found.items():
-        found[label], wrong = without_wrong_marks(scene, label, own)
+        found[label], wrong = without_wrong_marks(scene, label, own, mark_px)
         said += [mark.in_words() for mark in wrong]
     said += labels_on_one_spot(marks)
     seen = [found.pop(point.label, NO_MARKS) for point in control]
@@ -319,7 +322,7 @@ def _observations(
                 points=named(sorted(useless)),
             )
         )
-    return seen, list(ties.values()), said
+    return seen, list(ties.values()), mark_px, said
 
 
 def _fit_of(
@@ -351,29 +354,12 @@ def _rms(points: Sequence[PointFit], role: str) -> float | None:
     return math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else None
 
 
-def _apart(labels: Sequence[str]) -> str:
-    return tr(
-        "The rays of the marks of these points do not meet in a place before the cameras, so the "
-        "points were not used: {points}. Check their marks.",
-        points=named(labels),
-    )
-
-
-def scatter_in_words(scatter_px: float) -> str:
-    """Report the scatter of marks of which fewer than three points have marks that agree."""
-    return tr(
-        "The marks of the control points scatter by {scatter:.0f} pixels, more than marks set by "
-        "hand should. All points were used. Check their marks.",
-        scatter=scatter_px,
-    )
-
-
 def _warnings(report: ControlReport) -> Iterator[Message]:
     used = [p for p in report.points if p.role == "control"]
     yield from said_of_bowing(report.bowing)
     yield from said_of_lenses(report.lens_bend, report.bowing)
-    if report.mark_scatter_px is not None:
-        yield scatter_in_words(report.mark_scatter_px)
+    yield from mark_scatter_findings(report.mark_scatter_px)
+    yield from drift_findings({"points": report.drift})
     out = [p.label for p in report.points if p.role == "left out"]
     unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
     apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
@@ -389,7 +375,7 @@ def _warnings(report: ControlReport) -> Iterator[Message]:
             points=", ".join(unseen),
         )
     if apart:
-        yield _apart(apart)
+        yield marks_disagree(apart)
     if len(used) < WANTED_POINTS:
         yield tr(
             "With {count} control points there is no redundancy: a blunder cannot be detected. Use "

@@ -23,6 +23,7 @@ from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjus
 from vomstudio.photogrammetry.place.mark_observations import PointMarks
 from vomstudio.photogrammetry.place.world_frame import moved
 from vomstudio.progress import Progress
+from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
 from vomstudio.registration.scatter import Scatter, scatter_of
 from vomstudio.registration.similarity import (
     Similarity,
@@ -96,7 +97,9 @@ class GroundPoints:
         require_width(places)
         fit, good = fit_robustly(places, wanted, floor=self.floor)
         misses = (fit(places) - wanted)[good]
-        scatter = scatter_of(wanted[good], misses, self.surveyed or None)
+        used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
+        stated = self.errors(scene, fit, used) if self.surveyed else None
+        scatter = scatter_of(wanted[good], misses, stated, in_order=True)
         # What is exact in every digit is not known better than a part of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(wanted[good], misses, _PART_OF_PIXEL * self.pixel)
@@ -110,9 +113,20 @@ class GroundPoints:
                     angle=worst,
                 )
             )
-        return ControlFit(
-            fit, [i for i, keep in zip(self.fitting, good, strict=True) if keep], scatter
-        )
+        return ControlFit(fit, used, scatter)
+
+    def errors(self, scene: SparseScene, fit: Similarity, rows: Sequence[int]) -> Array:
+        """Return the covariances (n, 3, 3) of points: surveyed accuracy and scatter of the marks.
+
+        fit : from the scene to the control points
+        """
+        turn = fit.scale * fit.rotation
+        errors = []
+        for row in rows:
+            marked = self.seen[row].covariance(scene, self.mark_px)
+            surveyed = self.control[row].sigma_m or self.surveyed
+            errors.append(turn @ marked @ turn.T + surveyed**2 * np.eye(3))
+        return np.array(errors)
 
     def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Root mean square distance of these points from where they are in a placed scene, m."""
@@ -136,19 +150,18 @@ class GroundPoints:
     def known(self, used: Sequence[int], sigma: float) -> list[KnownPoint]:
         """These points and all ties, as an adjustment wants them."""
         usual = max(self.surveyed or sigma, self.pixel)
+        mark_px = max(HAND_MARK_PX, self.mark_px)
         known = [
             KnownPoint(
                 self.local[i],
                 self.control[i].sigma_m or usual,
                 self.seen[i].views,
                 self.seen[i].pixels,
-                self.mark_px,
+                mark_px,
             )
             for i in used
         ]
-        return known + [
-            KnownPoint(None, 0.0, tie.views, tie.pixels, self.mark_px) for tie in self.ties
-        ]
+        return known + [KnownPoint(None, 0.0, tie.views, tie.pixels, mark_px) for tie in self.ties]
 
 
 @dataclass(frozen=True, eq=False)

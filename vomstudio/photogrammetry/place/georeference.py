@@ -27,7 +27,7 @@ from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
-from vomstudio.registration.scatter import said_of_drift, scale_warning, scatter_of
+from vomstudio.registration.scatter import drift_findings, scale_warning, scatter_of
 from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
@@ -170,7 +170,7 @@ def place_by_gps(
         ),
         None if effect is None else effect.bend,
     )
-    said = [*_warnings(report, scene, placed), *said_of_drift(quality.drift)]
+    said = [*_warnings(report, scene, placed), *drift_findings({"cameras": quality.drift})]
     report = replace(report, warnings=tuple(said))
     return better, report
 

@@ -24,11 +24,10 @@ from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Progress, Silent
+from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
 
 Array = npt.NDArray[np.float64]
 
-# A mark set by hand.
-MARK_PX = 1.0
 _LEAST_NOISE_PX = 0.05
 # Positions of cameras that miss by more count as wrong.
 _WRONG_SIGMAS = 2.0
@@ -51,7 +50,7 @@ class KnownPoint:
     sigma: float
     views: npt.NDArray[np.int64]
     pixels: Array
-    mark_px: float = MARK_PX
+    mark_px: float = HAND_MARK_PX
 
 
 @dataclass(frozen=True, eq=False)

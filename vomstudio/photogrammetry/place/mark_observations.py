@@ -12,6 +12,7 @@ from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.points import Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.registration.marks.mark_errors import Marks, place_covariance
 
 Array = npt.NDArray[np.float64]
 
@@ -23,9 +24,20 @@ class PointMarks:
     views: npt.NDArray[np.int64]
     pixels: Array
 
+    def in_views(self, scene: SparseScene) -> Marks:
+        """Return the marks with the views of a scene."""
+        return Marks([scene.views[int(row)] for row in self.views], self.pixels)
+
     def place(self, scene: SparseScene) -> Array:
         """(3,) in the frame of the scene; NaN where its rays do not determine it."""
-        return triangulate([scene.views[row] for row in self.views], self.pixels)
+        return triangulate(*self.in_views(scene))
+
+    def covariance(self, scene: SparseScene, mark_px: float) -> Array:
+        """Return the covariance (3, 3) of the place, in the frame of the scene.
+
+        mark_px : error of a mark in one direction, one sigma
+        """
+        return place_covariance(self.in_views(scene), self.place(scene), mark_px)
 
 
 NO_MARKS = PointMarks(np.zeros(0, np.int64), np.zeros((0, 2)))

@@ -1,27 +1,23 @@
-"""Marks of a point in photos that contradict each other, found by leaving one out at a time."""
+"""Marks of a point in photos that contradict most others of the same point."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
+from vomstudio.registration.marks.mark_errors import Marks, mark_distances, robust_place
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
-LEAST_PX = 20.0
-"""A mark set by hand, in a photo whose lens is known badly, may be this far off and still be meant
-for the point."""
-_TIMES = 10.0
-"""So many times as far off as the others are from each other."""
+# Marks that must agree before others are called wrong: two always nearly meet.
+_MIN_AGREEING = 3
+# Of three marks, leaving out any other one must leave so many times as much.
 _CLEAR = 3.0
-"""Leaving out any other mark must leave so many times as much, or which is wrong is not known."""
 
 
 @dataclass(frozen=True)
@@ -62,66 +58,73 @@ class WrongMark:
 
 
 def agreeing(
-    label: str, views: Sequence[View], pixels: Array
+    label: str, marks: Marks, limit_px: float
 ) -> tuple[npt.NDArray[np.int64], list[WrongMark]]:
-    """(rows of the marks that agree, those that do not). Two marks that contradict each other are
-    both kept: which is wrong can be told by the place of the point alone.
+    """Find the marks of a point that contradict most of its marks.
 
-    pixels : (k, 2) where the k views show the point
+    Two marks that contradict each other are both kept: only the place of the point can tell which
+    is wrong.
+
+    Parameters
+    ----------
+    label : str
+    marks : Marks
+    limit_px : float
+        Distance from the place of the point up to which marks agree.
+
+    Returns
+    -------
+    rows : (m,) array of int
+        Marks that agree; all if it is not clear which are wrong.
+    wrong : list of WrongMark
     """
-    wrong: list[WrongMark] = []
-    rows = np.arange(len(views))
-    while len(rows) >= 3:
-        found = _worst([views[int(row)] for row in rows], pixels[rows])
-        if found is None:
-            break
-        place, wanted = found
-        row = int(rows[place])
-        x, y = (float(v) for v in pixels[row])
-        if wanted is None:
-            wrong.append(WrongMark(label, views[row].name, (x, y), None))
-            break
-        there = (float(wanted[0]), float(wanted[1]))
-        wrong.append(WrongMark(label, views[row].name, (x, y), there))
-        rows = np.delete(rows, place)
-    return rows, wrong
+    every = np.arange(len(marks.views))
+    if len(every) < 3 or meet(marks, limit_px):
+        return every, []
+    place = robust_place(marks)
+    near = mark_distances(marks, place) <= limit_px
+    if near.sum() >= _MIN_AGREEING:
+        place = triangulate(*_some(marks, np.flatnonzero(near)))
+        near = mark_distances(marks, place) <= limit_px
+    if near.sum() >= _MIN_AGREEING and 2 * near.sum() > len(every):
+        rows = np.flatnonzero(near)
+        place = triangulate(*_some(marks, rows))
+        return rows, [_wrong(label, marks, int(row), place) for row in np.flatnonzero(~near)]
+    worst, place = _worst(marks)
+    wrong = [_wrong(label, marks, worst, place)]
+    return (every if wrong[0].wanted is None else np.delete(every, worst)), wrong
 
 
-def meet(views: Sequence[View], pixels: Array, limit_px: float = LEAST_PX) -> bool:
+def _some(marks: Marks, rows: npt.NDArray[np.int64]) -> Marks:
+    return Marks([marks.views[int(row)] for row in rows], marks.pixels[rows])
+
+
+def _wrong(label: str, marks: Marks, row: int, place: Array) -> WrongMark:
+    """place : (3,) where the other marks of the point meet, NaN if it is not known"""
+    view = marks.views[row]
+    x, y = (float(v) for v in marks.pixels[row])
+    there = view.project(place)[0] if np.isfinite(place).all() else np.full(2, np.nan)
+    wanted = (float(there[0]), float(there[1])) if np.isfinite(there).all() else None
+    return WrongMark(label, view.name, (x, y), wanted)
+
+
+def meet(marks: Marks, limit_px: float) -> bool:
     """Whether the rays of the marks meet in a place that no mark misses by more than a limit."""
-    place = triangulate(views, pixels)
-    return bool(np.isfinite(place).all() and misses(views, pixels, place).max() <= limit_px)
+    place = triangulate(*marks)
+    return bool(np.isfinite(place).all() and mark_distances(marks, place).max() <= limit_px)
 
 
-def misses(views: Sequence[View], pixels: Array, place: Array) -> Array:
-    """(k,) pixels from each mark to the projection of a place (3,); infinite behind a camera."""
-    if not np.isfinite(place).all():
-        return np.full(len(views), np.inf)
-    off = [
-        np.linalg.norm(view.project(place)[0] - pixel)
-        for view, pixel in zip(views, pixels, strict=True)
-    ]
-    return np.nan_to_num(np.array(off, np.float64), nan=np.inf)
-
-
-def _worst(views: Sequence[View], pixels: Array) -> tuple[int, Array | None] | None:
-    """The mark that the others contradict, and where these want it; None where all agree."""
-    if meet(views, pixels):
-        return None
-    rows = np.arange(len(views))
-    left, missed, places = [], [], []
-    for row, view in enumerate(views):
-        others = [views[int(other)] for other in rows if other != row]
-        there = triangulate(others, pixels[rows != row])
-        known = bool(np.isfinite(there).all())
-        left.append(float(misses(others, pixels[rows != row], there).max()) if known else math.inf)
-        places.append(view.project(there)[0] if known else np.full(2, np.nan))
-        missed.append(float(np.linalg.norm(places[-1] - pixels[row])) if known else math.inf)
-    best = int(np.argmin(left))
-    if not math.isfinite(left[best]):
-        return best, None
-    if missed[best] <= max(LEAST_PX, _TIMES * left[best]):
-        return None
-    second = float(np.partition(left, 1)[1])
-    clear = second >= _CLEAR * max(left[best], 1.0)
-    return best, places[best] if clear and np.isfinite(places[best]).all() else None
+def _worst(marks: Marks) -> tuple[int, Array]:
+    """The mark without which the others agree best, and where these meet; NaN if leaving out
+    another one is nearly as good."""
+    rows = np.arange(len(marks.views))
+    remaining, places = [], []
+    for row in rows:
+        others = _some(marks, np.delete(rows, row))
+        place = triangulate(*others)
+        places.append(place)
+        remaining.append(float(mark_distances(others, place).max()))
+    best = int(np.argmin(remaining))
+    second = float(np.partition(remaining, 1)[1])
+    is_clear = math.isfinite(remaining[best]) and second >= _CLEAR * max(remaining[best], 1.0)
+    return best, places[best] if is_clear else np.full(3, np.nan)

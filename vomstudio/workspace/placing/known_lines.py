@@ -79,6 +79,8 @@ def placed_by_known(
     north_sigma_stated: bool = False,
     photo_up: Array | None = None,
     keep_scale: bool = False,
+    click_sigma_m: float | None = None,
+    resolution: float | None = None,
 ) -> Placed:
     """The placement of a model's file by points, lines and planes on it. What these leave free
     stays as the model stands now, and so does its scale where that is kept.
@@ -86,12 +88,15 @@ def placed_by_known(
     extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
         what all azimuths may be off alike; turned_deg : added to all azimuths; north_sigma_stated :
         whether that error is not a default; photo_up : (3,) as of `Evidence`
+    click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
+        model, which is in the unit of its file
     Raises GeometryError, UsageError.
     """
     evidence = evidence_of(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
     evidence.compass_doubt_stated = north_sigma_stated
     evidence.photo_up = photo_up
+    evidence.click_sigma_m, evidence.resolution = click_sigma_m, resolution
     evidence.up = up_of(model)
     if keep_scale:
         evidence.scale = transform.scale_of(transform.matrix(model.to_world))
@@ -144,6 +149,9 @@ def _moved(evidence: Evidence, by: Array) -> Evidence:
         pairs=pairs,
         compass=compass,
         scale=None if evidence.scale is None else evidence.scale / transform.scale_of(by),
+        resolution=None
+        if evidence.resolution is None
+        else evidence.resolution * transform.scale_of(by),
         up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_of(by),
         photo_up=None if evidence.photo_up is None else by[:3, :3] @ evidence.photo_up,
         level_lines=[_direction_there(line, there) for line in evidence.level_lines],

@@ -11,9 +11,6 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.evidence import Evidence
-from vomstudio.words import tr
-
-_NAMED = 12
 
 
 def marked_pairs(
@@ -41,7 +38,6 @@ def marked_pairs(
     )
     from vomstudio.registration.evidence import marked_places
     from vomstudio.registration.marks.mark_checks import (
-        photos_of,
         require_pixels_of_photos,
         said_of_names,
     )
@@ -62,21 +58,14 @@ def marked_pairs(
     used = [mark for mark in evidence.marks if mark[0] in known]
     places = marked_places(evidence, used, messages)
     triangulated = [p for p in points if p.label in places]
-    photos = photos_of(list(known), used, evidence.views)
-    # Points with fewer than two marks are reported already.
-    unused = [label for label in known if label not in places and len(photos[label]) > 1]
-    if unused:
-        messages.append(
-            tr("Points with fewer than two right marks in photos of the model were not used: "
-               "{names}.", names=", ".join(unused[:_NAMED]))
-        )  # fmt: skip
     sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated]
     pairs = Pairs(
         tuple(p.label for p in triangulated),
-        np.array([places[p.label] for p in triangulated]).reshape(-1, 3),
+        np.array([places[p.label][0] for p in triangulated]).reshape(-1, 3),
         np.array([p.position for p in triangulated], np.float64).reshape(-1, 3),
         np.array(sigma, np.float64).reshape(-1, 3),
         np.array([p.check for p in triangulated], bool),
+        covariance=np.array([places[p.label][1] for p in triangulated]).reshape(-1, 3, 3),
     )
     if evidence.pairs is not None:
         pairs = evidence.pairs.with_more(pairs)

@@ -69,6 +69,7 @@ class RegisterOrder:
     date: str | None = None
     declination: str | None = None
     north_sigma: str | None = None
+    click_sigma: str | None = None
     crs: str | None = None
     without: Sequence[str] = ()
     robust: bool = False
@@ -323,10 +324,16 @@ def _evidence(
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import check_area
     from vomstudio.registration.north import default_north_sigma_deg, on_grid
+    from vomstudio.registration.surface_points import known_resolution
     from vomstudio.workspace.placing.marked_points import marked_pairs
+    from vomstudio.workspace.placing.registering import parse_click_sigma
 
     evidence = Evidence(without=tuple(order.without), robust=order.robust)
     evidence.scale = 1.0 if order.keep_scale else None
+    if order.click_sigma is not None:
+        evidence.click_sigma_m = parse_click_sigma(order.click_sigma, "--click-sigma")
+    if loaded is not None:
+        evidence.resolution = known_resolution(loaded.data)
     if order.north_sigma is not None:
         sigma_deg = _angle(order.north_sigma, "--north-sigma", zero=True)
         evidence.north_doubt_deg = evidence.compass_doubt_deg = sigma_deg

@@ -27,8 +27,10 @@ from vomstudio.document.records import (
 )
 from vomstudio.document.records.basics import Matrix, Point
 from vomstudio.document.records.registrations import Method
+from vomstudio.errors import UsageError
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
+from vomstudio.geometry.places import why_no_error
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.registration.coordinate_checks import (
     check_area,
@@ -51,6 +53,27 @@ from vomstudio.workspace.placing.known_lines import (
 
 _SETS_TOLD = 5
 _Z95 = 1.959963984540054
+
+
+def parse_click_sigma(text: str, field: str) -> float:
+    """Return an error of the click on the model in metres, one sigma.
+
+    Raises
+    ------
+    UsageError
+        With `field` if it is not a number, negative, or not plausible.
+    """
+    try:
+        value = float(text.strip().removesuffix("m").replace(",", "."))
+    except ValueError:
+        value = np.nan
+    if np.isnan(value):
+        raise UsageError(
+            tr("'{text}' is not a length in metres. Correct it.", text=text[:40]), field=field
+        )
+    if value != 0.0 and (problem := why_no_error(value)) is not None:
+        raise UsageError(problem, field=field)
+    return value
 
 
 def take_in(
@@ -144,6 +167,8 @@ def placed_by_points(
     north_sigma_stated: bool = False,
     photo_up: npt.NDArray[np.float64] | None = None,
     keep_scale: bool = False,
+    click_sigma_m: float | None = None,
+    resolution: float | None = None,
 ) -> Placed:
     """Place a model by points, known lines and compass readings, and check the coordinates.
 
@@ -152,11 +177,19 @@ def placed_by_points(
     compass : in the frame of the file; turned_deg : added to all azimuths; north_doubt_deg : common
     error of the azimuths, one sigma; north_sigma_stated : whether that is not a default
     photo_up : (3,) as of `Evidence`; keep_scale : whether the scale of the model is fixed
+    click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
+    model, which is in the unit of its file
     Raises GeometryError, also for points that are far from the model.
     """
     require_on_model(pairs.model, bounds)
     if not usable(lines) and compass is None:
-        evidence = Evidence(pairs=pairs, up=up_of(model), crs=crs)
+        evidence = Evidence(
+            pairs=pairs,
+            click_sigma_m=click_sigma_m,
+            resolution=resolution,
+            up=up_of(model),
+            crs=crs,
+        )
         if keep_scale:
             evidence.scale = transform.scale_of(model.to_world)
             registration = model.registration
@@ -166,6 +199,7 @@ def placed_by_points(
         placed = placed_by_known(
             pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
             north_sigma_stated=north_sigma_stated, photo_up=photo_up, keep_scale=keep_scale,
+            click_sigma_m=click_sigma_m, resolution=resolution,
         )  # fmt: skip
     if not len(pairs.labels):
         return placed

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFormLayout,
     QHBoxLayout,
+    QLineEdit,
     QPushButton,
     QTableWidgetItem,
     QWidget,
@@ -105,6 +106,8 @@ class ControlPanel(QWidget):
         self.field = CrsField()
         self.field.setPlaceholderText(tr("none: local metres, x east, y north"))
         self.field.textChanged.connect(self._solve)
+        self.click_error = _click_error_field()
+        self.click_error.editingFinished.connect(self._solve)
         self.keep_scale = _keep_scale_box()
         self.keep_scale.toggled.connect(self._solve)
         self.compass = CompassBox(studio, self._labels, self._known_north)
@@ -123,6 +126,7 @@ class ControlPanel(QWidget):
         self._form = form = QFormLayout()
         form.addRow(tr("Click"), self.clicked)
         form.addRow(tr("CRS of x, y, z"), self.field)
+        form.addRow(tr("Click error (m)"), self.click_error)
         form.addRow(self.keep_scale)
         column = narrow_column(self)
         column.addLayout(row)
@@ -159,6 +163,7 @@ class ControlPanel(QWidget):
             with QSignalBlocker(self.field), QSignalBlocker(self.keep_scale):
                 self.field.setText("" if model is None else model.frame.crs or "")
                 self.keep_scale.setChecked(False)
+                self.click_error.clear()
         if lines != self._lines:
             self.lines.show_lines(lines, self._studio.settings.notation)
         if points != self._points:
@@ -208,6 +213,7 @@ class ControlPanel(QWidget):
         self._reach = float(np.ptp(pairs.model, axis=0).max()) if self._found > 1 else 0.0
         compass = compass_table(lines, self.readings.seen)
         keep_scale = self.keep_scale.isChecked()
+        resolution = None if opened is None else opened.resolution
         photo_up = self._photo_up(model)
 
         def work() -> Placed | VomError:
@@ -218,7 +224,7 @@ class ControlPanel(QWidget):
                 return placed_by_points(
                     pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
                     north.turned_deg, north_sigma_stated=stated, photo_up=photo_up,
-                    keep_scale=keep_scale,
+                    keep_scale=keep_scale, click_sigma_m=click_m, resolution=resolution,
                 )  # fmt: skip
             except VomError as error:
                 return error
@@ -226,6 +232,7 @@ class ControlPanel(QWidget):
         self.north, self._counted = None, ""
         try:
             self.crs = self._typed_crs()
+            click_m = self._typed_click_error()
             if counted(lines):
                 self.north, self._counted = self.readings.counted(self._known_north)
         except VomError as error:
@@ -271,6 +278,7 @@ class ControlPanel(QWidget):
             )
             self.said.setText(said)
         elif self.placed is not None:
+            self._show_click_error(self.placed)
             said = in_words(self.placed, self.model, self.crs)
             self.said.setText("\n".join(filter(None, [said, self._counted])))
         self._show_residuals()
@@ -305,6 +313,19 @@ class ControlPanel(QWidget):
 
         text = self.field.text().strip()
         return metric_crs(text, tr("CRS of x, y, z")) if text else None
+
+    def _typed_click_error(self) -> float | None:
+        from vomstudio.workspace.placing.registering import parse_click_sigma
+
+        text = self.click_error.text().strip()
+        return parse_click_sigma(text, tr("Click error (m)")) if text else None
+
+    def _show_click_error(self, placed: Placed) -> None:
+        """Show the default beside which nothing was typed."""
+        default = tr("half the resolution of the model")
+        if placed.click_sigma_m and not self.click_error.text().strip():
+            default = f"{placed.click_sigma_m:.2g}: {default}"
+        self.click_error.setPlaceholderText(default)
 
     def _labels(self) -> list[str]:
         return [each.name for each in (*self._points, *self._lines)]
@@ -351,6 +372,7 @@ class ControlPanel(QWidget):
             copy_register(
                 self, studio, path, self._points, self._lines, self.crs, self.readings, self.north,
                 kept_scale=self._metres() if self.keep_scale.isChecked() else None,
+                click_sigma_m=self._typed_click_error(),
             )  # fmt: skip
 
     # --- what is done ------------------------------------------------------------------------
@@ -478,6 +500,16 @@ class ControlPanel(QWidget):
             turn=turned_deg(before, after),
         )
         studio.warn(f"{said} {sets}".strip(), "info")
+
+
+def _click_error_field() -> QLineEdit:
+    field = QLineEdit()
+    field.setObjectName("click_error")
+    field.setPlaceholderText(tr("half the resolution of the model"))
+    field.setToolTip(
+        tr("Error of a click on the model, one sigma, beside the accuracy of the points.")
+    )
+    return field
 
 
 def _keep_scale_box() -> QCheckBox:

@@ -27,9 +27,11 @@ def copy_register(
     north: ReadNorth | None,
     *,
     kept_scale: float | None = None,
+    click_sigma_m: float | None = None,
 ) -> None:
     """Ask for the tables of points and readings, where there are some, and put the command on the
-    clipboard. north : how azimuths are counted; kept_scale : metres per unit of the model's file"""
+    clipboard. north : how azimuths are counted; kept_scale : metres per unit of the model's file
+    click_sigma_m : error of the click on the model as typed, None for the default"""
     from vomstudio.io.control.writing import write_compass, write_pairs
     from vomstudio.workspace.placing.known_planes import compass_table
     from vomstudio.workspace.placing.read_north import as_the_command
@@ -40,6 +42,8 @@ def copy_register(
     more: list[Word | tuple[str, Word]] = [] if crs is None else [("--crs", crs)]
     if kept_scale is not None:
         more += _keeping(kept_scale)
+    if click_sigma_m is not None:
+        more.append(("--click-sigma", click_sigma_m))
     turn = 0.0
     used = None if north is None else used_north(north, lines)
     if used is not None:

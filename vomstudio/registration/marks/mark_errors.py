@@ -1,0 +1,220 @@
+"""Errors of points that are marked in photos, for a reconstruction and for a registration.
+
+The scatter of the marks is estimated from all of them: the median distance of the marks from the
+places where most marks of their points meet (least median of squares over pairs of rays; Rousseeuw
+1984, J. Am. Stat. Assoc. 79, 871), which wrong marks do not move.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+from vomstudio.errors import GeometryError
+from vomstudio.geometry.cameras import View
+from vomstudio.geometry.triangulation import triangulate
+
+Array = npt.NDArray[np.float64]
+
+MIN_MARK_PX = 0.3
+"""Error of a mark in one direction, one sigma, below which no estimate from marks is trusted."""
+HAND_MARK_PX = 1.0
+"""Error of a mark set by hand: the least that it is weighted with and that others are judged by."""
+WARN_MARK_PX = 5.0
+"""Scatter above which marks or poses should be checked."""
+_LIMIT_SIGMAS = 6.0
+# Of the diagonal of a photo. Marks that scatter by more do not show the same points.
+_MAX_SHARE = 0.05
+_MAX_PAIRS = 300
+_ROUNDS = 3
+# Medians of the length of a Gaussian vector in the plane, and of a Gaussian number, in sigmas.
+_MEDIAN_LENGTH, _MEDIAN_SIZE = 1.1774, 0.6745
+
+
+class Marks(NamedTuple):
+    """Marks of one point: the views in which it is seen, and the pixels (k, 2)."""
+
+    views: Sequence[View]
+    pixels: Array
+
+
+def mark_distances(marks: Marks, place: Array) -> Array:
+    """Return the pixels (k,) from each mark to the projection of a place (3,).
+
+    Infinite behind a camera, and for a place that is not known.
+    """
+    if not np.isfinite(place).all():
+        return np.full(len(marks.views), np.inf)
+    off = [
+        np.linalg.norm(view.project(place)[0] - pixel)
+        for view, pixel in zip(marks.views, marks.pixels, strict=True)
+    ]
+    return np.nan_to_num(np.array(off, np.float64), nan=np.inf)
+
+
+def robust_place(marks: Marks) -> Array:
+    """Return the place (3,) from which at least half of the marks are least far; NaN if none.
+
+    For two marks it is where both meet.
+    """
+    count = len(marks.views)
+    if count < 3:
+        return triangulate(marks.views, marks.pixels)
+    candidates = _meeting_places(marks)
+    if not len(candidates):
+        return triangulate(marks.views, marks.pixels)
+    off = np.array(
+        [
+            np.linalg.norm(view.project(candidates) - pixel, axis=1)
+            for view, pixel in zip(marks.views, marks.pixels, strict=True)
+        ]
+    )
+    off = np.sort(np.nan_to_num(off, nan=np.inf), axis=0)
+    best = candidates[int(np.argmin(off[count // 2]))]
+    near = np.argsort(mark_distances(marks, best), kind="stable")[: count // 2 + 1]
+    return triangulate([marks.views[int(i)] for i in near], marks.pixels[near])
+
+
+def _meeting_places(marks: Marks) -> Array:
+    """Return the places (m, 3) nearest to the rays of two marks each."""
+    rays = np.array(
+        [view.rays(pixel)[0] for view, pixel in zip(marks.views, marks.pixels, strict=True)]
+    )
+    centres = np.array([view.centre for view in marks.views])
+    pairs = np.array(list(combinations(range(len(rays)), 2)))
+    if len(pairs) > _MAX_PAIRS:
+        pairs = pairs[np.random.default_rng(0).choice(len(pairs), _MAX_PAIRS, replace=False)]
+    first, second = pairs.T
+    across = np.eye(3) - rays[:, :, None] * rays[:, None, :]
+    normal = across[first] + across[second]
+    right = np.einsum("nij,nj->ni", across, centres)
+    usable = np.linalg.cond(normal) < 1e8
+    places = np.linalg.solve(normal[usable], (right[first] + right[second])[usable][..., None])
+    return np.asarray(places[..., 0])
+
+
+def mark_scatter_px(points: Sequence[Marks]) -> float:
+    """Estimate the error of a mark in one direction from the marks alone.
+
+    Parameters
+    ----------
+    points : sequence of Marks
+        All marks of each point.
+
+    Returns
+    -------
+    float
+        One sigma, pixels; NaN if no point is located.
+    """
+    return _scatter_px(_robust_distances(points))
+
+
+def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, Array]]:
+    """Return the points that are located, and the distances of their marks from there."""
+    places = [(marks, robust_place(marks)) for marks in points if len(marks.views) >= 2]
+    return [
+        (marks, mark_distances(marks, place)) for marks, place in places if np.isfinite(place).all()
+    ]
+
+
+def _scatter_px(located: Sequence[tuple[Marks, Array]]) -> float:
+    distances = [off for _, off in located]
+    if not distances:
+        return float("nan")
+    scatter = float(np.median(np.concatenate(distances))) / _MEDIAN_LENGTH
+    for _ in range(_ROUNDS):
+        lengths: list[Array] = []
+        for marks, off in located:
+            near = np.flatnonzero(off <= _LIMIT_SIGMAS * scatter)
+            if len(near) >= 2 and len(near) < len(off):
+                place = triangulate([marks.views[int(i)] for i in near], marks.pixels[near])
+            else:
+                near, place = np.arange(len(off)), triangulate(*marks)
+            lengths.append(_unfitted(len(near)) * mark_distances(marks, place))
+        before, scatter = scatter, float(np.median(np.concatenate(lengths))) / _MEDIAN_LENGTH
+        if math.isclose(before, scatter, rel_tol=1e-3):
+            break
+    return scatter
+
+
+def _unfitted(count: int) -> float:
+    """Return how many times larger errors of marks are than their distances from a fitted place."""
+    if count == 2:
+        # One number remains, shared by both marks.
+        return math.sqrt(2.0) * _MEDIAN_LENGTH / _MEDIAN_SIZE
+    return math.sqrt(2 * count / (2 * count - 3))
+
+
+def mark_error_px(points: Sequence[Marks]) -> float:
+    """Return the error of a mark in one direction that counts, from the scatter of all marks.
+
+    Points whose marks scatter so much that they cannot show the same point take no part.
+
+    Parameters
+    ----------
+    points : sequence of Marks
+        All marks of each point.
+
+    Raises
+    ------
+    GeometryError
+        If this applies to all points.
+    """
+    located = _robust_distances(points)
+    if not located:
+        return MIN_MARK_PX
+    plausible = [each for each in located if float(np.median(each[1])) <= _max_px(each[0])]
+    if not plausible:
+        scatter_px = _scatter_px(located)
+        raise GeometryError.of_finding(Finding("control.marks-scattered", scatter_px=scatter_px))
+    return max(MIN_MARK_PX, _scatter_px(plausible))
+
+
+def _max_px(marks: Marks) -> float:
+    sizes = [math.hypot(v.intrinsics.width, v.intrinsics.height) for v in marks.views]
+    return _MAX_SHARE * float(np.median(sizes))
+
+
+def mark_scatter_findings(scatter_px: float) -> list[Finding]:
+    """Return a finding if marks scatter by more than marks set by hand should."""
+    if scatter_px <= WARN_MARK_PX:
+        return []
+    return [Finding("control.mark-scatter", scatter_px=scatter_px)]
+
+
+def marks_disagree(labels: Sequence[str]) -> Finding:
+    """Return the finding about points whose marks do not meet in one place."""
+    return Finding("control.marks-disagree", labels=list(labels))
+
+
+def agreement_px(mark_px: float) -> float:
+    """Return the limit of the distance of right marks from their point.
+
+    mark_px : error of a mark in one direction
+    """
+    return _LIMIT_SIGMAS * max(HAND_MARK_PX, mark_px)
+
+
+def place_covariance(marks: Marks, place: Array, mark_px: float) -> Array:
+    """Return the covariance (3, 3) of a triangulated place, in the frame and unit of the views.
+
+    Parameters
+    ----------
+    marks : Marks
+        Those that the place was triangulated from.
+    place : (3,) array
+    mark_px : float
+        Error of a mark in one direction, one sigma.
+    """
+    distances = [float(np.linalg.norm(place - view.centre)) for view in marks.views]
+    step = 1e-6 * max(1e-9, min(distances))
+    offsets = np.vstack([np.eye(3) * step, -np.eye(3) * step])
+    seen = np.array([view.project(place + offsets) for view in marks.views])
+    moves = ((seen[:, :3] - seen[:, 3:]) / (2.0 * step)).transpose(0, 2, 1).reshape(-1, 3)
+    return np.asarray(mark_px**2 * np.linalg.inv(moves.T @ moves))
