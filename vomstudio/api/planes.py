@@ -260,7 +260,8 @@ def fit_plane(
     Points on the plane that dips by 45 degrees to the east:
 
     >>> import vomstudio as vs
-    >>> bed = vs.fit_plane([[0, 0, 0], [0, 5, 0], [3, 1, -3], [4, 4, -4.01], [2, 3, -2]])
+    >>> points = [[0, 0, 0], [0, 5, 0], [3, 1, -3], [4, 4, -4.01], [2, 3, -2], [1, 4, -1]]
+    >>> bed = vs.fit_plane(points)
     >>> round(bed.dip_direction_deg), round(bed.dip_deg)
     (90, 45)
     >>> bed.quality

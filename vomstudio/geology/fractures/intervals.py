@@ -98,7 +98,8 @@ def area_dispersion(places: Floats, weights: Floats, area: Any) -> float:
             np.clip(np.searchsorted(edges, values, side="right") - 1, 0, across - 1)
             for edges, values in ((x, places[:, 0]), (y, places[:, 1]))
         )
-        sums = np.bincount(row * across + column, weights, minlength=across**2)
+        cell = row * across + column
+        sums = np.asarray(np.bincount(cell, weights, minlength=across**2), np.float64)
         left, bottom = (grid.ravel() for grid in np.meshgrid(x[:-1], y[:-1]))
         right, top = (grid.ravel() for grid in np.meshgrid(x[1:], y[1:]))
         cells = shapely.intersection(shapely.box(left, bottom, right, top), area)

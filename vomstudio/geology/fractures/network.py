@@ -404,11 +404,11 @@ def densities_of(pieces: Pieces, members: Flags, area: Any) -> Densities:
     rows = np.unique(pieces.trace[members], return_inverse=True)[1]
     middles = shapely.get_coordinates(shapely.centroid(pieces.lines[members]))
     # Pieces of one trace belong together; it lies where its mean piece does.
-    places = np.stack([np.bincount(rows, xy) for xy in middles.T], axis=-1)
+    places = np.stack([np.bincount(rows, xy) for xy in middles.T], axis=-1).astype(np.float64)
     places /= np.bincount(rows)[:, None]
 
     def density(weights: Floats) -> tuple[float, Interval, float]:
-        of_traces = np.bincount(rows, weights)
+        of_traces = np.bincount(rows, weights).astype(np.float64)
         dispersion = area_dispersion(places, of_traces, area)
         interval = density_interval(of_traces, size, dispersion)
         return float(weights.sum()) / size, interval, dispersion

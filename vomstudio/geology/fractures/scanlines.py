@@ -116,7 +116,8 @@ def crossings_of(lines: Shapes, scanlines: Shapes, cap: float | None = None) -> 
         weight = np.minimum(weight, cap)
     return Crossings(
         trace, scanline, along, np.degrees(np.arcsin(np.minimum(sine, 1.0))), weight,
-        np.bincount(line, steps, minlength=len(scanlines)), capped, overlaps,
+        np.asarray(np.bincount(line, steps, minlength=len(scanlines)), np.float64),
+        capped, overlaps,
     )  # fmt: skip
 
 
@@ -135,7 +136,7 @@ def spacing_of(crossings: Crossings, members: Flags, cap: float | None = None) -
     size = crossings.length_m
     frequency, mean_95, dispersion = _intervals(crossings, members, gaps, cv)
     ratio = true_mean / mean if true_mean is not None and mean else None
-    of_traces = np.bincount(trace, weights)
+    of_traces = np.bincount(trace, weights).astype(np.float64)
     return Spacing(
         n=len(along),
         gaps=len(gaps),

@@ -27,7 +27,6 @@ from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, 
 from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.photogrammetry.place.wrong_marks import (
-    WrongMark,
     agree,
     labels_on_one_spot,
     misplaced,
@@ -39,6 +38,7 @@ from vomstudio.registration.marks.mark_errors import (
     mark_scatter_findings,
     marks_disagree,
 )
+from vomstudio.registration.marks.wrong_marks import WrongMark
 from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
 from vomstudio.registration.scatter import drift_findings, scale_warning
 from vomstudio.registration.similarity import Similarity, fit_similarity
