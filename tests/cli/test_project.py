@@ -444,8 +444,9 @@ def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
     table = tmp_path / "pairs.csv"
     table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *rows]))
     ran = run(
-        "project", folder, "register", table, "--model", "face", "--crs", "EPSG:32633", "--json"
-    )
+        "project", folder, "register", table, "--model", "face", "--crs", "EPSG:32633",
+        "--click-sigma", "0", "--json"
+    )  # fmt: skip
     assert ran.code == 0, ran.err
     assert ran.json["turned_deg"] == pytest.approx(90.0)
     # A pole of dip d turns on a small circle about the vertical: 2 asin(sin d sin 45).
@@ -464,7 +465,8 @@ def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
         change = (row["dip_direction_deg"] - was["dip_direction_deg"]) % 360.0
         assert change == pytest.approx(270.0, abs=1e-6)
         assert row["dip_deg"] == pytest.approx(was["dip_deg"], abs=1e-6)
-        assert row["registration_error_deg"] == pytest.approx(0.0, abs=1e-9)
+        # The points fit exactly: what is left is the rounding of whole numbers on a small boulder.
+        assert 0.0 < row["registration_error_deg"] < 3.0
     assert turned > 3
     run("project", folder, "undo")
     back = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}

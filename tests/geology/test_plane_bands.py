@@ -62,7 +62,7 @@ def test_a_line_on_a_flat_face_allows_any_turn_whatever_its_picks_stray() -> Non
             rng.normal(size=(20, 3)) * [0.0, 1.0, 0.1]
             + [[1.0, 0.0, 0.0]] * np.linspace(0.0, 100.0, 20)[:, None]
         )
-        band = band_of(fit_plane(picks), resolution_m=1.0)
+        band = band_of(fit_plane(picks), resolution_m=1.0, outcrop_normal=(0.0, 0.0, 1.0))
         turn = np.radians(rng.uniform(30.0, 150.0))
         held += band is not None and bool(band.holds([[0.0, np.sin(turn), np.cos(turn)]])[0])
         any_turn += band is not None and band.turn95_deg == 90.0

@@ -54,7 +54,7 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
 @pytest.mark.parametrize("curvature", [0.0004, -0.0004])
 def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
     """2 c r at 71 m, the corner, is 3.2 degrees."""
-    said = next(text for text in register(bent(curvature)).warnings if "verticals of" in text)
+    said = next(text for text in map(str, register(bent(curvature)).warnings) if "verticals of" in text)
     assert "bowed: by the verticals of 36 photos" in said
     side = float(said.split("differ by ")[1].split("°")[0])
     assert side == pytest.approx(np.degrees(2 * 0.0004 * np.hypot(50, 50)), abs=0.25)
@@ -87,7 +87,7 @@ def test_a_dome_is_told_from_a_dish(source: str, curvature: float, word: str) ->
             good = over_ground() + rng.normal(0, 0.05, (36, 3))
             positions = replace(evidence.positions, places=good)
             evidence = replace(evidence, attitudes=None, positions=positions)
-    said = next(text for text in register(evidence).warnings if "is bowed" in text)
+    said = next(text for text in map(str, register(evidence).warnings) if "is bowed" in text)
     assert ("verticals" in said) == (source == "verticals")
     assert f"(a {word})" in said
     assert ("below it" in said) == (word == "dome")

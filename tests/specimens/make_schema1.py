@@ -181,6 +181,7 @@ def additions(records: Mapping[str, Record]) -> dict[str, dict[str, Record]]:
             for each in (
                 replace(steep, id="trace-along-x", name="along x", type_id="vein", axis="x",
                         domain="hanging wall", beds=BEDS),
+                replace(steep, id="trace-beside", name="beside", doubtful=((1, 2),)),
                 replace(contact, id="contact-again", name="C1 again", domain="footwall", beds=BEDS,
                         notes="covered", interpreter="AB", repeat_of=contact.id),
                 replace(line, id="line-again", name="line again", domain="footwall",

@@ -183,7 +183,7 @@ def test_points_and_planes_are_fitted_together_and_a_strike_is_named() -> None:
     found, seen = placed(records, lines, pairs=pairs)
     assert found.known.all
     assert [blunder.label for blunder in found.blunders] == ["B02"]
-    said = " ".join(found.warnings)
+    said = " ".join(map(str, found.warnings))
     assert "B02 would agree if +90° were added" in said
     turn = found.matrix[:3, :3] / found.scale @ TURN
     assert turn == pytest.approx(np.eye(3), abs=0.01)

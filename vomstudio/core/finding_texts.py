@@ -419,8 +419,8 @@ TEXTS: dict[str, tuple[Literal["info", "warning", "error"], str]] = {
     "registration.which-end-up": (
         "warning",
         to_translate(
-            "The lines tip the model by {tip_deg:.0f}°, and do not show which end of the vertical"
-            " is up. Check that the model is not upside down."
+            "The lines tip the model by {tip_deg:.0f}° and do not show which end is up. Check that"
+            " the model is not upside down."
         ),
     ),
     "registration.poor": (

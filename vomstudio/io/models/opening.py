@@ -21,7 +21,7 @@ from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
-from vomstudio.geometry.resolution import FewPoints, effective_resolution, resolving_points
+from vomstudio.geometry.resolution import COUNTS, FewPoints, effective_resolution, resolving_points
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
@@ -176,7 +176,9 @@ def resolution(data: Mesh | PointCloud) -> float:
     if not isinstance(data, Mesh):
         return of_points
     edge = point_spacing(data.undivided)
-    return max(edge, of_points) if of_points == of_points else edge
+    # Of few vertices neither density nor noise can be told.
+    few = len(data.undivided.vertices) < COUNTS[0]
+    return edge if few or np.isnan(of_points) else max(edge, of_points)
 
 
 def point_spacing(data: Mesh | PointCloud) -> float:

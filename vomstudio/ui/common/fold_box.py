@@ -26,6 +26,7 @@ class FoldBox(QWidget):
             box.setToolTip(tip)
             box.setAccessibleName(tip)
             box.keep_narrow()
+            box.setMinimumContentsLength(6)
             box.activated.connect(lambda _: self._chosen())
         self.quality.addItem(tr("Any quality"), None)
         self.quality.addItem(tr("Good, doubtful"), "doubtful")

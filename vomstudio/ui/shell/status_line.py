@@ -129,7 +129,7 @@ class StatusLine(QStatusBar):
         warned = tr("⚠ Local frame: not registered") if nothing else f"⚠ {studio.frame_name()}"
         if known and poor:
             worst_deg = max(finding.values["rotation95_deg"] for finding in poor)
-            warned = tr("{frame}, ± {error:.0f}°", frame=warned, error=worst_deg)
+            warned = tr("{frame}, turned by up to {error:.0f}°", frame=warned, error=worst_deg)
         self._badge.setText(studio.frame_name() if known and not poor else warned)
         what = (
             tr("The frame of the displayed coordinates and orientations. Click to change it.")

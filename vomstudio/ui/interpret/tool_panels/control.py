@@ -126,7 +126,7 @@ class ControlPanel(QWidget):
         self._form = form = QFormLayout()
         form.addRow(tr("Click"), self.clicked)
         form.addRow(tr("CRS of x, y, z"), self.field)
-        form.addRow(tr("Click error (m)"), self.click_error)
+        form.addRow(tr("Click error"), self.click_error)
         form.addRow(self.keep_scale)
         column = narrow_column(self)
         column.addLayout(row)
@@ -322,9 +322,11 @@ class ControlPanel(QWidget):
 
     def _show_click_error(self, placed: Placed) -> None:
         """Show the default beside which nothing was typed."""
-        default = tr("half the resolution of the model")
+        default = tr("half the resolution of the model, m")
         if placed.click_sigma_m and not self.click_error.text().strip():
-            default = f"{placed.click_sigma_m:.2g}: {default}"
+            default = tr(
+                "{error:.2g} m: half the resolution of the model", error=placed.click_sigma_m
+            )
         self.click_error.setPlaceholderText(default)
 
     def _labels(self) -> list[str]:
