@@ -54,7 +54,8 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
 @pytest.mark.parametrize("curvature", [0.0004, -0.0004])
 def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
     """2 c r at 71 m, the corner, is 3.2 degrees."""
-    said = next(text for text in map(str, register(bent(curvature)).warnings) if "verticals of" in text)
+    texts = map(str, register(bent(curvature)).warnings)
+    said = next(text for text in texts if "verticals of" in text)
     assert "bowed: by the verticals of 36 photos" in said
     side = float(said.split("differ by ")[1].split("°")[0])
     assert side == pytest.approx(np.degrees(2 * 0.0004 * np.hypot(50, 50)), abs=0.25)
