@@ -97,6 +97,8 @@ class OrientationFigures:
     normal_cov_uu: float | None
     resolution_m: float | None
     extent_over_resolution: float | None
+    bend_deg: float | None
+    attitude_scale: str | None
     quality: str | None
     quality_reason: str | None
     quality_notes: str | None
@@ -139,6 +141,8 @@ class PlaneFit(OrientationFigures):
     registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
     normal_cov_ee, ... normal_cov_uu : covariance of the normal (east, north, up), radians squared
     resolution_m, extent_over_resolution : of the model
+    bend_deg : of a face that bends as a whole, from edge to edge; attitude_scale : "local" or
+    "regional", whether the plane is the attitude of this place alone
     quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
     profile : by whose limits the verdict was given; method : "pca" or "regression"
     id, name, kind, set, overturned, model, frame, notes : of a feature of a project

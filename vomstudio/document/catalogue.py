@@ -419,6 +419,21 @@ NORMAL_COVARIANCE = tuple(
     for j, second in enumerate("enu")
     if i <= j
 )
+BEND = _degrees(
+    "bend_deg",
+    _("Bend"),
+    _("By how much a face that bends as a whole does so from edge to edge"),
+    _measured("bend_deg"),
+    words=("bend",),
+)
+ATTITUDE_SCALE = _text(
+    "attitude_scale",
+    _("Scale"),
+    _("Whether the plane is the attitude of this place alone: local or regional"),
+    _measured("attitude_scale"),
+    short="att_scale",
+    words=("scale", "local", "regional"),
+)
 RESOLUTION = _metres(
     "resolution_m",
     _("Resolution"),
@@ -473,8 +488,8 @@ ORIENTATION: tuple[Figure, ...] = (
     PLUNGE, *SLIP, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
     AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
-    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, QUALITY,
-    REASONS, QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME, NOTES,
+    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
+    ATTITUDE_SCALE, QUALITY, REASONS, QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME, NOTES,
 )  # fmt: skip
 """The orientation table, column after column."""
 
@@ -502,7 +517,8 @@ CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
 FITTED = (
     *SIZE, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
-    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, METHOD,
+    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
+    ATTITUDE_SCALE, METHOD,
 )  # fmt: skip
 VERDICT = (QUALITY, REASONS, QUALITY_NOTES, PROFILE)
 ON_A_MODEL = (MODEL, FRAME)

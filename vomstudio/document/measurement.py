@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,13 @@ from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geology.quality import Kind as JudgedAs
-from vomstudio.geology.quality import Verdict, resolution_tilt_deg, total_error_deg, wider_of
+from vomstudio.geology.quality import (
+    Verdict,
+    is_local,
+    resolution_tilt_deg,
+    total_error_deg,
+    wider_of,
+)
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
@@ -59,6 +65,7 @@ class Measurement:
         where the model was not registered, or its error is not known
     stretch_error_deg : 95 % half-angle of a trace's plane in view of its doubtful stretches; None
         where it has none
+    bend_deg : of a face that bends as a whole, from edge to edge
     total : joint 95 % region of a line, together with the registration as far as that is known;
         None where its own is not
     """
@@ -89,6 +96,7 @@ class Measurement:
     judged_as: JudgedAs = "trace"
     registration_error_deg: float | None = None
     stretch_error_deg: float | None = None
+    bend_deg: float | None = None
     total: Region | None = None
 
     @cached_property
@@ -107,6 +115,13 @@ class Measurement:
             self.outcrop_normal,
             self.stretch_error_deg,
         )
+
+    @property
+    def attitude_scale(self) -> Literal["local", "regional"] | None:
+        """Whether a fitted plane is the attitude of this place alone; None without one."""
+        if self.fit is None or self.fit.error is not None:
+            return None
+        return "local" if is_local(self.fit, self.bend_deg, self.total95_deg) else "regional"
 
     def attitude(self, notation: str = "dipdir/dip", *, bare: bool = False) -> str:
         """Return the plane or line with its 95 % error as text; "–" without either."""

@@ -79,6 +79,7 @@ def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> Fac
                 area_m2=facet.area,
                 resolution_m=facet.resolution,
                 judged_as="patch",
+                bend_deg=facet.bend_deg,
                 model=model,
                 frame=frame,
             ),

@@ -32,6 +32,7 @@ from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.heights.bends import bend_of
 from vomstudio.geometry.heights.levels import level_gap, said_of_bend, said_of_levels
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
@@ -88,7 +89,8 @@ class Facet:
     """One facet. fit, verdict : of its plane in World; moments : of its points, World; area : m2;
     resolution : m, around it; border : polygon with holes in the plane, as WKT in World; rows : of
     the faces or points; level_gap : m between the levels in which its points lie, None for one;
-    bent : it goes over into others beside it, as a piece of a wavy or curved face"""
+    bent : it goes over into others beside it, as a piece of a wavy or curved face; bend_deg : from
+    edge to edge, None where it does not bend as a whole"""
 
     fit: PlaneFit
     moments: Moments
@@ -99,6 +101,7 @@ class Facet:
     rows: Ints
     level_gap: float | None = None
     bent: bool = False
+    bend_deg: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -351,10 +354,10 @@ def _facet(
     gap = level_gap(points, fit.normal) if thick else None
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        seen=said_of_levels(gap),
+        seen=said_of_levels(gap), bend_deg=(bend := bend_of(points, fit.normal)),
     )  # fmt: skip
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
-    return Facet(fit, known, verdict, area, resolution, border, rows, gap)
+    return Facet(fit, known, verdict, area, resolution, border, rows, gap, bend_deg=bend)
 
 
 def _wide_spacing(areas: Array) -> float:

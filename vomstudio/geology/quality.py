@@ -194,6 +194,7 @@ def judge(
     registration_deg: float | None = None,
     seen: Sequence[str] = (),
     stretch_error_deg: float | None = None,
+    bend_deg: float | None = None,
 ) -> Verdict:
     """The verdict on a plane. By error, it is decided by how far the plane may be off, and by what
     that figure cannot know; shape and extent are notes. By shape, it is good where all three limits
@@ -207,6 +208,7 @@ def judge(
     seen : what the surface or the way of a trace says against its plane
         (geometry/heights/levels.py, geology/doubtful_stretches.py)
     stretch_error_deg : 95 % half-angle of the plane in view of doubtful stretches
+    bend_deg : by which a face bends as a whole, see `geometry.heights.bends`
     """
     if fit.error is not None:
         said = tr("There is no plane: {error}", error=_sentence(fit.error))
@@ -218,7 +220,24 @@ def judge(
     )
     reasons += [*drawn, *seen]
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
+    total = total_error_deg(fit, resolution_m, kind, registration_deg)
+    if is_local(fit, bend_deg, total) and bend_deg is not None and total is not None:
+        notes.append(
+            tr(
+                "The face bends by {bend} from edge to edge: its plane is that of this place. The "
+                "attitude over several such faces is known to {regional}.",
+                bend=_deg(bend_deg),
+                regional=_deg(min(math.hypot(total, bend_deg), 90.0)),
+            )
+        )
     return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
+
+
+def is_local(fit: PlaneFit, bend_deg: float | None, total_deg: float | None) -> bool:
+    """Return whether a plane is the attitude of this place alone: its roughness is as long as the
+    trace, or its face bends as a whole by more than the plane's error."""
+    bends = bend_deg is not None and total_deg is not None and bend_deg > total_deg
+    return bends or fit.long_roughness
 
 
 def _by_error(

@@ -216,9 +216,9 @@ def _find(asked: FacetsOrder, progress: Progress) -> FoundFacets:
 
 def _facet_arrays(found: Facets, part: Part, count: int, to_world: Any) -> Arrays:
     """label, covers : (points,) int32 of all of the model, -1 for none. Of each of f facets, in the
-    frame of the file: n, n_effective, mean (f, 3), scatter (f, 3, 3), area, resolution, level_gap,
-    0 for none, bent; its faces or points rows[row_cuts[i]:row_cuts[i + 1]], its outline in the same
-    way; exposed_m2 : in World.
+    frame of the file: n, n_effective, mean (f, 3), scatter (f, 3, 3), area, resolution, level_gap
+    and bend_deg, 0 for none, bent; its faces or points rows[row_cuts[i]:row_cuts[i + 1]], its
+    outline in the same way; exposed_m2 : in World.
     """
     import numpy as np
 
@@ -249,6 +249,7 @@ def _facet_arrays(found: Facets, part: Part, count: int, to_world: Any) -> Array
         "resolution": np.array([facet.resolution for facet in facets]) / scale,
         "bent": np.array([facet.bent for facet in facets], np.bool_),
         "level_gap": np.array([facet.level_gap or 0.0 for facet in facets]) / scale,
+        "bend_deg": np.array([facet.bend_deg or 0.0 for facet in facets]),
         "exposed_m2": found.exposure.by_facet_m2,
         "rows": np.concatenate([*rows, np.zeros(0, np.int64)]),
         "row_cuts": np.cumsum([0, *map(len, rows)]),

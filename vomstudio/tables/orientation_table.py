@@ -96,6 +96,7 @@ def plane_row(
     plane: Plane | None = None,
     judged_as: JudgedAs = "trace",
     outcrop_normal: npt.NDArray[np.float64] | None = None,
+    bend_deg: float | None = None,
     **metadata: Any,
 ) -> Row:
     """The row of a fitted plane.
@@ -103,8 +104,8 @@ def plane_row(
     fit, verdict: in World. resolution_m: of the model around the points. registration_error_deg:
     95 % half-angle of the model's rotation, which is added to that of fit and resolution in
     `total95_deg`. stretch_error_deg: 95 % half-angle in view of doubtful stretches, below which
-    that is not. plane: the fit's attitude where it is known already. judged_as, outcrop_normal: as
-    the verdict was given.
+    that is not. plane: the fit's attitude where it is known already. judged_as, outcrop_normal,
+    bend_deg: as the verdict was given.
     metadata: any other of `COLUMNS` (id, name, kind, set, overturned, area_m2, model, frame,
     notes). Raises TypeError for a name that is no column.
     """
@@ -119,6 +120,7 @@ def plane_row(
         verdict,
         None,
         judged_as=judged_as,
+        bend_deg=bend_deg,
         **own,
     )
     row = _bare(measured, *catalogue.PLANE, *catalogue.PLACE, *catalogue.FITTED, *catalogue.VERDICT)

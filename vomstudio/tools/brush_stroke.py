@@ -14,6 +14,7 @@ from vomstudio.document.records import SURROUNDINGS_RULE, Model, Painted
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.heights.bends import bend_of
 from vomstudio.geometry.heights.levels import level_gap
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import Moments, moments, outline, runs_of
@@ -140,6 +141,7 @@ def _moments_and_area(
     points: npt.NDArray[np.float64],
     known: Moments,
 ) -> dict[str, Any]:
+    normal = np.linalg.eigh(np.asarray(known.scatter))[1][:, 0]
     return {
         "n": known.n,
         "mean": known.mean,
@@ -148,5 +150,6 @@ def _moments_and_area(
         "area": surface.area_of(ids),
         "rule": SURROUNDINGS_RULE,
         "bent": False,
-        "level_gap": level_gap(points, np.linalg.eigh(np.asarray(known.scatter))[1][:, 0]),
+        "level_gap": level_gap(points, normal),
+        "bend_deg": bend_of(points, normal),
     }

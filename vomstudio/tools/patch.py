@@ -444,7 +444,7 @@ class PatchTool(NoSteps):
 
 
 _PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "resolution",
-            "rule", "level_gap", "bent")  # fmt: skip
+            "rule", "level_gap", "bent", "bend_deg")  # fmt: skip
 
 
 def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:

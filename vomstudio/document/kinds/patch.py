@@ -67,6 +67,7 @@ class Patch(Painted, Surrounded, Repeatable, Typed):
     level_gap: float | None = None
     bent: bool = False
     domain: str = ""
+    bend_deg: float | None = None
 
 
 def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
@@ -86,6 +87,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         "metric": is_metric(model),
         "kind": "patch",
         "judged_as": "patch",
+        "bend_deg": patch.bend_deg,
     }
     try:
         fit = fit_moments(
@@ -102,6 +104,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         thresholds=at.thresholds,
         registration_deg=tilt,
         seen=(*said_of_levels(in_world(patch.level_gap, rows)), *said_of_bend(patch.bent)),
+        bend_deg=patch.bend_deg,
     )
     verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
     return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)

@@ -19,6 +19,7 @@ from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.gaps import lacking
 from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.heights.bends import bend_of
 from vomstudio.geometry.heights.levels import level_gap, said_of_levels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -247,13 +248,15 @@ def _row(
     thresholds: Thresholds,
 ) -> Row:
     resolution_m = max(edge, fit.rms or 0.0) if math.isfinite(edge) else None
+    finite = points[np.isfinite(points).all(axis=1)]
+    bend = bend_of(finite, fit.normal)
     verdict = judge(
         fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        seen=said_of_levels(level_gap(points[np.isfinite(points).all(axis=1)], fit.normal)),
+        seen=said_of_levels(level_gap(finite, fit.normal)), bend_deg=bend,
     )  # fmt: skip
     return plane_row(
         fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, judged_as="patch",
-        model=model, frame=frame,
+        bend_deg=bend, model=model, frame=frame,
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ _WORDS = (
     of.DOMAIN,
     CLASS,
     of.QUALITY,
+    of.ATTITUDE_SCALE,
     of.REASONS,
     of.NOTES,
     of.OVERTURNED,
@@ -29,7 +30,7 @@ _FIGURES = (
     of.DIP, of.DIP_DIRECTION, of.STRIKE, of.TREND, of.PLUNGE, slip_figures.RAKE, of.TOTAL,
     of.MAX_CONFIDENCE, of.MIN_CONFIDENCE, of.DIP_ERROR, of.DIP_DIRECTION_ERROR, of.M, of.K,
     of.COPLANARITY, of.COLLINEARITY, of.N_POINTS, of.EXTENT, of.AREA, of.EXTENT_OVER_RESOLUTION,
-    of.RMS,
+    of.RMS, of.BEND,
 )  # fmt: skip
 
 

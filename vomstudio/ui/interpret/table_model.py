@@ -82,7 +82,8 @@ COLUMNS: tuple[Column, ...] = (
     _of(of.N_POINTS), _of(of.EXTENT), _of(LENGTH), _of(of.AREA), _of(LITHOLOGY), _of(NUMBER),
     _of(PHOTO), _of(slip_figures.RAKE),
     _of(slip_figures.SLIP_RAKE), _of(slip_figures.SLIP_SENSE), _of(slip_figures.ON_PLANE), TO_PICK,
-    _of(of.EXTENT_OVER_RESOLUTION), _of(of.RMS), _of(of.REASONS), _of(of.PROFILE), _of(of.NOTES),
+    _of(of.EXTENT_OVER_RESOLUTION), _of(of.RMS), _of(of.ATTITUDE_SCALE), _of(of.BEND),
+    _of(of.REASONS), _of(of.PROFILE), _of(of.NOTES),
 )  # fmt: skip
 _TO_PICK = COLUMNS.index(TO_PICK)
 

@@ -405,6 +405,7 @@ def _proposals(
                 float(of["area"][i]) if told.element == "face" else None,
                 float(of["resolution"][i]), rule=SURROUNDINGS_RULE,
                 level_gap=float(of["level_gap"][i]) or None, bent=bool(of["bent"][i]),
+                bend_deg=float(of["bend_deg"][i]) or None,
             )
         )  # fmt: skip
     measured = measure_all(records, patches, thresholds)
