@@ -186,6 +186,7 @@ def additions(records: Mapping[str, Record]) -> dict[str, dict[str, Record]]:
                         notes="covered", interpreter="AB", repeat_of=contact.id),
                 replace(line, id="line-again", name="line again", domain="footwall",
                         **{**repeated, "repeat_of": line.id}),
+                replace(patch, id="patch-bent", name="bent", bend_deg=4.0),
                 replace(patch, id="patch-again", name="patch again", bent=True, level_gap=0.02,
                         domain="hanging wall", notes="polished", set_name="J9",
                         rule=SURROUNDINGS_RULE,
