@@ -197,6 +197,7 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
         "dip_direction_error_deg": fit.dip_direction_error_deg, "registration_error_deg": None,
         "total95_deg": total_error_deg(fit, 0.2), "resolution_m": 0.2,
         "extent_over_resolution": fit.extent / 0.2,
+        "bend_deg": None, "attitude_scale": "local" if fit.long_roughness else "regional",
         "method": "pca", "frame": "EPSG:32633, grid north",
         **dict(zip("xyz", fit.centroid, strict=True)),
         **{f"normal_{axis}": v for axis, v in zip("xyz", fit.normal, strict=True)},
