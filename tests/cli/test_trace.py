@@ -206,9 +206,9 @@ def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, mor
         assert {one["cost"] for one in tried} == {"colour", "dark", "light", "gradient"}
         assert ran.json["cost"] == tried[0]["cost"]
         known = [one["error95_deg"] for one in tried]
-        # None is good here: the first is the one that the others confirm, the rest by their errors.
-        assert min(known) > 5.0
-        assert known[1:] == sorted(known[1:])
+        # Some are good here: all are in the order of their errors.
+        assert known[0] < 5.0
+        assert known == sorted(known)
     else:
         assert ran.json["cost"] == "onnx"
         assert sorted(ran.json["voters"]) == ["p1.png", "p2.png"]

@@ -88,7 +88,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     assert "proposed" in patch.notes
     measured = studio.measured([patch.id])[patch.id]
     assert measured.verdict.quality == "good"
-    assert plane == f"{measured.plane.dip_direction_deg:03.0f}/{measured.plane.dip_deg:02.0f}"
+    assert plane == measured.attitude()
     assert number - 1 not in panel._facets.open
     left = len(panel._facets.open)
     QTest.keyClick(panel.table, Qt.Key.Key_Delete)
