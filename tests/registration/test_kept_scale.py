@@ -134,7 +134,7 @@ def test_where_all_agree_robust_changes_nothing() -> None:
 def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> None:
     import json
 
-    from vomstudio.app import main
+    from vomstudio.cli import main
 
     model, world = drawn(np.random.default_rng(6), 8, 0.01)
     world[5] += [1.5, 0.0, 0.0]
