@@ -422,7 +422,7 @@ NORMAL_COVARIANCE = tuple(
 BEND = _degrees(
     "bend_deg",
     _("Bend"),
-    _("By how much a face that bends as a whole does so from edge to edge"),
+    _("Angle by which a face that bends as a whole bends from edge to edge"),
     _measured("bend_deg"),
     words=("bend",),
 )

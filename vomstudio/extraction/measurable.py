@@ -31,7 +31,6 @@ from vomstudio.geometry.kernels.jit import for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_errors import confidence_axes_rad, joint_quantile
 from vomstudio.geometry.plane_sizes import (
-    JOINT_95,
     NOISE_PIXELS,
     PIXELS_PER_RESOLUTION,
     POINT_OVER_RESOLUTION,
@@ -43,6 +42,7 @@ from vomstudio.geometry.resolution import (
     of_neighbours,
     resolving_points,
 )
+from vomstudio.geometry.tilts import CHI2_TWO
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
 
@@ -376,7 +376,7 @@ def _errors(figures: Array, noise: float, asked: Asked) -> tuple[Array, Array, A
         quantile = joint_quantile(np.where(able, free, 1.0))
         fit = np.degrees(confidence_axes_rad(np.nan_to_num(values), quantile, quantile)[0])
         # As of a trace: quality.resolution_tilt_deg.
-        unseen = JOINT_95 * POINT_OVER_RESOLUTION * np.sqrt(12.0 / np.maximum(free + 3.0, 1.0))
+        unseen = POINT_OVER_RESOLUTION * np.sqrt(12.0 * CHI2_TWO / np.maximum(free + 3.0, 1.0))
         tilt = np.degrees(np.arctan2(np.minimum(0.5, unseen) * resolution, relief))
         error = np.minimum(np.hypot(np.maximum(fit, tilt), asked.registration_deg), 90.0)
     error = np.where(able, error, 90.0)

@@ -12,14 +12,10 @@ import numpy.typing as npt
 
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.lines import LineFit
-from vomstudio.geometry.plane_sizes import (
-    JOINT_95,
-    POINT_OVER_RESOLUTION,
-    PlaneSizes,
-    within_wander,
-)
+from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION, PlaneSizes, within_wander
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import PlaneFit
+from vomstudio.geometry.tilts import CHI2_TWO
 from vomstudio.words import tr
 
 Quality = Literal["good", "doubtful", "poor"]
@@ -147,7 +143,7 @@ def _tilt_of_points_deg(fit: PlaneFit, sigma_m: float) -> float:
     about its longer axis."""
     independent = float(fit.n if fit.n_effective is None else fit.n_effective)
     width = math.sqrt(independent * max((fit.trace or 0.0) * float(fit.eigenvalues[1]), 0.0))
-    return math.degrees(math.atan2(JOINT_95 * sigma_m, width))
+    return math.degrees(math.atan2(math.sqrt(CHI2_TWO) * sigma_m, width))
 
 
 def is_from_too_few(fit: PlaneFit, resolution_m: float | None, good_deg: float) -> bool:

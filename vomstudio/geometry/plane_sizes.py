@@ -25,8 +25,6 @@ LEAST_RESOLUTIONS = 10.0
 POINT_OVER_RESOLUTION = 0.08
 """Ours, by tests/benchmarks/bench_verdicts.py: error of each point of a trace, one sigma, that its
 residuals may not show."""
-JOINT_95 = math.sqrt(-2.0 * math.log(0.05))
-"""Of a distance in two directions at once, in standard deviations."""
 WANTED_DEG = 5.0
 """The 95 % error up to which the verdict on a plane is good."""
 # Of the extents for which the curve is told, in resolutions.

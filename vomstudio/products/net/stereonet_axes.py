@@ -10,7 +10,7 @@ import numpy as np
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.density import DENSITY_UNITS, density
 from vomstudio.geology.folds import FoldAxis
-from vomstudio.geology.orientation import Array, lines_to_vectors, vectors_to_lines
+from vomstudio.geology.orientation import Array, Line, lines_to_vectors, vectors_to_lines
 from vomstudio.products.net.contents import (
     NetCircle,
     NetContents,
@@ -88,16 +88,8 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
         else:
             _plot_lines(ax, s.azimuth_deg, s.angle_deg, **look)
     for mean in net.means:
-        _plot_lines(
-            ax,
-            np.array([mean.line.trend_deg]),
-            np.array([mean.line.plunge_deg]),
-            marker="*",
-            markersize=2.4 * symbol,
-            markerfacecolor=paper.color(mean.color),
-            markeredgecolor="black",
-            label=tr("Mean {orientation}", orientation=mean.orientation),
-        )
+        label = tr("Mean {orientation}", orientation=mean.orientation)
+        _plot_star(ax, mean.line, paper.color(mean.color), label, paper, symbol)
     _draw_additions(ax, net, paper, symbol, thin)
     letters: dict[str, Any] = {"size": given.font_pt or "small"}
     if given.font:
@@ -128,14 +120,19 @@ def _draw_fold(
             label = first if place == 0 else "_nolegend_"
             ax.plot(*_of_axes(part, net.projection), color=paper.ink, linestyle=line,
                     linewidth=1.5 * thin, label=label)  # fmt: skip
+    _plot_star(ax, fold.beta, paper.ink, beta, paper, symbol)
+
+
+def _plot_star(ax: Any, line: Line, color: str, label: str, paper: NetStyle, symbol: float) -> None:
     _plot_lines(
         ax,
-        np.array([fold.beta.trend_deg]),
-        np.array([fold.beta.plunge_deg]),
+        np.array([line.trend_deg]),
+        np.array([line.plunge_deg]),
         marker="*",
         markersize=2.4 * symbol,
-        color=paper.ink,
-        label=beta,
+        markerfacecolor=color,
+        markeredgecolor=paper.ink,
+        label=label,
     )
 
 
