@@ -413,6 +413,7 @@ class StereonetPanel(QWidget):
             self._show_selected()
         else:
             self._under.setText(format_line(line, 0))
+            self._place_under()
 
     def _is_lasso(self) -> bool:
         start, far = self._path[0], _CLICK_PX * self.canvas.devicePixelRatioF()
@@ -461,10 +462,11 @@ class StereonetPanel(QWidget):
         elif isinstance(record, Typed):
             measured = self._studio.measured([record.id])[record.id]
             said = orientation_text(measured, self._studio.settings.notation)
-            text = f"{record.name}  {said}"
+            text = f"{record.name}\n{said}"
         else:
             text = ""
         self._under.setText(text)
+        self._place_under()
 
 
 def _many(net: NetContents) -> bool:

@@ -148,8 +148,8 @@ def action_buttons(actions: Sequence[QAction]) -> QGridLayout:
 
 
 class ElidedLabel(Label):
-    """A label of one line that may be narrower than its text, which then ends in dots; the tooltip
-    has all of it."""
+    """A label that may be narrower than its lines, which then end in dots; the tooltip has all of
+    them."""
 
     def setText(self, text: str) -> None:  # noqa: N802
         super().setText(text)
@@ -161,7 +161,9 @@ class ElidedLabel(Label):
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
         painter = QPainter(self)
         room = self.contentsRect()
-        text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, room.width())
+        metrics, elide = self.fontMetrics(), Qt.TextElideMode.ElideRight
+        lines = (metrics.elidedText(x, elide, room.width()) for x in self.text().split("\n"))
+        text = "\n".join(lines)
         self.style().drawItemText(
             painter, room, int(self.alignment().value), self.palette(), self.isEnabled(), text,
             self.foregroundRole(),
