@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from vomstudio.core.finding_texts import TEXTS
+from vomstudio.core.finding_texts import TEXTS, texts_of
 from vomstudio.core.findings import as_finding
 
 
@@ -28,9 +28,12 @@ def codes(answer: Mapping[str, Any]) -> list[str]:
 
 def shown_codes(text: str) -> set[str]:
     """Return the codes of the findings that a text, such as that of a window, contains."""
-    found = set()
-    for code, (_, sentence) in TEXTS.items():
-        pattern = re.sub(r"\\\{.*?\\\}", ".+?", re.escape(sentence))
-        if code != "uncoded" and re.search(pattern, text, re.DOTALL):
-            found.add(code)
-    return found
+    return {
+        code
+        for code in TEXTS.keys() - {"uncoded"}
+        if any(re.search(_pattern(sentence), text, re.DOTALL) for sentence in texts_of(code))
+    }
+
+
+def _pattern(sentence: str) -> str:
+    return re.sub(r"\\\{.*?\\\}", ".+?", re.escape(sentence))

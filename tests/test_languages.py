@@ -16,7 +16,10 @@ from vomstudio.languages import use_users_language
 from vomstudio.words import tr, use_catalogue
 
 ROOT = Path(__file__).resolve().parents[1]
-KEYWORDS = {"tr": None, "tr_n": (1, 2), "to_translate": None, "_": None}
+KEYWORDS = {
+    **dict.fromkeys(("tr", "to_translate", "_")),
+    **dict.fromkeys(("tr_n", "to_translate_n"), (1, 2)),
+}
 
 
 @pytest.fixture(autouse=True)

@@ -13,6 +13,9 @@ from string import Formatter
 
 import pytest
 
+from vomstudio.core.finding_texts import TEXTS
+from vomstudio.core.findings import placeholders
+
 ROOT = Path(__file__).resolve().parents[1]
 ERRORS = {
     *("VomError", "UsageError", "InputError", "TargetError", "GeometryError"),
@@ -26,6 +29,7 @@ SHOWN = {
     *("QLabel", "QPushButton", "QCheckBox", "QRadioButton", "QGroupBox", "QAction", "QDockWidget"),
 }
 """Calls whose texts stand on the screen."""
+MARKERS = ("tr", "tr_n", "to_translate", "to_translate_n", "_")
 WORD = re.compile(r"[A-Za-z]{3}")
 BEGINS = re.compile(r"[\"“‘'(<]*(?:[A-Z0-9]|\{)|--|\.|[a-z]+[_.][a-z]|EPSG|vomstudio")
 """A capital, a number, what is filled in, an option, or a name that is written so."""
@@ -90,8 +94,8 @@ def fields(message: str) -> set[str]:
 
 def messages() -> Iterator[tuple[Call, str]]:
     for call in calls():
-        if call.name in ("tr", "tr_n", "to_translate", "_"):
-            for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
+        if call.name in MARKERS:
+            for argument in call.node.args[: 2 if call.name.endswith("_n") else 1]:
                 yield from ((call, text) for text in texts(argument) or [])
 
 
@@ -103,8 +107,8 @@ def test_messages_are_whole_where_they_are_marked() -> None:
     """A message made of parts, or filled before it is translated, is in no catalogue."""
     wrong = []
     for call in calls():
-        if call.name in ("tr", "tr_n", "to_translate", "_") and call.node.args:
-            for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
+        if call.name in MARKERS and call.node.args:
+            for argument in call.node.args[: 2 if call.name.endswith("_n") else 1]:
                 if isinstance(argument, ast.JoinedStr | ast.BinOp):
                     wrong.append(call.place)
     assert not wrong
@@ -116,7 +120,7 @@ def test_placeholders_have_names_and_values() -> None:
         if call.name not in ("tr", "tr_n"):
             continue
         given = {k.arg for k in call.node.keywords}
-        for argument in call.node.args[: 2 if call.name == "tr_n" else 1]:
+        for argument in call.node.args[: 2 if call.name.endswith("_n") else 1]:
             for text in texts(argument) or []:
                 if call.name == "tr" and not given:
                     continue
@@ -128,6 +132,23 @@ def test_placeholders_have_names_and_values() -> None:
                 if not all(name.isidentifier() for name in fields(text)):
                     wrong.append(f"{call.place}: {text}")
     assert not wrong
+
+
+def test_findings_have_a_code_of_the_catalogue_and_its_values() -> None:
+    wrong = []
+    for call in calls():
+        if call.name != "Finding" or not isinstance(call.node.args[0], ast.Constant):
+            continue
+        code = str(call.node.args[0].value)
+        names = {each.arg for each in call.node.keywords}
+        if "." not in code:
+            # Survey checks have a class of their own.
+            continue
+        if code not in TEXTS:
+            wrong.append(f"{call.place}: {code} is not in the catalogue")
+        elif None not in names and (missing := placeholders(code) - names):
+            wrong.append(f"{call.place}: {code} needs {sorted(missing)}")
+    assert not wrong, "\n".join(wrong)
 
 
 def test_nothing_is_translated_before_there_is_a_catalogue() -> None:

@@ -8,7 +8,7 @@ from typing import Protocol, Self
 
 
 class _Finding(Protocol):
-    """What an error takes from a finding (`vomstudio.core.findings.Finding`)."""
+    """The part of `vomstudio.core.findings.Finding` that an error uses."""
 
     @property
     def code(self) -> str: ...
@@ -23,8 +23,13 @@ class _Finding(Protocol):
 class VomError(Exception):
     """Base of every expected failure.
 
-    `message` is one sentence for a person: what happened to their thing, and what to do. `file`,
-    `line` (1-based) and `field` locate the cause where there is one; `str(error)` joins them.
+    Parameters
+    ----------
+    cause : Finding or str
+        The finding gives the code, the values and the sentence. A bare sentence has the code of
+        the class.
+    file, line, field : optional
+        Location of the cause; the line is 1-based. `str(error)` joins location and sentence.
     """
 
     code = "error"
@@ -32,15 +37,19 @@ class VomError(Exception):
 
     def __init__(
         self,
-        message: str,
+        cause: _Finding | str,
         *,
         file: str | Path | None = None,
         line: int | None = None,
         field: str | None = None,
     ) -> None:
-        super().__init__(message)
-        self.message = message
         self.values: dict[str, object] = {}
+        if isinstance(cause, str):
+            self.message = cause
+        else:
+            self.message = cause.message
+            self.code, self.values = cause.code, dict(cause.values)
+        super().__init__(self.message)
         self.file = None if file is None else str(file)
         self.line = line
         self.field = field
@@ -52,20 +61,6 @@ class VomError(Exception):
         if self.field is not None:
             place += f", {self.field}" if place else self.field
         return f"{place}: {self.message}" if place else self.message
-
-    @classmethod
-    def of_finding(
-        cls,
-        finding: _Finding,
-        *,
-        file: str | Path | None = None,
-        line: int | None = None,
-        field: str | None = None,
-    ) -> Self:
-        """Return the error whose code, sentence and values are those of a finding."""
-        error = cls(finding.message, file=file, line=line, field=field)
-        error.code, error.values = finding.code, dict(finding.values)
-        return error
 
     def as_dict(self) -> dict[str, object]:
         """The `error` object of the command line's JSON."""

@@ -11,7 +11,7 @@ import gettext
 from functools import lru_cache
 from string import Formatter
 
-__all__ = ["to_translate", "tr", "tr_n", "use_catalogue"]
+__all__ = ["to_translate", "to_translate_n", "tr", "tr_n", "use_catalogue"]
 
 _catalogue, _english = gettext.NullTranslations(), True
 
@@ -51,6 +51,11 @@ def to_translate(message: str) -> str:
     """The message as it is, noted for translators: for constants, which `tr` is given where they
     are shown. A constant is made before there is a catalogue."""
     return message
+
+
+def to_translate_n(one: str, many: str) -> tuple[str, str]:
+    """Mark the texts for one and for several of a constant that `tr_n` receives."""
+    return one, many
 
 
 def _filled(

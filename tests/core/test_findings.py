@@ -7,13 +7,20 @@ import json
 import pickle
 import re
 from dataclasses import asdict, dataclass
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vomstudio.cli.common.output import to_json
-from vomstudio.core.finding_texts import TEXTS
+from vomstudio.core.finding_texts import SUBJECTS, TEXTS, texts_of
 from vomstudio.core.findings import Finding, as_finding, uncoded, without_repeats
 from vomstudio.jobs.serialisation import decode, encode
+
+ROOT = Path(__file__).resolve().parents[2]
+SENTENCE = re.compile(
+    r"(?:[\"“(]*[A-Z0-9{]|--|x and y |[a-z]+[_.][a-z]|vomstudio).*(?:[.?!…]['\"”’)]*|\})", re.DOTALL
+)
 
 
 @dataclass
@@ -74,6 +81,34 @@ def test_repeats_are_dropped_in_order() -> None:
 @pytest.mark.parametrize("code", TEXTS)
 def test_codes_and_texts_follow_the_rules_of_the_catalogue(code: str) -> None:
     assert re.fullmatch(r"[a-z]+(\.[a-z-]+)?", code)
-    _, text = TEXTS[code]
-    words = re.sub(r"\{[^}]*\}", "", text).split()
-    assert len(words) <= 25
+    for text in texts_of(code):
+        assert len(re.sub(r"\{[^}]*\}", "", text).split()) <= 25
+        assert code == "uncoded" or SENTENCE.fullmatch(text), text
+
+
+def test_each_code_has_one_subject_and_occurs_in_the_program() -> None:
+    codes = [code for subject in SUBJECTS for code in subject.TEXTS]
+    assert len(codes) == len(set(codes))
+    program = "".join(
+        path.read_text("utf-8")
+        for path in (ROOT / "vomstudio").rglob("*.py")
+        if "finding_texts" not in path.parts
+    )
+    assert [code for code in codes if f'"{code}"' not in program and code != "uncoded"] == []
+
+
+def test_a_number_chooses_the_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(TEXTS, "file.several", ("info", "{count} line.", "{count} lines."))
+    assert [Finding("file.several", count=n).message for n in (1, 2)] == ["1 line.", "2 lines."]
+    with pytest.raises(KeyError):
+        Finding("file.several")
+
+
+def test_values_are_plain() -> None:
+    finding = Finding("uncoded", text="a", file=Path("b.obj"), n=np.int64(3), x=[np.float64(0.5)])
+    assert json.loads(json.dumps(finding.values)) == {
+        "text": "a",
+        "file": "b.obj",
+        "n": 3,
+        "x": [0.5],
+    }

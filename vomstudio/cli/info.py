@@ -14,7 +14,6 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
-from vomstudio.core.finding_texts import TEXTS
 from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
@@ -182,7 +181,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     try:
         warnings += points_to_world(points, file=path, comments=table.comments).findings
     except InputError as error:
-        if error.code not in TEXTS:
+        if not error.code.startswith("frame."):
             raise
         warnings += [*findings, Finding(error.code, **error.values)]
     return found if stated.text is None else found | _place(path, progress)

@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import cache
 from string import Formatter
-from typing import Any, Literal
+from typing import Any
 
-from vomstudio.core.finding_texts import TEXTS
-from vomstudio.words import tr
+from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
+from vomstudio.words import tr, tr_n
 
-Severity = Literal["info", "warning", "error"]
 UNCODED = "uncoded"
 """Code of sentences that have not been given a code yet."""
 
@@ -33,7 +32,8 @@ class Finding:
         The catalogue's severity if omitted.
     **values
         The values of the catalogue's placeholders, and any others that a script may need: numbers,
-        strings, booleans, None, or lists of these.
+        strings, booleans, None, or lists of these. Other objects, such as paths, are stored as
+        text.
 
     Raises
     ------
@@ -48,8 +48,8 @@ class Finding:
     _values: tuple[tuple[str, Any], ...]
 
     def __init__(self, code: str, severity: Severity | None = None, /, **values: Any) -> None:
-        default_severity, _ = TEXTS[code]
-        if missing := _placeholders(code) - values.keys():
+        default_severity = TEXTS[code][0]
+        if missing := placeholders(code) - values.keys():
             raise KeyError(f"{code} needs {', '.join(sorted(missing))}")
         object.__setattr__(self, "code", code)
         object.__setattr__(self, "severity", severity or default_severity)
@@ -85,8 +85,12 @@ class Finding:
     @property
     def message(self) -> str:
         """The sentence for a person, in the user's language."""
-        _, text = TEXTS[self.code]
-        sentence = tr(text, **{name: _shown(value) for name, value in self._values})
+        values = {name: _shown(value) for name, value in self._values}
+        text, *several = texts_of(self.code)
+        if several:
+            sentence = tr_n(text, several[0], self.values["count"], **values)
+        else:
+            sentence = tr(text, **values)
         file = self.values.get("file")
         return sentence if file is None or "{file}" in text else f"{file}: {sentence}"
 
@@ -141,13 +145,20 @@ def without_repeats(messages: Iterable[Message]) -> tuple[Message, ...]:
 
 
 @cache
-def _placeholders(code: str) -> frozenset[str]:
-    _, text = TEXTS[code]
-    return frozenset(name for _, name, _, _ in Formatter().parse(text) if name)
+def placeholders(code: str) -> frozenset[str]:
+    """Return the names of the values that the texts of a code contain."""
+    texts = texts_of(code)
+    names = {name for text in texts for _, name, _, _ in Formatter().parse(text) if name}
+    return frozenset(names | ({"count"} if len(texts) > 1 else set()))
 
 
 def _frozen(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+    if isinstance(value, list | tuple):
+        return tuple(map(_frozen, value))
+    if value is None or isinstance(value, str | int | float):
+        return value
+    # Scalars of NumPy have a method `item`.
+    return value.item() if hasattr(value, "item") else str(value)
 
 
 def _shown(value: Any) -> Any:

@@ -280,7 +280,7 @@ def other_kind(path: str | Path, kind: FileKind) -> InputError:
     finding = Finding(
         "file.other-kind", kind=kind.key, title=tr(kind.title), remedy=tr(kind.remedy)
     )
-    return InputError.of_finding(finding, file=path)
+    return InputError(finding, file=path)
 
 
 def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) -> None:

@@ -178,7 +178,7 @@ def _exchanged(positions: Positions, photo: str, longitude: float, latitude: flo
     finding = Finding(
         "control.swapped-degrees", "error", label=photo, longitude=longitude, latitude=latitude
     )
-    return InputError.of_finding(finding, file=positions.file)
+    return InputError(finding, file=positions.file)
 
 
 # --- heights ----------------------------------------------------------------------------------

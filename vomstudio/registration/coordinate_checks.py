@@ -356,7 +356,7 @@ def check_area(world: Array, crs: str | None, *, converted: bool = False) -> lis
     except InputError as error:
         if hint is None or error.code == "frame.swapped-axes":
             raise
-        raise InputError.of_finding(hint, field="--crs") from error
+        raise InputError(hint, field="--crs") from error
     return [*([] if hint is None else [hint]), *findings]
 
 

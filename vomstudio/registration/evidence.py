@@ -232,7 +232,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         # Suspicious values are the cause, the degenerate geometry follows from them.
         causes = [each for each in suspicions if isinstance(each, Finding)]
         if causes:
-            raise GeometryError.of_finding(causes[0]) from error
+            raise GeometryError(causes[0]) from error
         texts = [each for each in messages if not isinstance(each, Finding)]
         texts += [] if suspicions else [str(error)]
         raise GeometryError(" ".join(texts)) from error

@@ -215,7 +215,7 @@ def require_geopackage(path: Path) -> None:
 def refuse(kind: str, name: str, path: Path) -> NoReturn:
     """Raise InputError with ``file.unsafe-schema``."""
     finding = Finding("file.unsafe-schema", kind=kind, name=name[:100])
-    raise InputError.of_finding(finding, file=path)
+    raise InputError(finding, file=path)
 
 
 def _is_written_by_gdal(entry: SchemaEntry) -> bool:

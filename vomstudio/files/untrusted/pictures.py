@@ -231,10 +231,10 @@ def _refusals(file: str | Path | None) -> Iterator[None]:
     try:
         yield
     except _TooLarge as error:
-        raise InputError.of_finding(error.finding, file=file) from None
+        raise InputError(error.finding, file=file) from None
     except HeaderError as error:
         finding = Finding("file.picture-header", reason=str(error))
-        raise InputError.of_finding(finding, file=file) from None
+        raise InputError(finding, file=file) from None
 
 
 def _check_photo(file: BinaryIO, min_pixel_bytes: int) -> None:

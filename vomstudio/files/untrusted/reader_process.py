@@ -92,7 +92,7 @@ def ask(module: str, question: Mapping[str, Any], progress: Progress, path: Path
     finally:
         line.close()
     if process.returncode != 0 or not answers:
-        raise InputError.of_finding(Finding("file.memory-exceeded"), file=path)
+        raise InputError(Finding("file.memory-exceeded"), file=path)
     return answers[0]
 
 

@@ -235,7 +235,7 @@ class TracePlane:
 
     def _edge_on(self, option: str) -> GeometryError:
         finding = Finding("lines.edge-on", option=option, plane=self.name)
-        return GeometryError.of_finding(finding, field=f"--{option}")
+        return GeometryError(finding, field=f"--{option}")
 
 
 def best_fit_plane(points: Floats) -> Plane:
@@ -373,7 +373,7 @@ def _is_straight(sizes: Floats) -> bool:
 
 
 def _no_plane() -> GeometryError:
-    return GeometryError.of_finding(Finding("lines.no-plane"), field="--plane")
+    return GeometryError(Finding("lines.no-plane"), field="--plane")
 
 
 def _extent(shape: Any, option: str) -> float:

@@ -94,7 +94,7 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
     code = metric_crs(crs, "CRS")
     if stated is not None and stated != code:
         if (exchanged := _first_exchanged(control, stated, code)) is not None:
-            raise InputError.of_finding(exchanged, file=control)
+            raise InputError(exchanged, file=control)
         raise UsageError(
             tr(
                 "{code} is not the coordinate reference system of {file}, which is in "

@@ -82,7 +82,7 @@ def in_metres(
 def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
     x, y, _ = point.position
     if abs(x) <= 90 < abs(y) <= 180:
-        return InputError.of_finding(
+        return InputError(
             Finding("control.swapped-degrees", "error", label=point.label, longitude=x, latitude=y),
             file=path,
             line=line,

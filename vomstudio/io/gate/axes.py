@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Severity
+from vomstudio.core.finding_texts import Severity
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import FrameOptions

@@ -296,9 +296,7 @@ def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
         )
     for finding in raw.left_out:
         if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
-            return InputError.of_finding(
-                Finding("drawing.only-bodies", **finding.values), file=raw.path
-            )
+            return InputError(Finding("drawing.only-bodies", **finding.values), file=raw.path)
     if kinds is _AREAS:
         text = tr("The file contains no polygons. Draw one around the area that is meant.")
     else:

@@ -139,11 +139,11 @@ def check_metric(
     if found is None or not (found.is_metric or found.in_area):
         exchanged = map_scale(crs, bounds[:, ::-1])
         if exchanged is not None and exchanged.is_metric and exchanged.in_area:
-            raise InputError.of_finding(
+            raise InputError(
                 Finding("frame.swapped-axes", crs=crs_name(crs)), file=file, field="x, y"
             )
     if found is None:
-        raise InputError.of_finding(
+        raise InputError(
             Finding("frame.undefined-place", crs=crs_name(crs)), file=file, field=field
         )
     values = {
@@ -153,7 +153,7 @@ def check_metric(
         "suggested_crs": found.suggested_crs,
     }
     if not found.is_metric:
-        raise InputError.of_finding(
+        raise InputError(
             Finding("frame.not-metric", **values),
             file=file,
             field=field,

@@ -115,7 +115,7 @@ def points_to_world(
         return _converted(points, axes, target, findings, file)
     refused = refusal(axes, bounds)
     if refused is not None:
-        raise InputError.of_finding(refused, file=file, field="CRS")
+        raise InputError(refused, file=file, field="CRS")
     findings += unit_findings(axes)
     if axes.crs is None or axes.unit_m is None:
         # A local system has units and no place on Earth.
@@ -166,7 +166,7 @@ def _converted(
     if source is None:
         refused = refusal(axes, _bounds(points))
         finding = refused or unreadable(file, axes.kind)
-        raise InputError.of_finding(finding, file=file, field="CRS")
+        raise InputError(finding, file=file, field="CRS")
     code = metric_crs(target, "--to-crs")
     conversion = Reprojection.create(source, code, height_factor=axes.metres[2])
     finite = np.isfinite(points).all(axis=1)
@@ -177,7 +177,7 @@ def _converted(
     except InputError as error:
         if axes.kind == "geographic" and _is_exchanged(points[finite], conversion, code):
             finding = Finding("frame.swapped-axes", file=file.name, crs=crs_name(source))
-            raise InputError.of_finding(finding, file=file, field="x") from error
+            raise InputError(finding, file=file, field="x") from error
         raise
     return WorldPoints(converted, code, (*findings, conversion.finding, *checked))
 

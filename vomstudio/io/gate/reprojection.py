@@ -85,7 +85,7 @@ class Reprojection:
         finite = np.isfinite(points).all(axis=1)
         if not np.isfinite(converted[finite]).all():
             finding = Finding("frame.undefined-place", crs=crs_name(self.target))
-            raise InputError.of_finding(finding, field="--to-crs")
+            raise InputError(finding, field="--to-crs")
         return np.ascontiguousarray(converted)
 
     def jacobian(self, point: Array) -> Array:

@@ -83,7 +83,7 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
             finally:
                 pyogrio.set_gdal_config_options(dict.fromkeys(NO_NETWORK))
     except MemoryError as error:
-        raise InputError.of_finding(Finding("file.memory-exceeded"), file=path) from error
+        raise InputError(Finding("file.memory-exceeded"), file=path) from error
     except (
         DataSourceError, DataLayerError, FeatureError, GeometryError, OSError, ValueError,
         # pyogrio's own, where GDAL cannot write a damaged CRS as text.

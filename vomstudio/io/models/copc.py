@@ -306,7 +306,7 @@ def crs_of(path: str | Path) -> tuple[str | None, tuple[str, ...]]:
     it. Raises InputError where x and y are in degrees."""
     with CopcFile(path) as file:
         if file.refused is not None:
-            raise InputError.of_finding(file.refused, file=path, field="CRS")
+            raise InputError(file.refused, file=path, field="CRS")
         hidden = (withheld_hidden(),) if file.has_withheld() else ()
         return file.crs, (*file.warnings, *hidden)
 
@@ -333,7 +333,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
     try:
         found = file.nodes()
         if file.refused is not None:
-            raise InputError.of_finding(file.refused, file=path, field="CRS")
+            raise InputError(file.refused, file=path, field="CRS")
         if not len(found) or not np.isfinite(file.bounds).all():
             raise InputError(tr("The file holds no points that can be read."), file=path)
         order = np.argsort(found.offsets)

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.finding_texts import TEXTS
 from vomstudio.core.findings import Finding
 from vomstudio.document.records import IDENTITY, Frame, Matrix, Registration, UpAxis
 from vomstudio.document.registration_frames import change_file_frame, change_world
@@ -239,7 +238,7 @@ def frame_findings(loaded: LoadedModel, options: FrameOptions = AS_STATED) -> tu
     try:
         return establish_frame(loaded, options).findings
     except InputError as error:
-        if error.code not in TEXTS:
+        if not error.code.startswith("frame."):
             raise
         return (Finding(error.code, **error.values),)
 

@@ -76,7 +76,7 @@ def read_model(
     """
     loaded, refused = with_axes(_read(Path(path), progress), options)
     if refused is not None:
-        raise InputError.of_finding(refused, file=path, field="CRS")
+        raise InputError(refused, file=path, field="CRS")
     return loaded
 
 

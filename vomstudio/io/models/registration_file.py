@@ -267,7 +267,7 @@ def read_registration(path: Path) -> StoredRegistration:
         finding = Finding(
             "registration.unknown-version", file=path.name, version=str(version), known=VERSION
         )
-        raise InputError.of_finding(finding, file=path)
+        raise InputError(finding, file=path)
     files = plain.get("files")
     if not isinstance(files, dict) or not all(isinstance(each, str) for each in files.values()):
         raise _damaged(path, tr("“files” is not a list of names with their SHA-256"))
@@ -372,4 +372,4 @@ def _why_no_covariance(rows: Sequence[Sequence[float]]) -> str | None:
 
 def _damaged(path: Path, reason: str) -> InputError:
     finding = Finding("registration.damaged", file=path.name, reason=reason)
-    return InputError.of_finding(finding, file=path)
+    return InputError(finding, file=path)

@@ -241,7 +241,7 @@ def _given_plane(attitude: Plane, in_space: Sequence[Floats], flat: int) -> Trac
     if in_space:
         return TracePlane.through(attitude, in_space)
     finding = Finding("lines.no-heights", lines=flat, plane=format_plane(attitude))
-    raise GeometryError.of_finding(finding, field="--plane")
+    raise GeometryError(finding, field="--plane")
 
 
 def _add_findings(drawn: DrawnLayer, findings: Sequence[Message]) -> DrawnLayer:

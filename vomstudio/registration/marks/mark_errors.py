@@ -172,7 +172,7 @@ def mark_error_px(points: Sequence[Marks]) -> float:
     plausible = [each for each in located if float(np.median(each[1])) <= _max_px(each[0])]
     if not plausible:
         scatter_px = _scatter_px(located)
-        raise GeometryError.of_finding(Finding("control.marks-scattered", scatter_px=scatter_px))
+        raise GeometryError(Finding("control.marks-scattered", scatter_px=scatter_px))
     return max(MIN_MARK_PX, _scatter_px(plausible))
 
 

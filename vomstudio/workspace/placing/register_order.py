@@ -393,7 +393,7 @@ def _evidence(
     if evidence.empty and order.reference is None:
         for finding in messages:
             if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
-                raise UsageError.of_finding(finding, field="--attitudes")
+                raise UsageError(finding, field="--attitudes")
         raise UsageError(
             tr(
                 "Nothing was given to place the model. Give --pairs, --gcp, --cameras, "

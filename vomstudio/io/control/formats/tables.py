@@ -92,7 +92,7 @@ def crs_of(path: Path) -> str | None:
     """
     stated, findings = crs_of_table(path, read_table(path, most=MOST_OBJECTS).comments)
     if findings and stated.text is None:
-        raise InputError.of_finding(findings[0], file=path, field="CRS")
+        raise InputError(findings[0], file=path, field="CRS")
     return in_metres(path, (), stated.text)[1]
 
 

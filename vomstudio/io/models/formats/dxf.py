@@ -183,7 +183,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     messages: list[Message] = []
     if not drawing.corners and not drawing.points:
         entities = _entity_counts(drawing.left_out) or [tr("nothing")]
-        raise InputError.of_finding(Finding("model.no-entities", entities=entities), file=path)
+        raise InputError(Finding("model.no-entities", entities=entities), file=path)
     model: Mesh | PointCloud
     if drawing.corners:
         if drawing.points:

@@ -81,7 +81,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     messages: list[Message] = []
     if kind in _SHAPES:
         finding = Finding("model.other-shapes", shapes=tr(_SHAPES[kind]))
-        raise InputError.of_finding(finding, file=path)
+        raise InputError(finding, file=path)
     if kind == _MULTI_PATCH:
         corners = _patch_corners(data, messages)
         if not len(corners):
@@ -91,7 +91,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(messages), path)
     if kind not in (POINT_Z, _MULTI_POINT_Z):
         finding = Finding("model.other-shapes", shapes=tr("an unknown kind ({kind})", kind=kind))
-        raise InputError.of_finding(finding, file=path)
+        raise InputError(finding, file=path)
     points, rows = _points(data, messages)
     if not len(points):
         raise InputError(tr("The shapefile has no points. Export it again."), file=path)

@@ -1,0 +1,37 @@
+"""Texts of the findings about folds, logs and slopes."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "fold.too-few-planes": (
+        "info",
+        to_translate(
+            "The axis rests on {n} planes, whose scatter is poorly known. Measure at least"
+            " {wanted} before you rely on its 95 % error."
+        ),
+    ),
+    "slope.pairs-of-one-set": (
+        "info",
+        to_translate(
+            "{pairs:,} of {all_pairs:,} pairs are planes of one set; their intersections do not"
+            " count as wedges."
+        ),
+    ),
+    "fold.planes-not-good": (
+        "warning",
+        to_translate(
+            "{not_good} of {used} planes of the fold axis are not good, and count like the others."
+            " Improve them or leave them out."
+        ),
+    ),
+    "log.beds-not-parallel": (
+        "warning",
+        to_translate(
+            "The {count} traces of the bedding are not parallel, or too straight (±"
+            " {error_deg:.1f}° at best). Take the plane of a bed."
+        ),
+    ),
+}
