@@ -104,8 +104,8 @@ def test_sets_of_facets_are_objects_as_those_of_sets_are(
     level, steep = np.stack([u, v, 0 * u], axis=1), np.stack([0 * u, v, u], axis=1)
     stairs = [part + [k, 0, k] for k in range(6) for part in (level, steep + [1.0, 0, 0])]
     np.savetxt(tmp_path / "stairs.xyz", np.concatenate(stairs))
-    told = command("facets", tmp_path / "stairs.xyz", "-o", tmp_path / "f.csv", "--sets")
-    found = vs.facets(tmp_path / "stairs.xyz", sets=True)
+    told = command("facets", tmp_path / "stairs.xyz", "-o", tmp_path / "f.csv", "--propose-sets")
+    found = vs.facets(tmp_path / "stairs.xyz", propose_sets=True)
     assert [one.n for one in found.sets] == [6, 6]
     assert sorted(one.dip_deg for one in found.sets) == pytest.approx([0, 90], abs=0.1)
     assert found.discontinuities[0].set == found.sets[0].name == "S1"

@@ -63,7 +63,7 @@ def test_sets_are_named_in_the_table_and_counted_in_the_labels(run, tmp_path: Pa
     cloud, part = clouds_of(*parts)
     path, table, labels = (tmp_path / name for name in ("c.xyz", "t.csv", "l.ply"))
     np.savetxt(path, cloud.points, fmt="%.5f")
-    ran = run("facets", path, "-o", table, "--labels", labels, "--sets", "--json")
+    ran = run("facets", path, "-o", table, "--labels", labels, "--propose-sets", "--json")
     assert ran.code == 0
     assert ran.json["facets"] == 36
     sets = ran.json["sets"]

@@ -20,7 +20,7 @@ COMMANDS = {
     "section": "section {m} --plane 180/90 --through 5,5,0 -o {out}/s.csv",
     "dem": "dem {m} -o {out}/d.tif",
     "ortho": "ortho {m} --trend 0 --plunge 90 -o {out}/o.tif",
-    "facets": "facets {m} -o {out}/f.csv --sets",
+    "facets": "facets {m} -o {out}/f.csv --propose-sets",
     "surface": "surface {m} -o {out}/dev.csv --profiles {out}/p.csv",
     "measurable": "measurable {m} --plane 90/45",
     "compare": "compare {m} {m}",

@@ -8,7 +8,8 @@ import pytest
 from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.cells.planes import begun_on_cells
-from vomstudio.extraction.facets import Limits, find_facets
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.facets import find_facets
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.nearby.cell_grid import grid_of
 from vomstudio.progress import Silent
@@ -77,7 +78,7 @@ def test_planes_of_a_dense_cloud_are_those_that_were_made(noise: float) -> None:
     ]
     clutter = rng.uniform([-2.0, -2.0, -2.0], [10.0, 2.0, 2.0], (4_000, 3))
     cloud, part = clouds_of(*parts, clutter)
-    found = find_facets(cloud, Limits(min_area=0.5))
+    found = find_facets(cloud, FacetOptions(min_area_m2=0.5))
     planes = [(facet, int(np.bincount(part[facet.rows]).argmax())) for facet in found.facets]
     planes = [(facet, which) for facet, which in planes if which < 3]
     assert sorted(which for _, which in planes) == [0, 1, 2]

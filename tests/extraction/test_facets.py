@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +17,10 @@ from tests.extraction.planes_by_construction import (
     normal_of,
     sheet,
 )
+from vomstudio.core.options import declarations
 from vomstudio.errors import Cancelled, GeometryError, UsageError
-from vomstudio.extraction.facets import Facets, Limits, find_facets
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.facets import Facets, find_facets
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import CancelToken, Silent
@@ -178,7 +181,7 @@ def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
     rng = np.random.default_rng(6)
     plane = sheet(rng, (90.0, 80.0), (14.0, 5.0, 0.0), size=2.0, count=4000)
     cloud = PointCloud(np.concatenate([rough(rng, steep=True), plane]))
-    found = find_facets(cloud, Limits(min_area=1.0))
+    found = find_facets(cloud, FacetOptions(min_area_m2=1.0))
     assert len(found.facets) == 1
     share = found.exposure.near_planar_share
     assert share is not None
@@ -191,7 +194,7 @@ def test_debris_at_the_foot_of_a_wall_is_no_exposure() -> None:
     rng = np.random.default_rng(6)
     wall = sheet(rng, (90.0, 80.0), (14.0, 5.0, 5.0), size=8.0, count=40_000)
     cloud = PointCloud(np.concatenate([rough(rng, steep=False), wall]))
-    found = find_facets(cloud, Limits(min_area=1.0))
+    found = find_facets(cloud, FacetOptions(min_area_m2=1.0))
     assert found.exposure.coverage is not None
     assert found.exposure.coverage < 0.5
     assert found.exposure.debris_share > 0.3
@@ -319,27 +322,32 @@ def test_noise_larger_than_the_spacing_hides_no_plane() -> None:
 
 def test_thresholds_that_select_nothing_get_a_plain_answer() -> None:
     cloud, _ = three_sheets(np.random.default_rng(10), count=500)
-    found = find_facets(cloud, Limits(min_area=1e6))
+    found = find_facets(cloud, FacetOptions(min_area_m2=1e6))
     assert found.facets == []
     assert (found.labels == -1).all()
     assert found.exposure.coverage == 0.0
     assert "No facet" in found.warnings[0]
-    everything = find_facets(cloud, Limits(angle_deg=89.0, max_distance=1e6, min_points=3))
+    everything = find_facets(cloud, FacetOptions(angle_deg=89.0, max_distance_m=1e6, min_points=3))
     assert everything.facets or everything.warnings
 
 
 @pytest.mark.parametrize(
-    "limits",
+    ("name", "values"),
     [
-        Limits(angle_deg=0.0), Limits(angle_deg=90.0), Limits(angle_deg=float("nan")),
-        Limits(max_distance=0.0), Limits(max_distance=float("inf")),
-        Limits(min_points=2), Limits(min_area=-1.0),
+        ("angle_deg", (0.0, 90.0, float("nan"))),
+        ("max_distance_m", (0.0, float("inf"))),
+        ("min_points", (2,)),
+        ("min_area_m2", (-1.0,)),
+        ("preset", ("cse",)),
     ],
-)  # fmt: skip
-def test_thresholds_that_are_none_are_refused(limits: Limits) -> None:
-    cloud, _ = three_sheets(np.random.default_rng(11), count=100)
-    with pytest.raises(UsageError):
-        find_facets(cloud, limits)
+)
+def test_invalid_thresholds_are_refused(name: str, values: tuple[Any, ...]) -> None:
+    for value in values:
+        with pytest.raises(UsageError) as error:
+            FacetOptions(**{name: value})
+        assert error.value.code.startswith("option.")
+        (declared,) = (each for each in declarations(FacetOptions) if each.name == name)
+        assert error.value.field == declared.flag
 
 
 def test_a_model_without_a_surface_is_refused() -> None:

@@ -3,12 +3,15 @@ et al. 2014: solids with regular faces; 2015: parallel planes), and its clusters
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, normal_of, sheet
 from vomstudio.errors import UsageError
-from vomstudio.extraction.facet_search import search, search_limits
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.facet_search import search
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.set_sequence import dbscan, set_poles
 from vomstudio.geometry.cloud import PointCloud
@@ -17,15 +20,14 @@ from vomstudio.progress import Silent
 Array = np.ndarray
 
 
-def found_in(points: Array, preset: str | None = "dse", **limits: float) -> FacetTable:
-    wanted = search_limits(
-        limits.get("angle"), None, int(limits["fewest"]) if "fewest" in limits else None, None,
-        preset,
-    )  # fmt: skip
-    return search(
-        PointCloud(points), wanted, preset=preset, sets=True, model="", frame="local",
-        progress=Silent(),
-    )  # fmt: skip
+def found_in(points: Array, preset: Literal["dse"] | None = "dse", **limits: float) -> FacetTable:
+    options = FacetOptions(
+        angle_deg=limits.get("angle"),
+        min_points=int(limits["fewest"]) if "fewest" in limits else None,
+        propose_sets=True,
+        preset=preset,
+    )
+    return search(PointCloud(points), options, model="", frame="local", progress=Silent())
 
 
 def mean_of(one: dict) -> Array:
@@ -160,7 +162,6 @@ def test_clusters_are_those_of_another_library() -> None:
 def test_what_has_no_sets_is_said() -> None:
     rng = np.random.default_rng(11)
     assert found_in(rng.uniform(0, 1, (60, 3))).facets == 0
-    with pytest.raises(UsageError, match="no largest distance"):
-        search_limits(None, 0.1, None, None, "dse")
-    with pytest.raises(UsageError, match="no preset"):
-        search_limits(None, None, None, None, "cse")
+    with pytest.raises(UsageError) as error:
+        FacetOptions(max_distance_m=0.1, preset="dse")
+    assert error.value.code == "option.conflict"

@@ -242,7 +242,7 @@ def test_5_a_fold_from_beds_to_the_view_along_it(run: Run, tmp_path: Path) -> No
     assert angle_between_lines(beta, axis) < max(fold["beta"]["max_confidence95_deg"], 1.0)
 
     # By the program: what stands free as a face on the outcrop.
-    found = run("facets", SAMPLE / "sample.obj", "-o", tmp_path / "facets.csv", "--sets")
+    found = run("facets", SAMPLE / "sample.obj", "-o", tmp_path / "facets.csv", "--propose-sets")
     joint = Plane(*(float(truth["J1-01"][key]) for key in ("dip_direction_deg", "dip_deg")))
     sets = [Plane(each["dip_direction_deg"], each["dip_deg"]) for each in found["sets"]]
     assert min(angle_between_planes(each, joint) for each in sets) < 3.0

@@ -177,18 +177,18 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     first = panel._facets.found
     assert not first.whole
     assert "part of the model" in panel.said.text()
-    panel.angle.setFocus()
-    panel.angle.selectAll()
-    QTest.keyClicks(panel.angle, "8")
-    QTest.keyClick(panel.angle, Qt.Key.Key_Return)
+    panel.limits.fields["angle_deg"].setFocus()
+    panel.limits.fields["angle_deg"].selectAll()
+    QTest.keyClicks(panel.limits.fields["angle_deg"], "8")
+    QTest.keyClick(panel.limits.fields["angle_deg"], Qt.Key.Key_Return)
     driver.wait(
         lambda: panel._facets.found is not first and not panel._facets.waiting, "other facets", 60.0
     )
-    assert panel._facets.found.limits.angle_deg == 8.0
+    assert panel._facets.found.options.angle_deg == 8.0
     driver.settled(window)
     driver.keep_picture(window, "facets-part")
     # A threshold that nothing meets is no fault.
-    panel.area.setValue(5000.0)
+    panel.limits.fields["min_area_m2"].setValue(5000.0)
     driver.wait(lambda: panel._facets.found.told.count == 0, "no facets", 60.0)
     assert "No facet was found" in panel.said.text()
     assert not panel.accept_all.isEnabled()

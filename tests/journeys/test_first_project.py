@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 import sqlite3
 import subprocess
 import sys
@@ -237,10 +238,11 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     assert [r["id"] for r in rows] == list(records)
     for row in rows:
         cells = table[row["name"]]
-        assert cells["Orientation"] in (
-            f"{float(row['dip_direction_deg']):03.0f}/{float(row['dip_deg']):02.0f}",
-            f"{float(row['dip_direction_deg']):05.1f}/{float(row['dip_deg']):04.1f}",
-        )
+        shown = re.fullmatch(r"(\d+\.?\d*)/(\d+\.?\d*) ± (\d+\.?\d*)°", cells["Orientation"])
+        names = ("dip_direction_deg", "dip_deg", "total95_deg")
+        for text, name in zip(shown.groups(), names, strict=True):
+            decimals = len(text.partition(".")[2])
+            assert text.lstrip("0") == f"{float(row[name]):.{decimals}f}".lstrip("0")
         assert cells["Quality"] == row["quality"]
         assert cells["n"] == row["n_points"]
         assert cells["95 % error"].startswith(f"{float(row['total95_deg']):.1f}"[:2])

@@ -36,6 +36,7 @@ def covers_nothing(window, at: QPoint) -> None:
     assert whole.contains(shown)
 
 
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.parametrize("size", [(1280, 720), (1600, 1000)])
 @pytest.mark.parametrize(("letter", "kind"), [("T", TraceTool), ("L", LineTool)])
 def test_the_reading_never_lies_over_what_is_picked_nor_over_the_cursor(

@@ -22,8 +22,8 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model
+from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.ui.analyse.slopes_panel import SlopesPanel
-from vomstudio.workspace.surfaces.facet_proposals import FacetLimits
 
 FACE = (120.0, 70.0)
 
@@ -255,7 +255,7 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     assert "Propose facets" in panel.said.text()
     assert not panel.copy.isEnabled()
     model_id = studio.session.of(Model)[0].id
-    studio.facets.find(model_id, FacetLimits(), None)
+    studio.facets.find(model_id, FacetOptions(), None)
     wait(lambda: studio.facets.found is not None, "the facets", 120.0)
     settle(panel)
     found = panel.by_facet

@@ -222,6 +222,11 @@ def additions(records: Mapping[str, Record]) -> dict[str, dict[str, Record]]:
                 ),
             )
         },
+        "Register by clicked points": {
+            "registration-clicked": replace(
+                placed, id="registration-clicked", name="clicked points", click_sigma_m=0.02
+            )
+        },
         "Add a grid": {
             "grid-noted": replace(
                 first(FaceGrid), id="grid-noted", name="grid 2", notes="upper bench"

@@ -230,3 +230,17 @@ def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> Non
     assert np.linalg.det(matrix) == pytest.approx(1.0, abs=1e-2)
     studio.undo()
     assert studio.records["m9"].registration is None
+
+
+def test_a_typed_click_error_counts_in_the_errors_and_is_stored(studio, pairs) -> None:
+    tick(pairs, 4)
+    errors = []
+    for typed in ("0.01", "0,2"):
+        pairs.click_error.clear()
+        QTest.keyClicks(pairs.click_error, typed)
+        QTest.keyClick(pairs.click_error, Qt.Key.Key_Return)
+        QTest.mouseClick(pairs.register, Qt.MouseButton.LeftButton)
+        registration = studio.records["m9"].registration
+        assert registration.click_sigma_m == pytest.approx(float(typed.replace(",", ".")))
+        errors.append(max(registration.rotation_error_deg))
+    assert errors[1] > 2.0 * errors[0]

@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.api.checking import (
-    flag,
     maybe_path,
-    one_of,
     pixels_or_points,
     points,
-    single_number,
     warn,
-    whole_number,
     words_of,
 )
 from vomstudio.api.comparisons import is_array, placed
+from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
@@ -81,32 +78,43 @@ class Facets(Shown):
 def facets(
     model: Any,
     *,
-    angle: float | None = None,
-    max_distance: float | None = None,
+    angle_deg: float | None = None,
+    max_distance_m: float | None = None,
     min_points: int | None = None,
-    min_area: float | None = None,
-    sets: bool = False,
-    preset: str | None = None,
+    min_area_m2: float | None = None,
+    min_coplanarity: float | None = None,
+    propose_sets: bool = False,
+    preset: Literal["dse"] | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Facets:
-    """Pieces of an outcrop's face that lie in one plane, each fitted and judged as a patch.
+    """Find the planar pieces of an outcrop's face, and fit and judge each as a patch.
 
     Parameters
     ----------
-    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
-        in World, metres
-    angle : degrees by which the surface may be off a facet's plane; None takes 20
-    max_distance : metres from that plane; None takes the local spacing of the points, or three
-        times their local noise where that is more
-    min_points : of a facet; None takes 50, or on a mesh 1 % of its area
-    min_area : of a facet, square metres
-    sets : propose sets among the facets' planes, as `vs.sets` does
-    preset : "dse": sets among the points first, then their planes, with the defaults of the
-        Discontinuity Set Extractor; `angle` is then the cone about a set's pole (30), `min_points`
-        100
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work
+    model : Mesh, PointCloud, model of a project, path, or array (n, 3) of points
+        World, metres.
+    angle_deg : float, optional
+        Maximum angle between a point's normal and its facet; 20 if omitted.
+    max_distance_m : float, optional
+        Maximum distance from the facet's plane; the local spacing of the points if omitted, or
+        three times their local noise if that is more.
+    min_points : int, optional
+        Minimum number of points of a facet; 50 if omitted, or on a mesh 1 % of its area.
+    min_area_m2 : float, optional
+        Minimum area of a facet.
+    min_coplanarity : float, optional
+        Minimum of one over the smallest normalised eigenvalue; that of the verdict profile if
+        omitted.
+    propose_sets : bool
+        Propose sets among the planes of the facets, as `vs.sets` does.
+    preset : {"dse"}, optional
+        First sets among the points, then their planes, with the defaults of the Discontinuity Set
+        Extractor; `angle_deg` is then the cone about a set's pole (30), `min_points` 100.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
@@ -135,21 +143,23 @@ def facets(
     >>> found.facets, sorted(found.table["dip_deg"].round(3))
     (2, [90.0, 90.0])
     """
-    from vomstudio.extraction.facet_search import PRESETS, search, search_limits
+    from vomstudio.extraction.facet_options import FacetOptions
+    from vomstudio.extraction.facet_search import search
 
     report = told(progress, cancel)
-    if preset is not None:
-        one_of(preset, PRESETS, "preset")
-    data, crs, _ = placed(model, "model")
-    wanted, fewest = flag(sets, "sets"), whole_number(min_points, "min_points")
-    limits = search_limits(
-        single_number(angle, "angle"), single_number(max_distance, "max_distance"), fewest,
-        single_number(min_area, "min_area"), preset,
-    )  # fmt: skip
-    name = getattr(getattr(model, "path", None), "name", None) or ""
-    found = search(
-        data, limits, preset=preset, sets=wanted, model=name, frame=crs or "local", progress=report
+    options = options_from_arguments(
+        FacetOptions,
+        angle_deg=angle_deg,
+        max_distance_m=max_distance_m,
+        min_points=min_points,
+        min_area_m2=min_area_m2,
+        min_coplanarity=min_coplanarity,
+        propose_sets=propose_sets,
+        preset=preset,
     )
+    data, crs, _ = placed(model, "model")
+    name = getattr(getattr(model, "path", None), "name", None) or ""
+    found = search(data, options, model=name, frame=crs or "local", progress=report)
     warn(found.warnings)
     return _as_facets(found)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import (
     add_frame,
     add_project,
@@ -18,13 +19,13 @@ from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.facet_table import FacetTable
 
 _SHOWN = 20
-PRESETS = ("dse",)
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -38,51 +39,21 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="OUT.ply",
         help=tr("write the model with the fields facet and set of its points, -1 for none"),
     )
-    parser.add_argument(
-        "--angle",
-        metavar="DEG",
-        type=float,
-        help=tr("by which the surface may be off a facet's plane (20)"),
-    )
-    parser.add_argument(
-        "--max-distance",
-        metavar="M",
-        type=float,
-        help=tr("from a facet's plane, m (by the local resolution and noise)"),
-    )
-    parser.add_argument(
-        "--min-points",
-        metavar="N",
-        type=int,
-        help=tr("of a facet (50, or on a mesh 1 %% of its area)"),
-    )
-    parser.add_argument(
-        "--min-area", metavar="M2", type=float, help=tr("of a facet, m2 (any area)")
-    )
-    parser.add_argument(
-        "--sets", action="store_true", help=tr("propose sets among the facets' planes")
-    )
+    add_options(parser, FacetOptions)
     add_frame(parser)
     add_project(parser)
-    parser.add_argument(
-        "--preset",
-        choices=PRESETS,
-        help=tr("dse: sets among the points first, then their planes, as DSE does by default"),
-    )
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.extraction.facet_search import search, search_limits
+    from vomstudio.extraction.facet_search import search
     from vomstudio.files.atomic import check_target
     from vomstudio.geology.profiles import DEFAULTS
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.tables.orientation_table import write_orientation_csv
     from vomstudio.workspace.world_models import read_in_world
 
-    limits = search_limits(
-        args.angle, args.max_distance, args.min_points, args.min_area, args.preset
-    )
+    options = options_from(args, FacetOptions)
     check_target(args.output, force=args.force, inputs=[args.model])
     if args.labels is not None:
         choose_writer(Path(args.labels))
@@ -93,9 +64,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     with numbers_of(args.model):
         found = search(
             model.data,
-            limits,
-            preset=args.preset,
-            sets=args.sets,
+            options,
             model=Path(args.model).name,
             frame=model.crs or "local",
             progress=progress,

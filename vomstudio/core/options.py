@@ -1,21 +1,26 @@
 """Options of an operation, declared once.
 
-An options class is a frozen dataclass whose fields are made by `option`. Parsers, forms and tables
-of the documentation read the declarations with `declarations`; the class itself checks the values,
-so that every door has the same defaults, bounds and messages.
+An options class is a frozen dataclass whose fields are made by `option`. Parsers, forms, copied
+commands, the Python interface and tables of the documentation read the declarations with
+`declarations`; the class itself checks the values, so that every door has the same defaults, bounds
+and messages.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+import types
+import typing
+from collections.abc import Hashable, Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from typing import Any
+from functools import cache
+from typing import Any, Literal
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
-from vomstudio.words import tr
 
 _DECLARATION = "option"
+UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "px": "px", "s": "s"}
+"""Suffixes of names that state the unit, with the symbols shown in forms."""
 
 
 @dataclass(frozen=True)
@@ -25,34 +30,54 @@ class Declaration:
     Parameters
     ----------
     name : str
-        Name of the field, such as ``max_distance_m``.
+        Name of the field and of the Python parameter, such as ``max_distance_m``.
+    kind : type
+        float, int, bool or str.
     default : object
+        None if the program chooses the value.
     help : str
-        One sentence for ``--help`` and the documentation (English; translated where shown).
+        One sentence without a full stop for ``--help`` and the documentation (English; translated
+        where shown).
     tip : str
         The same for a form, in at most 12 words.
+    label : str
+        Label in a form, at most three words; the option is not in forms if empty.
+    automatic : str
+        What the program chooses for None, such as "50, or on a mesh 1 % of its area".
     choices : tuple of str, optional
         The allowed values.
     minimum, maximum : float, optional
         Bounds, both allowed.
     metavar : str, optional
         What stands for the value in ``--help``.
+    decimals : int
+        Decimals in a form.
     """
 
     name: str
+    kind: type
     default: Any
     help: str
     tip: str = ""
+    label: str = ""
+    automatic: str = ""
     choices: tuple[str, ...] | None = None
     minimum: float | None = None
     maximum: float | None = None
     metavar: str | None = None
+    decimals: int = 3
+
+    @property
+    def unit(self) -> str | None:
+        """The suffix of the name that states the unit; None if it has none."""
+        suffix = self.name.rpartition("_")[2]
+        return suffix if suffix in UNITS else None
 
     @property
     def flag(self) -> str:
         """The option on the command line: the name without its unit."""
         words = self.name.split("_")
-        if words[-1] in ("m", "m2", "deg", "mm", "px", "s"):
+        if self.unit is not None:
             words.pop()
         return "--" + "-".join(words)
 
@@ -61,28 +86,23 @@ class Declaration:
         if value is None:
             return
         if self.choices is not None and value not in self.choices:
-            raise UsageError(
-                tr(
-                    "“{value}” is not valid. Choose one of: {choices}.",
-                    value=value,
-                    choices=", ".join(self.choices),
-                ),
-                field=self.flag,
-            )
+            raise self._refusal("option.not-a-choice", value, choices=self.choices)
         if self.minimum is None and self.maximum is None:
             return
-        low = -math.inf if self.minimum is None else self.minimum
-        high = math.inf if self.maximum is None else self.maximum
-        if not low <= value <= high:
-            raise UsageError(
-                tr(
-                    "{value:g} is not between {low:g} and {high:g}.",
-                    value=value,
-                    low=low,
-                    high=high,
-                ),
-                field=self.flag,
+        if self.maximum is None:
+            if not self.minimum <= value < float("inf"):
+                raise self._refusal("option.too-small", value, minimum=f"{self.minimum:.12g}")
+        elif not (self.minimum or 0.0) <= value <= self.maximum:
+            raise self._refusal(
+                "option.out-of-range",
+                value,
+                minimum=f"{self.minimum or 0.0:.12g}",
+                maximum=f"{self.maximum:.12g}",
             )
+
+    def _refusal(self, code: str, value: Any, **values: Any) -> UsageError:
+        shown = f"{value:.12g}" if isinstance(value, float) else value
+        return UsageError(Finding(code, value=shown, **values), field=self.flag)
 
 
 def option(
@@ -90,34 +110,62 @@ def option(
     *,
     help: str,
     tip: str = "",
+    label: str = "",
+    automatic: str = "",
     choices: tuple[str, ...] | None = None,
     minimum: float | None = None,
     maximum: float | None = None,
     metavar: str | None = None,
+    decimals: int = 3,
 ) -> Any:
     """Declare one field of an options class; see `Declaration` for the parameters."""
     stated = {
         "help": help,
         "tip": tip,
+        "label": label,
+        "automatic": automatic,
         "choices": choices,
         "minimum": minimum,
         "maximum": maximum,
         "metavar": metavar,
+        "decimals": decimals,
     }
     return field(default=default, metadata={_DECLARATION: stated})
 
 
 def declarations(options: type[Any]) -> tuple[Declaration, ...]:
     """Return the declarations of an options class in the order of its fields."""
-    return tuple(
-        Declaration(
-            name=each.name,
-            default=None if each.default is MISSING else each.default,
-            **each.metadata[_DECLARATION],
+    return _declarations(typing.cast(Hashable, options))
+
+
+@cache
+def _declarations(options: Any) -> tuple[Declaration, ...]:
+    hints = typing.get_type_hints(options)
+    found = []
+    for each in fields(options):
+        stated = each.metadata.get(_DECLARATION)
+        if stated is None:
+            continue
+        kind, choices = _kind(hints[each.name])
+        found.append(
+            Declaration(
+                name=each.name,
+                kind=kind,
+                default=None if each.default is MISSING else each.default,
+                **stated | {"choices": stated["choices"] or choices},
+            )
         )
-        for each in fields(options)
-        if _DECLARATION in each.metadata
-    )
+    return tuple(found)
+
+
+def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None]:
+    """Return the type of an option's values, and the choices of a `Literal`."""
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        (hint,) = (each for each in typing.get_args(hint) if each is not type(None))
+    if typing.get_origin(hint) is Literal:
+        return str, typing.get_args(hint)
+    assert hint in (float, int, bool, str), hint
+    return hint, None
 
 
 def check_options(options: Any) -> None:
@@ -133,3 +181,17 @@ def given_options(options: Any) -> Mapping[str, Any]:
         for each in declarations(type(options))
         if getattr(options, each.name) != each.default
     }
+
+
+def option_words(options: Any) -> list[str | tuple[str, str | float]]:
+    """Return the words of the command line for these options; a flag and its value are a pair."""
+    words: list[str | tuple[str, str | float]] = []
+    for each in declarations(type(options)):
+        value = getattr(options, each.name)
+        if value == each.default:
+            continue
+        if each.kind is bool:
+            words.append(each.flag)
+        else:
+            words.append((each.flag, value if each.kind is float else str(value)))
+    return words

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
-from vomstudio.extraction.facets import Facets, Limits
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.facets import Facets
 from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.reprs import Shown
 from vomstudio.tables.orientation_table import Row, plane_row
@@ -68,7 +69,7 @@ class FacetTable(Shown):
         return {"facet": self.facet, "set": self.set_of}
 
 
-def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> FacetTable:
+def facet_table(found: Facets, options: FacetOptions, *, model: str, frame: str) -> FacetTable:
     """model : its name; frame : what azimuths count from, as the table says it"""
     rows = [
         {
@@ -101,9 +102,9 @@ def facet_table(found: Facets, limits: Limits, *, model: str, frame: str) -> Fac
         area_m2=seen.area_m2,
         vegetation_share=seen.vegetation_share,
         debris_share=seen.debris_share,
-        angle_deg=limits.angle_deg,
+        angle_deg=options.used_angle_deg,
         max_distance_m=found.reach,
         min_points=found.min_points,
-        min_area_m2=limits.min_area,
+        min_area_m2=options.min_area_m2,
         warnings=found.warnings,
     )

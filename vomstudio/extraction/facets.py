@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
@@ -26,6 +26,7 @@ from vomstudio.extraction.exposure import (
     fills_volume,
     is_grass,
 )
+from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.growing import bending, grown, reach_of
 from vomstudio.extraction.kernels import grouped
 from vomstudio.extraction.texture_colours import TextureColours
@@ -41,7 +42,6 @@ from vomstudio.geometry.nearby.cell_grid import CellGrid
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.nearby.shared_corners import snapped
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
-from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.progress import Progress, Silent
 from vomstudio.words import tr
@@ -51,9 +51,6 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 Labels = npt.NDArray[np.int32]
 
-ANGLE_DEG = 20.0
-FEWEST = 50
-_MOST_POINTS = 2**31 - 1
 # Facets of a mesh with few large faces are told by their area.
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
@@ -66,22 +63,6 @@ _TOLD = 0.05
 _THIN_PART, _CHANCE, _MANY = 0.9, 1.2, 5_000
 # In which facets are fitted, several at once.
 _PARTS = 64
-
-
-@dataclass(frozen=True)
-class Limits:
-    """angle_deg : by which the normal of an element may be off its facet's plane
-    max_distance : m, from that plane; None: the local spacing or three times the local noise
-    min_points : distinct points; None: 50, or on a mesh 1 % of its area
-    min_area : m2
-    min_coplanarity : of facets, one over their least normalised eigenvalue; None: the profile's
-    """
-
-    angle_deg: float = ANGLE_DEG
-    max_distance: float | None = None
-    min_points: int | None = None
-    min_area: float | None = None
-    min_coplanarity: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,28 +101,9 @@ class Facets:
     warnings: tuple[Message, ...]
 
 
-def require_limits(limits: Limits) -> None:
-    """Raises UsageError for thresholds that are none."""
-    if not 0.0 < limits.angle_deg < 90.0:
-        raise UsageError(tr("The angle is between 0 and 90 degrees, say 20."), field="--angle")
-    if limits.max_distance is not None and not 0.0 < limits.max_distance <= FARTHEST_M:
-        raise UsageError(tr("The distance is a positive length in metres."), field="--max-distance")
-    if limits.min_points is not None and not 3 <= limits.min_points <= _MOST_POINTS:
-        raise UsageError(
-            tr("A plane needs at least 3 points, so that is the least number.")
-            if limits.min_points < 3
-            else tr("No model has so many points."),
-            field="--min-points",
-        )
-    if limits.min_area is not None and not 0.0 <= limits.min_area < np.inf:
-        raise UsageError(tr("The area is in square metres, 0 or more."), field="--min-area")
-    if limits.min_coplanarity is not None and not 0.0 <= limits.min_coplanarity < np.inf:
-        raise UsageError(tr("The coplanarity is a number, 3 or more."), field="coplanarity")
-
-
 def find_facets(
     data: Mesh | PointCloud,
-    limits: Limits | None = None,
+    options: FacetOptions | None = None,
     *,
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
@@ -149,36 +111,34 @@ def find_facets(
     """The facets of a model in World, m.
 
     thresholds : of the profile by which their planes are judged
-    Raises UsageError for limits that are none, GeometryError where the model has no surface,
-    Cancelled through `progress`.
+    Raises GeometryError where the model has no surface, Cancelled through `progress`.
     """
-    limits = limits or Limits()
-    require_limits(limits)
+    options = options or FacetOptions()
     progress = progress or Silent()
     if isinstance(data, Mesh) and len(data.faces):
         data = _with_shared_corners(data)
 
     def begin(local: Array, noisy: bool) -> tuple[CellGrid, Begun]:
         return begun_on_cells(
-            local, limits.angle_deg, limits.max_distance, limits.min_points or FEWEST,
-            limits.min_area or 0.0, progress, noisy,
+            local, options.used_angle_deg, options.max_distance_m, options.used_min_points,
+            options.min_area_m2 or 0.0, progress, noisy,
         )  # fmt: skip
 
-    elements = elements_of(data, limits.angle_deg, progress, begin)
-    reach = reach_of(elements, limits.max_distance)
+    elements = elements_of(data, options.used_angle_deg, progress, begin)
+    reach = reach_of(elements, options.max_distance_m)
     usual = middle_of(reach)
     mesh = data if isinstance(data, Mesh) and elements.of == "face" else None
-    fewest = limits.min_points or FEWEST
+    fewest = options.used_min_points
     # A mesh has about two faces for each vertex, and many fewer on a piece that is a few faces.
     least_count = fewest if mesh is None else max(fewest // 2, 1)
     least_area = np.inf
-    if mesh is not None and limits.min_points is None:
+    if mesh is not None and options.min_points is None:
         least_area = _SHARE_OF_MESH * float(elements.areas.sum())
     elif mesh is not None:
         least_count = 1
     labels = grown(
         elements,
-        angle_deg=limits.angle_deg,
+        angle_deg=options.used_angle_deg,
         reach=reach,
         least_count=least_count,
         least_area=least_area,
@@ -191,10 +151,10 @@ def find_facets(
     if colors is not None:
         elements, labels = _without_grass(elements, labels, colors)
     found, labels = _facets(
-        data, elements, labels, limits, fewest, least_area, thresholds, progress
+        data, elements, labels, options, fewest, least_area, thresholds, progress
     )
     progress.stage(tr("Describing the facets"))
-    bent = bending(elements, labels, _WAVY_TURN * limits.angle_deg)
+    bent = bending(elements, labels, _WAVY_TURN * options.used_angle_deg)
     found = [_bent(facet) if one else facet for facet, one in zip(found, bent, strict=True)]
     return _told(data, elements, found, labels, usual, fewest, thresholds, colors)
 
@@ -236,14 +196,14 @@ def facets_of_labels(
     cloud: PointCloud,
     elements: Elements,
     labels: Labels,
-    limits: Limits,
+    options: FacetOptions,
     fewest: int,
     thresholds: Thresholds,
     progress: Progress,
 ) -> tuple[Facets, Ints]:
     """Facets of pieces that are known already, and of each the label that it had: labels (n,) of
     the elements, -1 for none."""
-    found, fresh = _facets(cloud, elements, labels, limits, fewest, np.inf, thresholds, progress)
+    found, fresh = _facets(cloud, elements, labels, options, fewest, np.inf, thresholds, progress)
     kept = np.flatnonzero(fresh >= 0)
     was = np.zeros(len(found), np.int64)
     was[fresh[kept]] = labels[kept]
@@ -282,7 +242,7 @@ def _facets(
     data: Mesh | PointCloud,
     elements: Elements,
     labels: Labels,
-    limits: Limits,
+    options: FacetOptions,
     fewest: int,
     least_area: float,
     thresholds: Thresholds,
@@ -294,7 +254,7 @@ def _facets(
     cuts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
     grouped(for_kernels(labels, np.int32), cuts, order)
     made: list[tuple[Facet, Ints]] = []
-    flattest = limits.min_coplanarity
+    flattest = options.min_coplanarity
     flattest = thresholds.least_coplanarity if flattest is None else flattest
     pieces: list[Ints] = [order[cuts[i] : cuts[i + 1]] for i in range(count)]
     fitted: list[Facet | None] = [None] * count
@@ -307,7 +267,7 @@ def _facets(
 
     in_blocks(work, count, progress, max(1, count // _PARTS))
     for own, facet in zip(pieces, fitted, strict=True):
-        if facet is None or facet.area < (limits.min_area or 0.0):
+        if facet is None or facet.area < (options.min_area_m2 or 0.0):
             continue
         if facet.fit.n < fewest and facet.area < least_area:
             continue

@@ -24,9 +24,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import UsageError
 from vomstudio.extraction.elements import Elements, elements_of
-from vomstudio.extraction.facets import Facets, Limits, facets_of_labels, require_limits
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.facets import Facets, facets_of_labels
 from vomstudio.extraction.kernels import local_planes
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.sets.proposals import SetProposal, given_sets
@@ -44,9 +44,7 @@ Labels = npt.NDArray[np.int32]
 NEIGHBOURS = 30
 COPLANAR = 0.2
 APART_DEG = 10.0
-CONE_DEG = 30.0
 CORE_POINTS = 4
-FEWEST = 100
 _BEYOND_MEAN = 2.0
 MOST_SETS = 20
 _LEAST_DENSE = 0.05
@@ -65,41 +63,29 @@ class Sequence:
     sets: SetProposal
 
 
-def require_sequence_limits(limits: Limits) -> None:
-    """Raises UsageError for thresholds that are none, or that the sequence does not have."""
-    require_limits(limits)
-    if limits.max_distance is not None:
-        raise UsageError(
-            tr("The sequence of DSE has no largest distance; leave it out, or leave out --preset."),
-            field="--max-distance",
-        )
-
-
 def find_sequence(
     data: Mesh | PointCloud,
-    limits: Limits,
+    options: FacetOptions,
     *,
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
 ) -> Sequence:
     """Sets and planes of the points or vertices of a model in World, m.
 
-    limits : angle_deg is the half-angle of the cone about a set's pole
-    Raises UsageError for limits that are none, GeometryError where the model has no surface,
-    Cancelled through `progress`.
+    options : with the preset "dse"; the angle is the half-angle of the cone about a set's pole
+    Raises GeometryError where the model has no surface, Cancelled through `progress`.
     """
-    require_sequence_limits(limits)
     progress = progress or Silent()
     points = data.vertices if isinstance(data, Mesh) else data.points
     cloud = PointCloud(np.asarray(points, np.float64), data.colors)
-    elements = elements_of(cloud, limits.angle_deg, progress)
+    elements = elements_of(cloud, options.used_angle_deg, progress)
     normals = _normals(elements, progress)
     progress.stage(tr("Finding sets"), None)
     means = set_poles(normals)
-    set_of = _assigned(normals, means, limits.angle_deg)
+    set_of = _assigned(normals, means, options.used_angle_deg)
     labels, sets = _clusters(elements, set_of, len(means), progress)
     facets, was = facets_of_labels(
-        cloud, elements, labels, limits, limits.min_points or FEWEST, thresholds, progress
+        cloud, elements, labels, options, options.used_min_points, thresholds, progress
     )
     normals_of = [facet.fit.normal for facet in facets.facets]
     return Sequence(facets, given_sets(means, normals_of, sets[was]))

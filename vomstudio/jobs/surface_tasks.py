@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, in_world
 from vomstudio.progress import Progress
@@ -154,15 +155,10 @@ class Sight:
 
 @dataclass(frozen=True)
 class FacetsOrder:
-    """The limits are those of `extraction.facets.Limits`; part : None for all of the model; out :
-    the file for the facets"""
+    """part : None for all of the model; out : the file for the facets"""
 
     model: StandingModel
-    angle_deg: float
-    max_distance_m: float | None
-    min_points: int | None
-    min_area_m2: float | None
-    min_coplanarity: float | None
+    options: FacetOptions
     part: Sight | None
     out: Path
 
@@ -188,21 +184,17 @@ class FoundFacets:
 def _find(asked: FacetsOrder, progress: Progress) -> FoundFacets:
     import numpy as np
 
-    from vomstudio.extraction.facets import Limits, find_facets
+    from vomstudio.extraction.facets import find_facets
     from vomstudio.extraction.parts import Part, part_in_view
     from vomstudio.geometry.mesh import Mesh
 
-    limits = Limits(
-        asked.angle_deg, asked.max_distance_m, asked.min_points, asked.min_area_m2,
-        asked.min_coplanarity,
-    )  # fmt: skip
     data = in_world(asked.model, progress)
     mesh = isinstance(data, Mesh)
     count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
     part = Part(data, np.arange(count), np.arange(len(data.faces) if mesh else 0))  # type: ignore[union-attr]
     if asked.part is not None:
         part = part_in_view(data, asked.part.eye, asked.part.toward, asked.part.points)
-    found = find_facets(part.data, limits, progress=progress)
+    found = find_facets(part.data, asked.options, progress=progress)
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     arrays: dict[str, Any] = _facet_arrays(found, part, count, asked.model.to_world)
     np.savez(asked.out, **arrays)

@@ -6,7 +6,7 @@ import argparse
 from typing import Any, TypeVar
 
 from vomstudio.cli.common.arguments import Parser
-from vomstudio.core.options import declarations
+from vomstudio.core.options import Declaration, declarations
 from vomstudio.words import tr
 
 Options = TypeVar("Options")
@@ -15,12 +15,34 @@ Options = TypeVar("Options")
 def add_options(parser: Parser, options: type[Any]) -> None:
     """Add an argument for each option of a class (`vomstudio.core.options.option`)."""
     for each in declarations(options):
-        words: dict[str, Any] = {"dest": each.name, "help": tr(each.help)}
-        if each.choices is not None:
+        words: dict[str, Any] = {"dest": each.name, "help": help_text(each).replace("%", "%%")}
+        if each.kind is bool:
+            words["action"] = "store_true"
+        elif each.choices is not None:
             words["choices"] = list(each.choices)
-        elif each.metavar is not None:
-            words["metavar"] = each.metavar
+        else:
+            words["metavar"] = metavar(each)
+            if each.kind is not str:
+                words["type"] = each.kind
         parser.add_argument(each.flag, **words)
+
+
+def help_text(declaration: Declaration) -> str:
+    """Return the help of an option with its default."""
+    text = tr(declaration.help)
+    default = tr(declaration.automatic) if declaration.automatic else declaration.default
+    if default is None or default is False:
+        return text
+    return tr("{help} (default: {default})", help=text, default=default)
+
+
+def metavar(declaration: Declaration) -> str:
+    """Return what stands for the value of an option, such as DEG."""
+    if declaration.metavar is not None:
+        return declaration.metavar
+    if declaration.unit is not None:
+        return declaration.unit.upper()
+    return "N" if declaration.kind is int else "X" if declaration.kind is float else "TEXT"
 
 
 def options_from(args: argparse.Namespace, options: type[Options]) -> Options:

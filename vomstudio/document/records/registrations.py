@@ -74,6 +74,8 @@ class Registration:
     dips differ from edge to edge, and depths beside lengths, as a share; None where not known.
     read_north: from which north azimuths were read that it rests on, None where it rests on none.
     observations: the inputs of the adjustment by kind, empty if they are not known.
+    click_sigma_m: error of each coordinate of a click on the model that was used, metres, one
+    sigma; None if it is not known.
     """
 
     id: str
@@ -95,6 +97,7 @@ class Registration:
     lens_stretch95: float | None = None
     read_north: ReadNorth | None = None
     observations: tuple[ObservationGroup, ...] = ()
+    click_sigma_m: float | None = None
 
     def to_world(self) -> Matrix:
         """4x4 similarity from the file to World."""

@@ -108,7 +108,9 @@ def _words(view: View, width_mm: float) -> list[str]:
 
     unknown = unknown_in_words(view)
     letters = round(width_mm / (LETTER_MM * _FONT_PT))
-    said = [direction_in_words(view), *textwrap.wrap(view.reason, letters)]
+    said = [direction_in_words(view)]
+    if tr(view.sense) not in view.reason:
+        said += textwrap.wrap(view.reason, letters)
     return [*said, *([unknown] if unknown else [])]
 
 

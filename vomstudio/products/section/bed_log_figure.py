@@ -221,10 +221,12 @@ def _write_head(
     ax: Axes, log: BedLog, page: LogPage, about: str, metric: bool, style: NetStyle
 ) -> None:
     unit = "m" if metric else tr("units")
-    for at, text in (
-        (_THICKNESS_MM, tr("thickness ({unit})", unit=unit)),
-        (_LITHOLOGY_MM, tr("lithology")), (_NOTES_MM, tr("notes")),
-    ):  # fmt: skip
+    heads = [(_THICKNESS_MM, tr("thickness ({unit})", unit=unit))]
+    if any(each.lithology for each in log.intervals):
+        heads.append((_LITHOLOGY_MM, tr("lithology")))
+    if any(each.notes for each in log.intervals):
+        heads.append((_NOTES_MM, tr("notes")))
+    for at, text in heads:
         ax.text(at - _LEFT_MM, page.highest_mm + 3.0, text, ha="left", va="bottom",
                 color=style.ink, fontsize=style.font_pt, weight="bold")  # fmt: skip
     scale = tr("1 : {scale}", scale=f"{page.scale:g}") if metric else tr("to scale")

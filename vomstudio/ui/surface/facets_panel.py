@@ -8,7 +8,6 @@ from PySide6.QtGui import QIcon, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCheckBox,
-    QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
     QProgressBar,
@@ -20,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
+from vomstudio.extraction.facet_options import DEFAULT_ANGLE_DEG, FacetOptions
 from vomstudio.geology.agreement_both_ways import agreement_both_ways
 from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.units import Axes
@@ -34,9 +34,10 @@ from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox
+from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.model_axes import axes_of, follow_axes, unit_of
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.facet_words import (
@@ -44,10 +45,10 @@ from vomstudio.ui.surface.facet_words import (
     share_in_words,
     summary_in_words,
 )
-from vomstudio.ui.surface.facets_command import copy_facets, why_no_command
+from vomstudio.ui.surface.facets_command import copy_facets
 from vomstudio.ui.surface.part_in_view import part_in_view
 from vomstudio.words import to_translate, tr
-from vomstudio.workspace.surfaces.facet_proposals import FacetLimits, Proposals
+from vomstudio.workspace.surfaces.facet_proposals import Proposals
 
 _LIVE_MS = 350
 _LEAST_HEIGHT = 200
@@ -93,37 +94,9 @@ class FacetsPanel(SeenPanel):
     # --- parts -------------------------------------------------------------------------------
     def _make_limits(self) -> None:
         self.title = hint_label()
-        self.angle = _spin("facet_angle", 1.0, 89.0, 20.0, "°", 0)
-        self.angle.setToolTip(tr("By which the surface may be off a facet's plane."))
-        self.distance = _spin("facet_distance", 0.0, 1000.0, 0.0, "", 3)
-        self.distance.setSpecialValueText(tr("auto"))
-        self.distance.setToolTip(
-            tr(
-                "From a facet's plane; where it is left to the program, the local spacing or three "
-                "times the local noise."
-            )
-        )
-        self.points = SpinBox()
-        self.points.setObjectName("facet_points")
-        self.points.setRange(0, 10_000_000)
-        self.points.setSingleStep(10)
-        self.points.setKeyboardTracking(False)
-        self.points.setSpecialValueText(tr("auto"))
-        self.points.setToolTip(tr("Of a facet: 50, or on a mesh one hundredth of its area."))
-        self.area = _spin("facet_area", 0.0, 1e6, 0.0, "", 3)
-        self.area.setSpecialValueText(tr("any"))
-        self.area.setToolTip(tr("The smallest facet."))
-        self.coplanarity = _spin("facet_coplanarity", 0.0, 1e6, 0.0, "", 0)
-        self.coplanarity.setSpecialValueText(tr("auto"))
-        self.coplanarity.setToolTip(
-            tr(
-                "The least of one over the smallest normalised eigenvalue; that of the profile of "
-                "verdicts where it is left to the program."
-            )
-        )
+        self.limits = OptionFields(FacetOptions, "facet", FacetOptions(angle_deg=DEFAULT_ANGLE_DEG))
+        self.limits.changed.connect(self._limits_changed)
         follow_axes(self._studio, self._show_axes)
-        for box in (self.angle, self.distance, self.points, self.area, self.coplanarity):
-            box.valueChanged.connect(self._limits_changed)
         self.live = QCheckBox(tr("Try on the part in view"))
         self.live.setObjectName("facet_live")
         self.live.setToolTip(
@@ -134,7 +107,7 @@ class FacetsPanel(SeenPanel):
         self.start.setObjectName("facet_start")
         self.start.clicked.connect(lambda _: self._start_or_stop())
         self.copy = CopyCommandButton(
-            lambda: copy_facets(self._studio, self._model, self._limits()),
+            lambda: copy_facets(self._studio, self._model, self.limits.options()),
             tr("the command that finds these facets"),
         )
         self.progress = QProgressBar()
@@ -181,9 +154,7 @@ class FacetsPanel(SeenPanel):
         self.reject_all.clicked.connect(lambda _: self._facets.drop())
 
     def _show_axes(self, axes: Axes) -> None:
-        unit = unit_of(axes)
-        self.distance.setSuffix(f" {unit}")
-        self.area.setSuffix(f" {unit}²")
+        self.limits.show_unit(unit_of(axes))
 
     def _area_text(self, value: float) -> str:
         return area_text(value, 2, metric=axes_of(self._studio).metric)
@@ -192,25 +163,12 @@ class FacetsPanel(SeenPanel):
         limits = QGridLayout()
         limits.setContentsMargins(0, 0, 0, 0)
         limits.setSpacing(3)
-        for k, (text, box) in enumerate(
-            (
-                (tr("Angle"), self.angle),
-                (tr("Distance"), self.distance),
-                (tr("Points"), self.points),
-                (tr("Area"), self.area),
-            )
-        ):
+        for k, (name, box) in enumerate(self.limits.fields.items()):
             box.setMinimumWidth(_LEAST_WIDTH)
-            box.setAccessibleName(text)
-            limits.addWidget(Label(text), k // 2, 2 * (k % 2))
             # Both columns the same: a distance in metres is as wide as an angle.
-            wide = QSizePolicy.Policy.Expanding
-            box.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
+            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
-        self.coplanarity.setMinimumWidth(_LEAST_WIDTH)
-        self.coplanarity.setAccessibleName(tr("Coplanarity"))
-        limits.addWidget(Label(tr("Coplanarity")), 2, 0)
-        limits.addWidget(self.coplanarity, 2, 1)
         self.start.setMinimumWidth(_LEAST_WIDTH)
         limits.addWidget(_row(self.start, self.copy), 2, 2, 1, 2)
         limits.setColumnStretch(1, 1)
@@ -259,7 +217,7 @@ class FacetsPanel(SeenPanel):
         self.start.setText(tr("Stop") if busy else tr("Find on all"))
         self.start.setEnabled(why is None)
         self.start.setToolTip(why or "")
-        self.copy.allow(self._why_not() or why_no_command(self._limits()))
+        self.copy.allow(self._why_not())
         found, chosen = self._facets.found, self._rows()
         none_chosen = tr("Choose facets in the list first.")
         for button, on, tip, reason in (
@@ -289,16 +247,7 @@ class FacetsPanel(SeenPanel):
         self.progress.setFormat(job.stage)
 
     # --- looking -----------------------------------------------------------------------------
-    def _limits(self) -> FacetLimits:
-        return FacetLimits(
-            self.angle.value(),
-            self.distance.value() or None,
-            self.points.value() or None,
-            self.area.value() or None,
-            self.coplanarity.value() or None,
-        )
-
-    def _limits_changed(self, *_: object) -> None:
+    def _limits_changed(self) -> None:
         self._refresh_buttons()
         if self.live.isChecked():
             self._live.start()
@@ -306,13 +255,13 @@ class FacetsPanel(SeenPanel):
     def _try_part(self) -> None:
         model, sight = self._model, part_in_view(self._studio)
         if model is not None and self._why_not() is None and sight is not None:
-            self._facets.find(model.id, self._limits(), sight)
+            self._facets.find(model.id, self.limits.options(), sight)
 
     def _start_or_stop(self) -> None:
         if self._facets.waiting:
             self._facets.stop()
         elif self._model is not None:
-            self._facets.find(self._model.id, self._limits(), None)
+            self._facets.find(self._model.id, self.limits.options(), None)
 
     # --- what was found ----------------------------------------------------------------------
     def _show_found(self) -> None:
@@ -468,18 +417,3 @@ def _verdict_text(doubt: tuple[int, float]) -> str:
 
 def _verdict_icon(doubt: tuple[int, float]) -> QIcon:
     return theme.verdict_icon(_verdict_of(doubt))
-
-
-def _spin(
-    name: str, low: float, high: float, value: float, suffix: str, decimals: int
-) -> QDoubleSpinBox:
-    box = DoubleSpinBox()
-    box.setObjectName(name)
-    box.setDecimals(decimals)
-    box.setRange(low, high)
-    box.setValue(value)
-    box.setSuffix(suffix)
-    box.setKeyboardTracking(False)
-    if decimals:
-        box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-    return box

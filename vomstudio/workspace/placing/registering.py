@@ -260,6 +260,7 @@ def registration_of(
         lens_stretch95=None if before is None else before.lens_stretch95,
         read_north=read_north,
         observations=placed.observations,
+        click_sigma_m=placed.click_sigma_m,
     )
 
 

@@ -24,6 +24,7 @@ from vomstudio.document.records import (
     Record,
     limits_of,
 )
+from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
@@ -61,17 +62,6 @@ _LEAST_RANGE = 1.0
 """Percent: where nothing is critical the colours tell it too."""
 
 
-@dataclass(frozen=True)
-class FacetLimits:
-    """As `extraction.facets.Limits`; None where the program chooses"""
-
-    angle_deg: float = 20.0
-    max_distance_m: float | None = None
-    min_points: int | None = None
-    min_area_m2: float | None = None
-    min_coplanarity: float | None = None
-
-
 @dataclass(frozen=True, eq=False)
 class Proposals:
     """What was found on a model. patches : without names or type, the largest facet first;
@@ -82,7 +72,7 @@ class Proposals:
     to_world: object
     model: Model
     judged_by: Thresholds
-    limits: FacetLimits
+    options: FacetOptions
     told: FoundFacets
     patches: tuple[Patch, ...]
     measured: tuple[Measurement, ...]
@@ -104,8 +94,8 @@ class Proposals:
     @property
     def provenance(self) -> str:
         """By which they were found, for the notes of what is accepted."""
-        of = self.limits
-        said = [tr("angle {angle:g}°", angle=of.angle_deg)]
+        of = self.options
+        said = [tr("angle {angle:g}°", angle=of.used_angle_deg)]
         said.append(tr("distance {distance:.3g} m", distance=self.told.reach_m))
         said.append(tr("at least {count} points", count=self.told.min_points))
         if of.min_area_m2:
@@ -151,7 +141,7 @@ class FacetProposals:
         return self.running is not None
 
     # --- finding -----------------------------------------------------------------------------
-    def find(self, model_id: str, limits: FacetLimits, sight: Sight | None) -> None:
+    def find(self, model_id: str, options: FacetOptions, sight: Sight | None) -> None:
         """Look for facets; what is being looked for is given up. sight : for a part alone"""
         self._stop()
         standing = standing_model(self._projects, model_id)
@@ -163,9 +153,7 @@ class FacetProposals:
         turn = self._asked
         name = "part" if sight is not None else "whole"
         order = FacetsOrder(
-            standing, limits.angle_deg, limits.max_distance_m, limits.min_points,
-            limits.min_area_m2, limits.min_coplanarity, sight,
-            standing.cache / "facets" / f"{model_id}-{name}.npz",
+            standing, options, sight, standing.cache / "facets" / f"{model_id}-{name}.npz"
         )  # fmt: skip
 
         def failed(event: Failed) -> None:
@@ -178,7 +166,7 @@ class FacetProposals:
             FIND_FACETS,
             order,
             title=tr("Facets of {model}", model=record.name),
-            on_done=lambda told: self._came(turn, record, limits, told, sight is None),
+            on_done=lambda told: self._came(turn, record, options, told, sight is None),
             on_failed=failed,
             quiet=sight is not None,
         )
@@ -198,7 +186,7 @@ class FacetProposals:
         return job is not None
 
     def _came(
-        self, turn: int, model: Model, limits: FacetLimits, told: FoundFacets, whole: bool
+        self, turn: int, model: Model, options: FacetOptions, told: FoundFacets, whole: bool
     ) -> None:
         """Thousands of facets are read and judged in a thread."""
         if turn != self._asked:
@@ -208,7 +196,7 @@ class FacetProposals:
         def run() -> None:
             made: Proposals | None = None
             try:
-                made = _proposals(model, limits, told, whole, records, thresholds)
+                made = _proposals(model, options, told, whole, records, thresholds)
             except (OSError, ValueError, KeyError):
                 pass
             except Exception as error:  # noqa: BLE001 - shown like every unexpected error
@@ -379,7 +367,7 @@ class FacetProposals:
 
 def _proposals(
     model: Model,
-    limits: FacetLimits,
+    options: FacetOptions,
     told: FoundFacets,
     whole: bool,
     records: dict[str, Any],
@@ -410,7 +398,7 @@ def _proposals(
         )  # fmt: skip
     measured = measure_all(records, patches, thresholds)
     return Proposals(
-        model.id, model.to_world, model, limits_of(records, thresholds), limits, told,
+        model.id, model.to_world, model, limits_of(records, thresholds), options, told,
         tuple(patches), tuple(measured), of["label"], of["covers"], of["exposed_m2"], whole,
     )  # fmt: skip
 

@@ -1,0 +1,84 @@
+"""Tables that follow from the declarations: options in `docs/cli.md`, doors in
+`docs/architecture.md`; ``python -m tests.architecture.operation_tables`` renews them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from vomstudio.cli.common.declared_options import help_text, metavar
+from vomstudio.core.operations import DOORS, Operation
+from vomstudio.core.options import Declaration, declarations
+from vomstudio.workspace.operations import OPERATIONS
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+COMMANDS, ARCHITECTURE = DOCS / "cli.md", DOCS / "architecture.md"
+DOORS_BEGIN, DOORS_END = "<!-- doors -->\n", "<!-- end of doors -->"
+
+
+def renewed_commands(page: str) -> str:
+    """Return the page with today's rows of all declared options."""
+    for operation in OPERATIONS:
+        heading = f"\n## vomstudio {operation.name}\n"
+        start = page.index(heading) + len(heading)
+        end = page.find("\n## ", start)
+        end = len(page) if end < 0 else end
+        page = page[:start] + _with_rows(page[start:end], operation) + page[end:]
+    return page
+
+
+def _with_rows(section: str, operation: Operation) -> str:
+    declared = [each for options in operation.options for each in declarations(options)]
+    flags = {each.flag for each in declared}
+    lines = section.split("\n")
+    first = next((k for k, line in enumerate(lines) if _flag(line) in flags), None)
+    if first is None:
+        first = next(k for k, line in enumerate(lines) if line.startswith("|---")) + 1
+    kept = [line for line in lines if _flag(line) not in flags]
+    place = first - sum(_flag(line) in flags for line in lines[:first])
+    return "\n".join([*kept[:place], *map(_row, declared), *kept[place:]])
+
+
+def _flag(line: str) -> str | None:
+    """Return the first option that a row of a table describes."""
+    match = re.match(r"\| `(--[a-z0-9-]+)", line)
+    return None if match is None else match[1]
+
+
+def _row(option: Declaration) -> str:
+    word = option.flag
+    if option.choices is not None:
+        word += f" {'|'.join(option.choices)}".replace("|", "\\|")
+    elif option.kind is not bool:
+        word += f" {metavar(option)}"
+    text = re.sub(r"--[a-z][a-z-]*(?: [a-z]+(?= [0-9]))?", r"`\g<0>`", help_text(option))
+    return f"| `{word}` | {text} |"
+
+
+def renewed_architecture(page: str) -> str:
+    """Return the page with today's table of operations and doors."""
+    start = page.index(DOORS_BEGIN) + len(DOORS_BEGIN)
+    return page[:start] + doors_table() + page[page.index(DOORS_END) :]
+
+
+def doors_table() -> str:
+    """Return the table of operations against doors; a missing door has its reason."""
+    rows = [f"| operation | {' | '.join(DOORS)} |", "|---" * (len(DOORS) + 1) + "|"]
+    for each in OPERATIONS:
+        present = {
+            "command": f"`{each.name}`",
+            "function": f"`vs.{each.function}`" if each.function else "",
+            "window": f"`{each.window.rpartition('.')[2]}`" if each.window else "",
+            "project method": f"`.{each.method}`" if each.method else "",
+            "project command": f"`project … {each.action}`" if each.action else "",
+        }
+        cells = [present[door] or f"– {each.missing.get(door, '')}" for door in DOORS]
+        cells = [f"– {each.missing[door]}" if door in each.missing else cell
+                 for door, cell in zip(DOORS, cells, strict=True)]  # fmt: skip
+        rows.append(f"| {each.name} | {' | '.join(cells)} |")
+    return "\n".join(rows) + "\n"
+
+
+if __name__ == "__main__":
+    for path, renewed in ((COMMANDS, renewed_commands), (ARCHITECTURE, renewed_architecture)):
+        path.write_text(renewed(path.read_text("utf-8")), "utf-8")

@@ -1,0 +1,71 @@
+"""Each operation is declared once, and every door follows the declaration."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import typing
+
+import pytest
+
+import vomstudio as vs
+from tests.architecture import operation_tables as tables
+from vomstudio.cli import project
+from vomstudio.cli.common.arguments import Parser
+from vomstudio.cli.common.first_word import COMMANDS
+from vomstudio.core.operations import DOORS, Operation
+from vomstudio.core.options import declarations
+from vomstudio.workspace.operations import OPERATIONS
+
+each_operation = pytest.mark.parametrize("operation", OPERATIONS, ids=lambda each: each.name)
+
+
+@each_operation
+def test_the_python_function_has_the_declared_parameters(operation: Operation) -> None:
+    if not operation.function:
+        return
+    parameters = inspect.signature(getattr(vs, operation.function)).parameters
+    for options in operation.options:
+        hints = typing.get_type_hints(options)
+        for each in declarations(options):
+            assert each.name in parameters, each.name
+            parameter = parameters[each.name]
+            assert parameter.kind is parameter.KEYWORD_ONLY
+            assert parameter.default == each.default
+            written = typing.get_type_hints(getattr(vs, operation.function))[each.name]
+            assert written == hints[each.name]
+
+
+@each_operation
+def test_each_door_exists_or_its_absence_has_a_reason(operation: Operation) -> None:
+    doors = {
+        "command": operation.name in COMMANDS,
+        "function": bool(operation.function) and operation.function in vs.__all__,
+        "window": bool(operation.window) and _panel(operation.window) is not None,
+        "project method": hasattr(vs.Project, operation.method) if operation.method else False,
+        "project command": operation.action in _actions() if operation.action else False,
+    }
+    for door in DOORS:
+        assert doors[door] != (door in operation.missing), (door, doors[door])
+
+
+def test_the_documents_have_the_declared_tables() -> None:
+    for path, renewed in (
+        (tables.COMMANDS, tables.renewed_commands),
+        (tables.ARCHITECTURE, tables.renewed_architecture),
+    ):
+        page = path.read_text("utf-8")
+        assert renewed(page) == page, "run python -m tests.architecture.operation_tables"
+
+
+def _actions() -> tuple[str, ...]:
+    """Return the actions of `vomstudio project`."""
+    subparsers = Parser().add_subparsers(parser_class=Parser)
+    project.add_parser(subparsers)
+    (command,) = subparsers.choices.values()
+    return tuple(command._subparsers_choices())
+
+
+def _panel(place: str) -> object:
+    module, _, name = place.rpartition(".")
+    return getattr(importlib.import_module(f"vomstudio.ui.{module}"), name)

@@ -1,0 +1,47 @@
+"""Options objects from the arguments of Python functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from vomstudio.api.checking import flag, single_number, whole_number
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import declarations
+from vomstudio.errors import InputError, UsageError
+
+Options = TypeVar("Options")
+
+
+def _text(value: Any, name: str) -> str | None:
+    if value is None or isinstance(value, str):
+        return value
+    raise InputError(Finding("option.not-text", type=type(value).__name__), field=name)
+
+
+_CHECKS: dict[type, Callable[[Any, str], Any]] = {
+    float: single_number,
+    int: whole_number,
+    bool: flag,
+    str: _text,
+}
+
+
+def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
+    """Return an options object of arguments with the names of its fields.
+
+    Raises
+    ------
+    InputError
+        For a value of another type, with the name of the argument.
+    UsageError
+        For a value that is not allowed, with the name of the argument.
+    """
+    stated = {each.name: each for each in declarations(options)}
+    checked = {name: _CHECKS[stated[name].kind](value, name) for name, value in arguments.items()}
+    try:
+        return options(**checked)
+    except UsageError as error:
+        names = {each.flag: each.name for each in stated.values()}
+        error.field = names.get(error.field or "", error.field)
+        raise

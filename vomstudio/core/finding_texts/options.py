@@ -1,0 +1,26 @@
+"""Texts of the findings about options of operations."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "option.not-a-choice": (
+        "error",
+        to_translate("“{value}” is not valid. Choose one of: {choices}."),
+    ),
+    "option.not-text": ("error", to_translate("Text is needed, not a value of type {type}.")),
+    "option.too-small": (
+        "error",
+        to_translate("{value} is too small. Use a number of at least {minimum}."),
+    ),
+    "option.out-of-range": (
+        "error",
+        to_translate("{value} is not valid. Use a number from {minimum} to {maximum}."),
+    ),
+    "option.conflict": (
+        "error",
+        to_translate("{option} and {other} exclude each other. Leave out one of them."),
+    ),
+}

@@ -1,0 +1,42 @@
+"""What the program can do, declared once for every door."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Door = Literal["command", "function", "window", "project method", "project command"]
+DOORS: tuple[Door, ...] = ("command", "function", "window", "project method", "project command")
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One operation with the doors that offer it.
+
+    Parameters
+    ----------
+    name : str
+        Name of the command and, with underscores, of the Python function.
+    options : tuple of type
+        Options classes (`vomstudio.core.options`); the names of their fields are the parameters of
+        the Python function and, without units, the options of the command.
+    function : str
+        Name in ``vomstudio``; empty if there is none.
+    window : str
+        Module and class of the panel or dialog below ``vomstudio.ui``; empty if there is none.
+    method : str
+        Name of the method of ``vs.Project``; empty if there is none.
+    action : str
+        Action of ``vomstudio project``; empty if there is none.
+    missing : dict
+        Reason for each door that does not offer the operation.
+    """
+
+    name: str
+    options: tuple[type[Any], ...] = ()
+    function: str = ""
+    window: str = ""
+    method: str = ""
+    action: str = ""
+    missing: Mapping[Door, str] = field(default_factory=dict)

@@ -1,0 +1,105 @@
+"""Options of the search for facets, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import check_options, option
+from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
+
+DEFAULT_ANGLE_DEG = 20.0
+DEFAULT_MIN_POINTS = 50
+DSE_ANGLE_DEG = 30.0
+DSE_MIN_POINTS = 100
+MAX_DISTANCE_M = 1e6
+MAX_POINTS = 2**31 - 1
+
+
+@dataclass(frozen=True)
+class FacetOptions:
+    """Thresholds of facets; None where the program chooses.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and for a distance with the preset ``dse``.
+    """
+
+    angle_deg: float | None = option(
+        None,
+        minimum=1.0,
+        maximum=89.0,
+        label=to_translate("Angle"),
+        help=to_translate("maximum angle between a point's normal and its facet"),
+        tip=to_translate("Maximum angle between a point's normal and its facet"),
+        automatic=to_translate("20; with --preset dse 30"),
+        decimals=0,
+    )
+    max_distance_m: float | None = option(
+        None,
+        minimum=1e-9,
+        maximum=MAX_DISTANCE_M,
+        label=to_translate("Distance"),
+        help=to_translate("maximum distance from the facet's plane, m"),
+        tip=to_translate("Maximum distance from the facet's plane"),
+        automatic=to_translate("the local spacing, or three times the local noise if larger"),
+    )
+    min_points: int | None = option(
+        None,
+        minimum=3,
+        maximum=MAX_POINTS,
+        label=to_translate("Points"),
+        help=to_translate("minimum number of points of a facet"),
+        tip=to_translate("Minimum number of points of a facet"),
+        automatic=to_translate("50, or on a mesh 1 % of its area; with --preset dse 100"),
+    )
+    min_area_m2: float | None = option(
+        None,
+        minimum=0.0,
+        label=to_translate("Area"),
+        help=to_translate("minimum area of a facet, m²"),
+        tip=to_translate("Minimum area of a facet"),
+        automatic=to_translate("any area"),
+    )
+    min_coplanarity: float | None = option(
+        None,
+        minimum=0.0,
+        label=to_translate("Coplanarity"),
+        help=to_translate("minimum of one over the smallest normalised eigenvalue"),
+        tip=to_translate("Minimum of one over the smallest normalised eigenvalue"),
+        automatic=to_translate("that of the verdict profile"),
+        decimals=0,
+    )
+    propose_sets: bool = option(
+        False, help=to_translate("propose sets among the planes of the facets")
+    )
+    preset: Literal["dse"] | None = option(
+        None,
+        help=to_translate(
+            "dse: first sets among the points, then their planes, as the Discontinuity Set"
+            " Extractor does; --angle is then the cone about a set's pole"
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        if self.preset is not None and self.max_distance_m is not None:
+            raise UsageError(
+                Finding("option.conflict", option="--preset", other="--max-distance"),
+                field="--max-distance",
+            )
+
+    @property
+    def used_angle_deg(self) -> float:
+        """The angle that applies, given or of the preset."""
+        default = DEFAULT_ANGLE_DEG if self.preset is None else DSE_ANGLE_DEG
+        return default if self.angle_deg is None else self.angle_deg
+
+    @property
+    def used_min_points(self) -> int:
+        """The minimum number of points that applies, given or of the preset."""
+        default = DEFAULT_MIN_POINTS if self.preset is None else DSE_MIN_POINTS
+        return default if self.min_points is None else self.min_points

@@ -1,0 +1,116 @@
+"""Fields for the options of an operation, generated from their declaration."""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QSpinBox, QWidget
+
+from vomstudio.core.options import UNITS, Declaration, declarations
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox
+from vomstudio.words import tr
+
+Options = TypeVar("Options")
+
+MAX_SHOWN = 1e6
+"""Largest value of a field whose option has no upper bound."""
+
+
+class OptionFields(QObject, Generic[Options]):
+    """The fields of an options class; a panel arranges them.
+
+    Options without a label have no field and keep their value in `start`. A number that the program
+    may choose shows "auto" at its lowest position.
+
+    Parameters
+    ----------
+    options : type
+        An options class (`vomstudio.core.options`).
+    prefix : str
+        Beginning of the object names: ``facet`` makes ``facet_angle``.
+    start : options object, optional
+        The values shown first; the defaults if omitted.
+    """
+
+    changed = Signal()
+
+    def __init__(self, options: type[Options], prefix: str, start: Options | None = None) -> None:
+        super().__init__()
+        self._class = options
+        self._start = options() if start is None else start
+        self._declared = {each.name: each for each in declarations(options) if each.label}
+        self.fields: dict[str, QWidget] = {}
+        self.labels: dict[str, Label] = {}
+        for name, each in self._declared.items():
+            field = self._create(each, getattr(self._start, name))
+            field.setObjectName(f"{prefix}_{each.flag.removeprefix('--').replace('-', '_')}")
+            field.setAccessibleName(tr(each.label))
+            field.setToolTip(_tip(each))
+            self.fields[name] = field
+            self.labels[name] = Label(tr(each.label))
+        self.show_unit("m")
+
+    def options(self) -> Options:
+        """Return the options that the fields show."""
+        values = {each.name: getattr(self._start, each.name) for each in declarations(self._class)}
+        return self._class(**values | {name: self._value(name) for name in self.fields})
+
+    def show_unit(self, unit: str) -> None:
+        """Show this unit of length behind lengths and areas, such as m."""
+        for name, field in self.fields.items():
+            symbol = UNITS.get(self._declared[name].unit or "", "")
+            if symbol in ("m", "m²"):
+                symbol = symbol.replace("m", f" {unit}", 1)
+            if isinstance(field, QDoubleSpinBox | QSpinBox):
+                field.setSuffix(symbol)
+
+    def _create(self, declared: Declaration, value: Any) -> QWidget:
+        if declared.kind is bool:
+            box = QCheckBox()
+            box.setChecked(bool(value))
+            box.toggled.connect(lambda _: self.changed.emit())
+            return box
+        if declared.choices is not None:
+            choice = ComboBox()
+            if declared.default is None:
+                choice.addItem(tr("auto"), None)
+            for each in declared.choices:
+                choice.addItem(each, each)
+            choice.setCurrentIndex(choice.findData(value))
+            choice.activated.connect(lambda _: self.changed.emit())
+            return choice
+        spin = SpinBox() if declared.kind is int else DoubleSpinBox()
+        low = 0 if declared.default is None else declared.kind(declared.minimum or 0)
+        high = declared.kind(min(declared.maximum or MAX_SHOWN, 2**31 - 1))
+        if isinstance(spin, DoubleSpinBox):
+            spin.setDecimals(declared.decimals)
+            if declared.decimals:
+                spin.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
+        spin.setRange(low, high)
+        spin.setKeyboardTracking(False)
+        if declared.default is None:
+            spin.setSpecialValueText(tr("auto"))
+        spin.setValue(low if value is None else value)
+        spin.valueChanged.connect(lambda _: self.changed.emit())
+        return spin
+
+    def _value(self, name: str) -> Any:
+        field, declared = self.fields[name], self._declared[name]
+        if isinstance(field, QCheckBox):
+            return field.isChecked()
+        if isinstance(field, ComboBox):
+            return field.currentData()
+        assert isinstance(field, QSpinBox | QDoubleSpinBox)
+        value = field.value()
+        if declared.default is None and value == field.minimum():
+            return None
+        return value if declared.minimum is None else max(value, declared.kind(declared.minimum))
+
+
+def _tip(declared: Declaration) -> str:
+    if declared.automatic and declared.default is None:
+        return tr(
+            "{tip} (auto: {automatic}).", tip=tr(declared.tip), automatic=tr(declared.automatic)
+        )
+    return f"{tr(declared.tip)}."

@@ -1,0 +1,23 @@
+"""The operations of the program.
+
+A new operation gets an options class beside its computation and an entry here; parsers, forms,
+copied commands, option tables of the documentation and the checks of the Python interface follow.
+"""
+
+from __future__ import annotations
+
+from vomstudio.core.operations import Operation
+from vomstudio.extraction.facet_options import FacetOptions
+
+OPERATIONS: tuple[Operation, ...] = (
+    Operation(
+        "facets",
+        (FacetOptions,),
+        function="facets",
+        window="surface.facets_panel.FacetsPanel",
+        missing={
+            "project method": "`vs.facets` takes a model of a project",
+            "project command": "`facets --project` places the model; `accept` adds the facets",
+        },
+    ),
+)
