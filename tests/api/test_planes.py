@@ -107,7 +107,7 @@ def test_attributes_are_the_columns() -> None:
 def test_a_horizontal_plane_has_no_azimuth_and_is_taken_as_a_plane_all_the_same() -> None:
     level = [[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]]
     flat = vs.fit_plane(level)
-    assert (flat.geometry, flat.undefined, flat.dip_deg, flat.pole_plunge_deg) == (
+    assert (flat.element, flat.undefined, flat.dip_deg, flat.pole_plunge_deg) == (
         "plane", True, 0.0, 90.0,
     )  # fmt: skip
     assert [flat.dip_direction_deg, flat.strike_rhr_deg, flat.pole_trend_deg] == [None] * 3

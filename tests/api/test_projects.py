@@ -48,7 +48,7 @@ def test_a_project_is_made_measured_on_and_opened_again(
 
         planes = project.planes()
         assert list(planes["id"]) == [trace, fault]
-        assert list(planes.columns) == list(COLUMNS)
+        assert list(planes.columns) == [*COLUMNS, "geometry"]
         assert planes["geometry"][0].equals(shapely.Point(fit.x, fit.y, fit.z))
         line = project.traces()["geometry"][0]
         assert np.array(line.coords) == pytest.approx(bed, abs=1e-6)

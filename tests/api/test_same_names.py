@@ -28,7 +28,7 @@ class Pair(NamedTuple):
 
 
 PAIRS = {
-    "stats": Pair("stats {table} --set kind", lambda t, _: vs.stats(t, by="kind")),
+    "stats": Pair("stats {table} --by kind", lambda t, _: vs.stats(t, by="kind")),
     "fold": Pair("fold {table}", lambda t, _: vs.fold(t)),
     "sets": Pair("sets {table} -o {out}", lambda t, _: vs.sets(t), ("table",)),
     "slope": Pair(

@@ -55,7 +55,7 @@ def test_the_published_axis_comes_back(big_elk: Path) -> None:
 @pytest.mark.parametrize("by", [None, "kind"])
 def test_statistics_are_those_of_the_command(command: Any, planes: Any, by: Any) -> None:
     table, path = planes
-    words = ["stats", path] if by is None else ["stats", path, "--set", by]
+    words = ["stats", path] if by is None else ["stats", path, "--by", by]
     told = command(*words)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -47,13 +47,13 @@ def test_every_convention_gives_the_same_columns(write: Write, text: str) -> Non
     figures = (row.dip_direction_deg, row.dip_deg, row.strike_rhr_deg)
     assert figures == pytest.approx((120.0, 45.0, 30.0))
     assert (row.pole_trend_deg, row.pole_plunge_deg) == pytest.approx((300.0, 45.0))
-    assert row.geometry == "plane"
+    assert row.element == "plane"
     assert np.isnan(row.trend_deg)
 
 
 def test_lines_have_their_own_columns(write: Write) -> None:
     found = vs.read_orientations(write("name,trend,plunge\nL1,200,30\nL2,10,-5\n"))
-    assert list(found["geometry"]) == ["line", "line"]
+    assert list(found["element"]) == ["line", "line"]
     assert found["trend_deg"].tolist() == [200.0, 10.0]
     assert found["dip_deg"].isna().all()
     assert list(found["name"]) == ["L1", "L2"]

@@ -157,18 +157,16 @@ CASES = (
     Case("fit-curved", "fit {resources}/sample/picks.csv --by pick --curved"),
     Case("fit-parallel-refused", "fit {work}/three.csv --same a,b", code=2),
     Case("fit-refused", "fit {work}/broken.csv", code=2),
-    Case("stats-sets", "stats {work}/planes.csv --set kind", after=("fit-by",)),
-    Case("stats-project", "stats {work}/project.csv --set set", after=("export-csv",)),
+    Case("stats-sets", "stats {work}/planes.csv --by kind", after=("fit-by",)),
+    Case("stats-project", "stats {work}/project.csv --by set", after=("export-csv",)),
     Case("stats-directed", "stats {work}/lines.csv --directed"),
     Case("stats-refused", "stats {work}/azimuths.csv", code=2),
     Case("fold", "fold {work}/planes.csv", after=("fit-by",)),
     Case("fold-joints", "fold {work}/project.csv --kind joint", after=("export-csv",)),
     Case("fold-sets", "fold {work}/three.csv --sets hanging,foot,fault"),
-    Case("fold-domains", "fold {work}/three.csv --domain set"),
+    Case("fold-domains", "fold {work}/three.csv --by set"),
     Case("fold-refused", "fold {work}/lines.csv", code=2),
-    Case(
-        "stereonet", "stereonet {work}/planes.csv --set kind -o {work}/net.svg", after=("fit-by",)
-    ),
+    Case("stereonet", "stereonet {work}/planes.csv --by kind -o {work}/net.svg", after=("fit-by",)),
     Case(
         "stereonet-contours",
         "stereonet {work}/planes.csv --contour kamb --projection angle -o {work}/net.png",
@@ -176,22 +174,20 @@ CASES = (
     ),
     Case(
         "stereonet-each-set",
-        "stereonet {work}/planes.csv --set kind --contour exponential_kamb --levels 2,6"
+        "stereonet {work}/planes.csv --by kind --contour exponential_kamb --levels 2,6"
         " --each-set -o {work}/each.svg",
         after=("fit-by",),
     ),
-    Case(
-        "rose", "rose {work}/planes.csv --set kind --bin 30 -o {work}/rose.svg", after=("fit-by",)
-    ),
+    Case("rose", "rose {work}/planes.csv --by kind --bin 30 -o {work}/rose.svg", after=("fit-by",)),
     Case(
         "stereonet-asked",
-        "stereonet {work}/planes.csv --set kind --girdles --maxima --averages --errors"
+        "stereonet {work}/planes.csv --by kind --girdles --maxima --averages --errors"
         " --slip-line 120/60/40 --untilt 100/10 --grey --size 120x100 -o {work}/asked.svg",
         after=("fit-by",),
     ),
     Case(
         "rose-dip",
-        "rose {work}/planes.csv --set kind --of dip --bin 15 -o {work}/dips.svg",
+        "rose {work}/planes.csv --by kind --of dip --bin 15 -o {work}/dips.svg",
         after=("fit-by",),
     ),
     Case("threepoint", "threepoint {work}/seam.txt --sigma 5"),
@@ -330,7 +326,7 @@ CASES = (
     Case("unknown-command", "dance", code=2),
     Case("wrong-option", "fit {work}/three.csv --wrong", code=2),
     # It opens the project, which brings its journal up to date.
-    Case("project-looked-at", "project {specimens}/schema1.vom looked-at"),
+    Case("project-coverage", "project {specimens}/schema1.vom coverage"),
 )
 
 

@@ -230,7 +230,7 @@ def test_straight_traces_say_what_they_determine(run, tmp_path: Path) -> None:
         for a, d in rng.normal(0.0, 5.0, (20, 2)):
             planes.append(f"{dip_direction + a:.1f},{dip + d:.1f},{name}")
     sets.write_text("\n".join(planes) + "\n")
-    ran = run("fit", traces, "--by", "id", "--sets", sets, "--crossing", "A,B", "--json")
+    ran = run("fit", traces, "--by", "id", "--sets-table", sets, "--crossing", "A,B", "--json")
     assert ran.code == 0
     first = ran.json["bands"][0]
     assert first["id"] == "A"
@@ -247,4 +247,4 @@ def test_straight_traces_say_what_they_determine(run, tmp_path: Path) -> None:
     assert "contains the line" in run("fit", traces, "--by", "id").out
     assert run("fit", traces, "--by", "id", "--crossing", "A,C").code == 2
     assert run("fit", traces, "--crossing", "1,1").code == 2
-    assert run("fit", traces, "--sets", traces).code == 2
+    assert run("fit", traces, "--sets-table", traces).code == 2

@@ -158,7 +158,7 @@ def test_planes_that_stray_from_the_fold_are_named_by_their_ids(run, write) -> N
 
 def test_domains_have_their_own_axes(run, write) -> None:
     path = write(table("set", "dipdir", "dip", rows=SETS))
-    found = run("fold", path, "--domain", "set", "--json").json
+    found = run("fold", path, "--by", "set", "--json").json
     assert set(found["domains"]) == {"hw", "fw", "f"}
     assert found["domains"]["hw"]["axis"]["verdict"] == "homoclinal"
     assert found["one_axis"]["serves_all"] is False
@@ -171,8 +171,8 @@ def test_domains_have_their_own_axes(run, write) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--domain", "set", "--sets", "hw,fw"], "not both"),
-        (["--domain", "nothing"], "nothing"),
+        (["--by", "set", "--sets", "hw,fw"], "not both"),
+        (["--by", "nothing"], "nothing"),
         (["--waviness", "-1"], "waviness"),
         (["--waviness", "nan"], "waviness"),
     ],
@@ -184,7 +184,7 @@ def test_what_cannot_be_is_refused(run, write, words: list[str], said: str) -> N
 
 
 def test_one_domain_is_refused(run, write) -> None:
-    ran = run("fold", write(table("set", "dipdir", "dip", rows=SETS[:4])), "--domain", "set")
+    ran = run("fold", write(table("set", "dipdir", "dip", rows=SETS[:4])), "--by", "set")
     assert ran.code == 2
     assert "two are needed" in ran.said
 

@@ -124,11 +124,11 @@ def test_sets_by_attribute_and_by_strike(run, tmp_path: Path) -> None:
     by_default = run("fractures", traces, "--json").json["sets"]
     assert [(s["name"], s["n"]) for s in by_default] == [("rung", 9), ("unassigned", 1)]
     assert by_default[0]["strike_deg"] == pytest.approx(90.0)
-    by_name = run("fractures", traces, "--set", "TYPE", "--json").json["sets"]
+    by_name = run("fractures", traces, "--by", "TYPE", "--json").json["sets"]
     assert [(s["name"], s["n"]) for s in by_name] == [("a", 5), ("b", 5)]
     by_strike = run("fractures", traces, "--strikes", "350-10,80-100", "--json").json["sets"]
     assert [(s["name"], s["n"]) for s in by_strike] == [("080-100", 9), ("350-010", 1)]
-    wrong = run("fractures", traces, "--set", "colour")
+    wrong = run("fractures", traces, "--by", "colour")
     assert (wrong.code, "set, type" in wrong.said) == (2, True)
 
 

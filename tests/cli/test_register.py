@@ -148,7 +148,7 @@ def test_the_placement_alone_is_written_as_its_json(run, write: Write, tmp_path:
 
 # --- lengths, azimuths, compass -------------------------------------------------------------------
 def test_one_length_and_one_azimuth_are_partial(run) -> None:
-    told = run("register", "-", "--scale", "0,0,0,2,0,0,5", "--azimuth", "0,0,0,1,0,0,30",
+    told = run("register", "-", "--scale", "0,0,0,2,0,0,5", "--bearing", "0,0,0,1,0,0,30",
                "--json").json  # fmt: skip
     assert told["scale"] == pytest.approx(2.5)
     # East of the model now points to 030; what is up stays up.
@@ -450,7 +450,7 @@ def test_what_is_wrong_with_a_table_is_said(run, write: Write, text: str, said: 
         (("--scale", "1,2,3"), "seven numbers"),
         (("--scale", "0,0,0,1,0,0,-2"), "must be positive"),
         (("--scale", "0,0,0,0,0,0,2"), "at one place"),
-        (("--azimuth", "0,0,0,0,0,1,20"), "above each other"),
+        (("--bearing", "0,0,0,0,0,1,20"), "above each other"),
         (("--cameras",), "Name it in place of -"),
         (("--marks", "x.csv"), "--gcp"),
     ],

@@ -417,7 +417,7 @@ def test_photos_that_say_nothing_are_refused(run, model: Path) -> None:
 
 # --- azimuths by compass --------------------------------------------------------------------------
 def test_azimuths_by_compass_need_a_declination(run) -> None:
-    line = ("--azimuth", "0,0,0,0,1,0,30")
+    line = ("--bearing", "0,0,0,0,1,0,30")
     ran = run("register", "-", *line, "--north", "magnetic")
     assert ran.code == 2
     assert "--declination" in ran.said
@@ -446,7 +446,7 @@ def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
     declination = declination_deg(longitude, latitude, date(2024, 5, 12))
     read = (grid - declination + convergence) % 360.0
     words = ("register", "-", "--pairs", write("\n".join(rows)), "--north", "magnetic",
-             "--date", "2024-05-12", "--azimuth", f"0,0,0,1,0,0,{read}")  # fmt: skip
+             "--date", "2024-05-12", "--bearing", f"0,0,0,1,0,0,{read}")  # fmt: skip
     told = run(*words, "--crs", "EPSG:32633", "--json").json
     # It agrees with the points to some thousandths of a degree.
     assert off_deg(told) < 0.01

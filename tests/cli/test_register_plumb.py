@@ -50,7 +50,7 @@ def test_what_is_no_plumb_line_is_refused(run, wrong: str) -> None:
 
 
 # --- the common offset ----------------------------------------------------------------------------
-READ = ("register", "-", "--plumb", text(PLUMB), "--azimuth", azimuth(40.0), "--json")
+READ = ("register", "-", "--plumb", text(PLUMB), "--bearing", azimuth(40.0), "--json")
 
 
 def test_readings_from_magnetic_north_may_all_be_off_by_two_degrees(run) -> None:
@@ -80,7 +80,7 @@ def test_points_know_north_beside_a_compass(run, tmp_path) -> None:
     rows = zip(CORNERS.tolist(), world(CORNERS).tolist(), strict=True)
     table.write_text("label,model_x,model_y,model_z,x,y,z\n" + "\n".join(
         f"P{i}," + ",".join(map(repr, [*m, *w])) for i, (m, w) in enumerate(rows)))  # fmt: skip
-    ran = run("register", "-", "--pairs", table, "--azimuth", azimuth(40.0), "--json")
+    ran = run("register", "-", "--pairs", table, "--bearing", azimuth(40.0), "--json")
     assert ran.code == 0, ran.err
     assert "registration.compass-alone" not in codes(ran)
 

@@ -100,6 +100,6 @@ def test_an_accuracy_that_cannot_be_is_refused_with_its_line(run, tmp_path, colu
 
 
 def test_azimuths_and_labels_that_cannot_be_are_refused(run) -> None:
-    assert run("register", "-", "--azimuth", "0,0,0,1,0,0,400").code == 2
+    assert run("register", "-", "--bearing", "0,0,0,1,0,0,400").code == 2
     with pytest.raises(vs.errors.InputError, match="list is needed"):
         vs.register("-", level=[[0, 0, 0, 1, 0, 0]], without=3)

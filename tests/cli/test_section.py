@@ -47,7 +47,9 @@ def test_a_drawing_for_cad_and_a_figure(run, model: Path, tmp_path: Path) -> Non
     planes.write_text("id,dip_direction,dip,x,y,z\nB1,90,45,4,2,6\n")
     out = [tmp_path / "s.dxf", tmp_path / "s.svg"]
     for path in out:
-        ran = run("section", model, "--profile", line, "-o", path, "--features", planes, "--json")
+        ran = run(
+            "section", model, "--section-line", line, "-o", path, "--features", planes, "--json"
+        )
         assert ran.code == 0, ran.err
         assert ran.json["features"] == 1
     lines = [e for e in ezdxf.readfile(out[0]).modelspace() if e.dxftype() == "POLYLINE"]
@@ -87,7 +89,7 @@ def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type:
     [
         (["--plane", "180/90"], "--through"),
         (["--through", "0,0,0"], "--plane"),
-        ([], "--profile"),
+        ([], "--section-line"),
         (["--plane", "180/90", "--through", "0,0"], "three numbers"),
         (["--plane", "180/90", "--through", "0,400,0"], "does not meet"),
         (["--plane", "180/90", "--through", "0,4,0", "--slab", "1"], "clouds"),

@@ -60,7 +60,7 @@ def moved(target: str | int) -> np.ndarray:
 def test_a_profile_in_its_own_system(run, slope, tmp_path, name, xy, crs, code) -> None:  # type: ignore[no-untyped-def]
     path = layer(tmp_path / name, xy, crs)
     out = tmp_path / "s.csv"
-    ran = run("section", slope, "--crs", "32633", "--profile", path, "-o", out, "--json")
+    ran = run("section", slope, "--crs", "32633", "--section-line", path, "-o", out, "--json")
     assert ran.code == 0, ran.err
     assert code is None or code in codes(ran.json)
     assert ran.json["length_m"] == pytest.approx(16 * np.hypot(20, 5) / 20, abs=1e-3)
@@ -72,7 +72,7 @@ def test_a_profile_in_its_own_system(run, slope, tmp_path, name, xy, crs, code) 
 
 def test_degrees_over_a_model_that_is_on_no_map_are_refused(run, slope, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = layer(tmp_path / "d.gpkg", moved(4326), "EPSG:4326")
-    ran = run("section", slope, "--profile", path, "-o", tmp_path / "s.csv", "--json")
+    ran = run("section", slope, "--section-line", path, "-o", tmp_path / "s.csv", "--json")
     assert (ran.code, ran.json["error"]["code"]) == (2, "frame.degrees")
 
 
@@ -81,6 +81,6 @@ def test_two_lines_of_a_table_are_no_profile(run, slope, tmp_path) -> None:  # t
     path = tmp_path / "lines.csv"
     rows = [f"{k},{x + UTM[0]},{y + UTM[1]},100" for k in (1, 2) for x, y in LINE.tolist()]
     path.write_text("line,x,y,z\n" + "\n".join(rows) + "\n")
-    ran = run("section", slope, "--profile", path, "-o", tmp_path / "s.csv")
+    ran = run("section", slope, "--section-line", path, "-o", tmp_path / "s.csv")
     assert ran.code == 2
     assert "holds 2 lines" in ran.err

@@ -55,7 +55,7 @@ def test_the_table_comes_back_with_sets(run, write, tmp_path: Path) -> None:
     )
     assert all(0 < float(c[7]) <= 1 for c in cells)
     # Its mean is that of the statistics of the written table.
-    stats = run("stats", out, "--set", "set", "--json").json["sets"]
+    stats = run("stats", out, "--by", "set", "--json").json["sets"]
     for one in found["sets"]:
         assert stats[one["name"]]["n"] == one["n"]
         assert stats[one["name"]]["fisher"]["kappa"] == pytest.approx(one["kappa"])
@@ -101,7 +101,7 @@ def test_other_delimiters_and_missing_headers(run, write, tmp_path: Path) -> Non
     )
     ran = run("sets", write(commas), "-o", out, "--force", "--json")
     assert ran.code == 0, ran.err
-    again = run("stats", out, "--set", "set", "--json")
+    again = run("stats", out, "--by", "set", "--json")
     assert again.code == 0, again.err
     assert len(again.json["sets"]) == 3
 

@@ -55,7 +55,7 @@ def test_each_facet_is_the_slope_of_its_attitude(run, write, tmp_path: Path) -> 
 def test_facets_are_painted_and_overhangs_are_seen(run, write, tmp_path: Path) -> None:
     planes, facets = write(TABLE, "planes.csv"), write(FACETS, "facets.csv")
     model, painted = labelled(tmp_path / "labels.ply"), tmp_path / "painted.ply"
-    words = ["slope", planes, "--facets", facets, "--friction", 30, "--labels", model]
+    words = ["slope", planes, "--facets", facets, "--friction", 30, "--labelled-model", model]
     ran = run(*words, "--paint", painted, "--json")
     assert ran.code == 0, ran.err
     upright, over = ran.json["facets"]
@@ -72,7 +72,8 @@ def test_facets_are_painted_and_overhangs_are_seen(run, write, tmp_path: Path) -
 def test_words_that_do_not_go_together(run, write, tmp_path: Path) -> None:
     planes, facets = write(TABLE, "planes.csv"), write(FACETS, "facets.csv")
     for words in (
-        [], ["--face", "100/70", "--facets", facets], ["--face", "100/70", "--labels", "m.ply"],
+        [], ["--face", "100/70", "--facets", facets],
+        ["--face", "100/70", "--labelled-model", "m.ply"],
         ["--facets", facets, "--plot", "a.svg"], ["--facets", facets, "--paint", "a.ply"],
         ["--facets", facets, "--lateral", "-3"], ["--facets", tmp_path / "none.csv"],
         ["--facets", write("dipdir,dip\n0,0\n", "flat.csv")],

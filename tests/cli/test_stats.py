@@ -59,7 +59,7 @@ def test_sets_are_described_one_by_one(run, write) -> None:
     rows = ["strike,dip,family"]
     rows += [f"{30 + s:.2f},{80 + d:.2f},J1" for s, d in rng.normal(0, 3, (12, 2))]
     rows += [f"{120 + s:.2f},{80 + d:.2f},J2" for s, d in rng.normal(0, 3, (8, 2))] + ["10,10,"]
-    ran = run("stats", write("\n".join(rows)), "--set", "family", "--json")
+    ran = run("stats", write("\n".join(rows)), "--by", "family", "--json")
     sets = ran.json["sets"]
     assert {name: s["n"] for name, s in sets.items()} == {"J1": 12, "J2": 8, "unassigned": 1}
     assert sets["J1"]["fisher"]["trend_deg"] == pytest.approx(300, abs=3)
@@ -71,13 +71,13 @@ def test_kinds_pooled_in_one_set_are_named(run, write) -> None:
     ran = run("stats", path, "--json")
     assert set(ran.json["sets"]) == {"all"}
     assert "2 kinds (bedding, joint)" in messages(ran.json)[0]
-    apart = run("stats", path, "--set", "kind", "--json").json
+    apart = run("stats", path, "--by", "kind", "--json").json
     assert {name: s["n"] for name, s in apart["sets"].items()} == {"bedding": 2, "joint": 1}
     assert not messages(apart)
 
 
 def test_poles_and_lines_are_never_averaged_together(run, write) -> None:
-    text = "geometry,dipdir,dip,trend,plunge\nplane,10,20,,\nplane,12,20,,\nline,,,100,30\n"
+    text = "element,dipdir,dip,trend,plunge\nplane,10,20,,\nplane,12,20,,\nline,,,100,30\n"
     ran = run("stats", write(text), "--json")
     assert {k: (s["n"], s["of"]) for k, s in ran.json["sets"].items()} == {
         "all (poles)": (2, "poles"),
@@ -101,7 +101,7 @@ def test_identical_planes_have_an_infinite_kappa_which_is_null(run, write) -> No
 
 
 def test_a_missing_set_column_is_refused(run, write) -> None:
-    ran = run("stats", write("strike,dip\n30,40\n"), "--set", "family")
+    ran = run("stats", write("strike,dip\n30,40\n"), "--by", "family")
     assert ran.code == 2
     assert "family" in ran.said
 

@@ -35,7 +35,9 @@ def test_contours_are_drawn_by_the_method_named(run, write, tmp_path: Path) -> N
 def test_contours_are_as_asked_and_their_figures_are_told(run, write, tmp_path: Path) -> None:
     table = TABLE + "".join(f"joint,{200 + i},{70 + i}\n" for i in range(12))
     words = ["--contour", "linear_kamb", "--levels", "9,3,3", "--each-set", "--filled"]
-    ran = run("stereonet", write(table), "-o", tmp_path / "n.svg", *words, "--sigma", "2", "--json")
+    ran = run(
+        "stereonet", write(table), "-o", tmp_path / "n.svg", *words, "--kamb-sigma", "2", "--json"
+    )
     assert ran.code == 0
     found = ran.json["density"]
     assert (found["method"], found["unit"]) == ("linear_kamb", "standard deviations")
@@ -68,7 +70,7 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
         (["-o", "net.svg", "--levels", "2,4"], "--levels"),
         (["-o", "net.svg", "--contour", "kamb", "--levels", "2;4"], "2,4,6"),
         (["-o", "net.svg", "--contour", "kamb", "--levels", "-1"], "--levels"),
-        (["-o", "net.svg", "--contour", "kamb", "--sigma", "0"], "--sigma"),
+        (["-o", "net.svg", "--contour", "kamb", "--kamb-sigma", "0"], "--kamb-sigma"),
         (["-o", "net.jpg"], ".svg, .pdf or .png"),
         (["-o", "net"], ".svg, .pdf or .png"),
         (["-o", "net.svg", "--contour", "magic"], "kamb"),
@@ -96,7 +98,7 @@ def test_an_existing_picture_is_replaced_only_by_force(run, write, tmp_path: Pat
 
 
 def test_planes_and_lines_and_sets_are_told_apart(run, write, tmp_path: Path) -> None:
-    text = "set,geometry,dipdir,dip,trend,plunge\na,plane,10,20,,\na,line,,,30,40\nb,plane,5,6,,\n"
+    text = "set,element,dipdir,dip,trend,plunge\na,plane,10,20,,\na,line,,,30,40\nb,plane,5,6,,\n"
     ran = run("stereonet", write(text), "-o", tmp_path / "n.svg", "--json")
     assert ran.json["sets"] == {"a (planes)": 1, "a (lines)": 1, "b": 1}
 
@@ -160,7 +162,7 @@ def test_sets_have_the_colours_that_are_asked_for(run, write, tmp_path) -> None:
     table = write("dipdir,dip,kind\n" + "100,40,Bed A\n102,41,Bed A\n98,42,Bed A\n200,70,joint\n")
     for command in ("stereonet", "rose"):
         out = tmp_path / f"{command}.svg"
-        words = [command, table, "-o", out, "--set", "kind"]
+        words = [command, table, "-o", out, "--by", "kind"]
         ran = run(*words, "--color", "Bed A=#abcdef", "--font-size", 7)
         assert ran.code == 0, ran.err
         assert "#abcdef" in out.read_text("utf-8") or command == "rose"

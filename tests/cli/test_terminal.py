@@ -24,7 +24,7 @@ def table(folder: Path) -> Path:
 
 
 def test_what_is_said_of_a_table(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["stats", str(table(tmp_path)), "--set", "set"]) == 0
+    assert main(["stats", str(table(tmp_path)), "--by", "set"]) == 0
     said = "".join(capfd.readouterr())
     assert "B\\u009b31m\\u202egnp" in said
     assert not STEERING & set(said)
@@ -40,7 +40,7 @@ def test_an_error_about_a_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]
 
 
 def test_json_says_the_name_itself(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["stats", str(table(tmp_path)), "--set", "set", "--json"]) == 0
+    assert main(["stats", str(table(tmp_path)), "--by", "set", "--json"]) == 0
     said = capfd.readouterr().out
     assert not STEERING & set(said)
     assert IN_A_TABLE in words_in(json.loads(said))

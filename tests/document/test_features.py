@@ -123,7 +123,7 @@ def test_a_lineation_on_a_plane_is_projected_and_has_its_rake():
     assert line.slip_rake_deg == pytest.approx(90.0, abs=1e-6)
     assert abs(line.line.vector() @ measured.plane.normal()) < 1e-9
     table = project_table(records(base, feature))
-    assert [row["geometry"] for row in table.rows] == ["plane", "line"]
+    assert [row["element"] for row in table.rows] == ["plane", "line"]
     assert table.rows[1]["rake_deg"] == pytest.approx(90.0, abs=1e-6)
 
 

@@ -180,7 +180,7 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
     fit = fit_plane(2.0 * points + [100.0, 200.0, 300.0])
     found = values(subject)
     expected = {
-        "id": "t1", "name": "B01", "kind": "bedding", "geometry": "plane", "set": "S1",
+        "id": "t1", "name": "B01", "kind": "bedding", "element": "plane", "set": "S1",
         "overturned": True, "undefined": False, "notes": "wet", "model": "cliff",
         "dip_direction_deg": fit.dip_direction_deg, "dip_deg": fit.dip_deg,
         "strike_rhr_deg": (fit.dip_direction_deg - 90.0) % 360.0,
@@ -228,7 +228,7 @@ def test_every_column_of_a_line_says_what_its_line_says():
     found = values(seen(line))
     down = Line.from_vector(fit.direction)
     assert {name: value for name, value in found.items() if value is not None} == {
-        "id": "l1", "name": "L1", "kind": "lineation", "geometry": "line", "undefined": False,
+        "id": "l1", "name": "L1", "kind": "lineation", "element": "line", "undefined": False,
         "trend_deg": down.trend_deg, "plunge_deg": down.plunge_deg, "n_points": 4,
         "extent_m": fit.length, "rms_m": fit.rms, "max_confidence95_deg": fit.confidence95_deg,
         "min_confidence95_deg": fit.confidence95_deg,
@@ -280,14 +280,14 @@ def test_every_column_of_a_reading_says_what_the_compass_said():
     found = values(seen(reading))
     normal = Plane(200.0, 30.0).normal()
     assert {name: value for name, value in found.items() if value is not None} == {
-        "id": "r1", "name": "R1", "kind": "joint", "geometry": "plane", "undefined": False,
+        "id": "r1", "name": "R1", "kind": "joint", "element": "plane", "undefined": False,
         "overturned": False, "dip_direction_deg": 200.0, "dip_deg": 30.0,
         "strike_rhr_deg": 110.0, "pole_trend_deg": 20.0, "pole_plunge_deg": 60.0,
         "x": 1.0, "y": 2.0, "z": 3.0, "normal_x": normal[0], "normal_y": normal[1],
         "normal_z": normal[2], "frame": "grid north, as entered",
     }  # fmt: skip
     nowhere = values(seen(replace(reading, position=None, geometry="line")))
-    assert (nowhere["geometry"], nowhere["trend_deg"], nowhere["plunge_deg"]) == (
+    assert (nowhere["element"], nowhere["trend_deg"], nowhere["plunge_deg"]) == (
         "line", 200.0, 30.0,
     )  # fmt: skip
     assert nowhere["x"] is nowhere["normal_z"] is nowhere["dip_deg"] is None
@@ -322,7 +322,7 @@ def test_what_is_not_there_is_said_in_words():
     broken = seen(flat)
     assert (of.QUALITY.value(broken), of.QUALITY.text(broken)) == (None, "no plane")
     assert of.REASONS.value(broken) == broken.measured.problem
-    assert of.UNDEFINED.value(broken) is of.GEOMETRY.value(broken) is None
+    assert of.UNDEFINED.value(broken) is of.ELEMENT.value(broken) is None
     read = seen(ONE_OF_EACH["reading"])
     assert (of.QUALITY.text(read), of.REASONS.value(read)) == ("–", None)
 

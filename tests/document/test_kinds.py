@@ -53,7 +53,7 @@ def test_a_kind_measures_draws_and_names_what_it_is_given(name):
     values = {figure.name: figure.value(subject) for figure in kind.figures}
     assert values["name"] == feature.name
     if kind.orientations:
-        assert values["geometry"] in kind.orientations
+        assert values["element"] in kind.orientations
     assert all(isinstance(figure.text(subject), str) for figure in kind.figures)
 
 

@@ -412,7 +412,7 @@ def test_the_table_has_trend_plunge_and_rake_of_lines(tmp_path: Path):
     assert float(rows["l1"]["plunge_deg"]) == pytest.approx(line.plunge_deg)
     assert float(rows["l1"]["rake_deg"]) == pytest.approx(40.0)
     assert float(rows["l1"]["slip_rake_deg"]) == pytest.approx(-40.0)
-    assert rows["l1"]["geometry"] == rows["i1"]["geometry"] == "line"
+    assert rows["l1"]["element"] == rows["i1"]["element"] == "line"
     assert rows["i1"]["rake_deg"] == ""
     assert rows["f1"]["trend_deg"] == ""
     found = measured(records, "i1").line

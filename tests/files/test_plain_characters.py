@@ -72,7 +72,7 @@ def test_a_net_is_xml(tmp_path: Path) -> None:
     table, net = tmp_path / "planes.csv", tmp_path / "net.svg"
     rows = [f"<a>\ufffe\uffff,{90 + k},{30 + k % 3}" for k in range(6)]
     table.write_text("set,dip_direction,dip\n" + "\n".join(rows) + "\n", "utf-8")
-    assert main(["stereonet", str(table), "--set", "set", "-o", str(net)]) == 0
+    assert main(["stereonet", str(table), "--by", "set", "-o", str(net)]) == 0
     ElementTree.fromstring(net.read_bytes())
     assert re.search("&lt;a&gt;", net.read_text("utf-8"))
     assert np.isfinite(read_orientations(table).dip_deg).all()

@@ -88,10 +88,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         f"section {FACE} --plane 110/90 --through 364534,4721858,852 -o {{out}}/section.dxf",
     ),
     "figures": (
-        "stereonet {work}/three.csv --set set -o {out}/net.svg",
+        "stereonet {work}/three.csv --by set -o {out}/net.svg",
         "stereonet {work}/three.csv --contour kamb -o {out}/net.png",
-        "stereonet {work}/three.csv --set set -o {out}/net.pdf",
-        "rose {work}/three.csv --set set -o {out}/rose.svg",
+        "stereonet {work}/three.csv --by set -o {out}/net.pdf",
+        "rose {work}/three.csv --by set -o {out}/rose.svg",
         "slope {work}/three.csv --face 310/75 --friction 35 --plot {out}/slope.pdf",
         "slip {work}/faults.txt --plot {out}/slip.svg",
         "fractures {work}/traces.geojson --area {work}/area.geojson --plot {out}/fractures.pdf",

@@ -202,7 +202,7 @@ def test_4_a_phone_held_level_and_one_object_of_known_size(run: Run, tmp_path: P
     held.write_text("photo,pitch,roll\n" + rows, encoding="utf-8")
     placed = run(
         "register", out / "model.obj", "--attitudes", held,
-        f"--scale={both},2.0", f"--azimuth={both},57",
+        f"--scale={both},2.0", f"--bearing={both},57",
     )  # fmt: skip
     known = placed["known"]
     assert (known["north"], known["vertical"], known["scale"], known["position"]) == (

@@ -135,7 +135,7 @@ def test_the_command_says_what_the_dock_says(window, laid, tmp_path, capfd) -> N
     mine = panel.found.as_dict()
     studio.new_project()
     capfd.readouterr()
-    assert main(["project", str(folder), "looked-at", "--json"]) == 0
+    assert main(["project", str(folder), "coverage", "--json"]) == 0
     (told,) = json.loads(capfd.readouterr().out)["grids"]
     assert told["name"] == "Grid 1"
     for key in ("cells", "cell_m", "looked_at_share", "counted_m2", "P21_1_per_m"):

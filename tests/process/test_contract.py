@@ -22,7 +22,7 @@ from vomstudio.cli import main
 
 Points = NDArray[np.float64]
 COLUMNS = """
-id name kind geometry set dip_direction_deg dip_deg strike_rhr_deg pole_trend_deg pole_plunge_deg
+id name kind element set dip_direction_deg dip_deg strike_rhr_deg pole_trend_deg pole_plunge_deg
 trend_deg plunge_deg rake_deg slip_rake_deg slip_sense slip_confidence on_plane
 on_plane_dip_direction_deg on_plane_dip_deg overturned undefined x y z normal_x normal_y normal_z
 n_points extent_m area_m2 rms_m lambda1 lambda2 lambda3 coplanarity collinearity M K

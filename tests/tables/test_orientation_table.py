@@ -199,7 +199,7 @@ def test_a_directed_line_may_point_up(table: Write) -> None:
         ("strike,dip\nnan,nan\n", "both angles"),
         ("strike,dip\nthirty,40\n", "30"),
         ("strike,dip\n30,40\n30\n", "1 cell"),
-        ("geometry,strike,dip\nvolume,30,40\n", "neither plane nor line"),
+        ("element,strike,dip\nvolume,30,40\n", "neither plane nor line"),
         ("30\n40\n", "two columns"),
         ("trend,plunge\nN60W,50\nup,50\n", "no compass point"),
         ("dip direction,dip\n120°,95°\n", "0 to 90"),
@@ -215,7 +215,7 @@ def test_what_is_no_orientation_table_is_refused_with_the_reason(
 
 
 def test_planes_and_lines_may_share_a_table(table: Write) -> None:
-    text = "geometry,dip_dir,dip,trend,plunge\nplane,120,40,,\nline,,,300,50\n,120,40,,\n"
+    text = "element,dip_dir,dip,trend,plunge\nplane,120,40,,\nline,,,300,50\n,120,40,,\n"
     found = read_orientations(table(text))
     assert found.is_plane.tolist() == [True, False, True]
     poles = found.vectors()
@@ -245,7 +245,7 @@ def a_plane(**metadata: object) -> Row:
 def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
     # The contract of the command line: other programs count on names and order.
     assert COLUMNS == (
-        "id", "name", "kind", "geometry", "set", "dip_direction_deg", "dip_deg", "strike_rhr_deg",
+        "id", "name", "kind", "element", "set", "dip_direction_deg", "dip_deg", "strike_rhr_deg",
         "pole_trend_deg", "pole_plunge_deg", "trend_deg", "plunge_deg", "rake_deg", "slip_rake_deg",
         "slip_sense", "slip_confidence", "on_plane", "on_plane_dip_direction_deg",
         "on_plane_dip_deg", "overturned", "undefined", "x", "y", "z",
@@ -388,7 +388,7 @@ def test_pandas_reads_the_written_table(tmp_path: Path) -> None:
     skipped = sum(line.startswith("#") for line in path.read_text().splitlines())
     frame = pandas.read_csv(path, skiprows=skipped)
     assert frame["dip_deg"][0] == pytest.approx(rows[0]["dip_deg"], rel=1e-11)
-    assert list(frame["geometry"]) == ["plane", "line"]
+    assert list(frame["element"]) == ["plane", "line"]
 
 
 def test_an_existing_table_is_not_replaced(tmp_path: Path) -> None:

@@ -197,7 +197,7 @@ def test_a_second_registration_keeps_the_error_of_what_it_leaves_free(case: Case
     azimuth = float(np.degrees(np.arctan2(along[0], along[1]))) % 360.0
     line = ",".join(map(repr, [*ends[0].tolist(), *ends[1].tolist(), azimuth, 0.001]))
     turned = case.folder / "turned.ply"
-    command("register", case.out, "--azimuth", line, "-o", turned)
+    command("register", case.out, "--bearing", line, "-o", turned)
     before, after = (
         json.loads(registration_path(each).read_text("utf-8")) for each in (case.out, turned)
     )

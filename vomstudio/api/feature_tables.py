@@ -34,7 +34,7 @@ def orientations(
     import shapely
 
     table = project_table(records, measurements)
-    rows = [row for row in table.rows if row["geometry"] == nature]
+    rows = [row for row in table.rows if row["element"] == nature]
     made = frame(rows, (*COLUMNS, *table.more))
     places = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows

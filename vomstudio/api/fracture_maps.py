@@ -115,7 +115,7 @@ def fractures(
         plane=None if plane is None else attitude_of(plane, "plane"),
         frame=frame_options(crs, up, unit, to_crs),
     )
-    with frame_arguments_named(), naming("plane", "--plane"), naming("by", "--set"):
+    with frame_arguments_named(), naming("plane", "--plane"), naming("by", "--by"):
         mapped = map_fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),

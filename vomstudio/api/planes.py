@@ -45,7 +45,7 @@ class OrientationFigures:
     id: Any
     name: str | None
     kind: str | None
-    geometry: str | None
+    element: str | None
     set: str | None
     dip_direction_deg: float | None
     dip_deg: float | None
@@ -146,7 +146,7 @@ class PlaneFit(OrientationFigures):
     quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
     profile : by whose limits the verdict was given; method : "pca" or "regression"
     id, name, kind, set, overturned, model, frame, notes : of a feature of a project
-    geometry : "plane"
+    element : "plane"
 
     Source of the figures: `vs.fit_plane`.
 
@@ -193,7 +193,7 @@ class LineFit(OrientationFigures):
         None where the sense of slip is not known or does not tell the direction
     slip_sense, slip_confidence : as noted
     on_plane, on_plane_dip_direction_deg, on_plane_dip_deg : the plane that bears it
-    geometry : "line"
+    element : "line"
     The others as in `PlaneFit`. `vs.Project.fit` gives one of a feature that is a line.
 
     >>> from dataclasses import fields

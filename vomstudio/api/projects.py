@@ -252,7 +252,7 @@ class Project:
         found = fitted_records(self._records, self._measurements, self._folder, [wanted])
         if found.rows:
             row = found.rows[0]
-            return plane_of_row(row) if row["geometry"] == "plane" else line_of_row(row)
+            return plane_of_row(row) if row["element"] == "plane" else line_of_row(row)
         reason = found.skipped[0]["reason"] if found.skipped else tr("it is neither plane nor line")
         raise GeometryError(f"{id}: {reason}.")
 

@@ -39,7 +39,7 @@ class Known(TypedDict, total=False):
     cameras, attitudes : tables, ``geo.txt``, or a folder of photos; True for the photos where they
         are found. ``model_cameras`` : the model's own cameras, None for those beside it
     pairs, gcp, marks, horizon, orientations, scale_bars : tables
-    scale, azimuth : rows of seven numbers: two places on the model (model frame), and the metres
+    scale, bearing : rows of seven numbers: two places on the model (model frame), and the metres
         between them or the azimuth from the first to the second, degrees; an eighth states the
         error of that, one sigma. level, plumb : rows of six: two places at one height, or one above
         the other; a seventh states the error of the line, degrees, one sigma
@@ -62,7 +62,7 @@ class Known(TypedDict, total=False):
     orientations: str | Path | None
     scale_bars: str | Path | None
     scale: Any
-    azimuth: Any
+    bearing: Any
     level: Any
     plumb: Any
     reference: str | Path | None
@@ -197,7 +197,7 @@ _FILES = (
     "stable",
 )
 _TEXTS = ("date", "crs")
-_LINES = {"scale": (7, 8), "azimuth": (7, 8), "level": (6, 7), "plumb": (6, 7)}
+_LINES = {"scale": (7, 8), "bearing": (7, 8), "level": (6, 7), "plumb": (6, 7)}
 """Numbers of a row, without and with its error."""
 
 

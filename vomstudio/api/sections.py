@@ -120,7 +120,12 @@ class Section:
 
 
 def section(
-    model: Any, *, plane: Any = None, through: Any = None, profile: Any = None, slab_m: Any = None
+    model: Any,
+    *,
+    plane: Any = None,
+    through: Any = None,
+    section_line: Any = None,
+    slab_m: Any = None,
 ) -> Section:
     """Cut a model along a plane, or vertically along a line.
 
@@ -129,7 +134,7 @@ def section(
     model : Mesh, PointCloud, a model of a project, or the path of a file
     plane, through : of the section: "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,) of
         World on it
-    profile : or a line on the map, (n, 2) x, y of World
+    section_line : or a line on the map, (n, 2) x, y of World
     slab_m : of a cloud: thickness of the slab of points that stands for the cut; None takes four
         times its points' mean distance
 
@@ -139,7 +144,7 @@ def section(
 
     Raises
     ------
-    vs.errors.UsageError unless a plane with a point, or a profile, is given; vs.errors.InputError
+    vs.errors.UsageError unless a plane with a point, or a line, is given; vs.errors.InputError
     where the section misses the model.
 
     A mesh is cut exactly, triangle by triangle. Of a cloud the points of the slab are linked.
@@ -152,12 +157,14 @@ def section(
     >>> cut.length_m > 5
     True
     """
-    if (plane is None) == (profile is None) or (plane is None) != (through is None):
-        raise UsageError(tr("Give plane= with through=, or profile=."))
-    if profile is not None:
-        line = numbers(profile, "profile")
+    if (plane is None) == (section_line is None) or (plane is None) != (through is None):
+        raise UsageError(tr("Give plane= with through=, or section_line=."))
+    if section_line is not None:
+        line = numbers(section_line, "section_line")
         if line.ndim != 2 or line.shape[1] < 2 or not np.isfinite(line).all():
-            raise InputError(tr("A profile is an array (n, 2) of x and y."), field="profile")
+            raise InputError(
+                tr("A line of section is an array (n, 2) of x and y."), field="section_line"
+            )
         curtain = curtain_of_line(line)
     else:
         point = numbers(through, "through")

@@ -42,7 +42,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("leave out planes with a worse verdict (column quality)"),
     )
     parser.add_argument(
-        "--domain",
+        "--by",
         metavar="COLUMN",
         help=tr("give each domain of this column its own axis, and test whether one serves all"),
     )
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         table,
         args.kind,
         sets,
-        args.domain,
+        args.by,
         args.waviness,
         min_quality=args.quality,
         only_set=args.only_set,

@@ -47,7 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )  # fmt: skip
     sets = parser.add_mutually_exclusive_group()
     sets.add_argument(
-        "--set", metavar="COLUMN", dest="set_column",
+        "--by", metavar="COLUMN", dest="by",
         help=tr("the attribute that names the sets (default: set, where there is one)"),
     )  # fmt: skip
     sets.add_argument(
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         circle=None if args.circle is None else parse_circle(args.circle),
         scanline=None if args.scanline is None else Path(args.scanline),
         snap_m=args.snap,
-        set_column=args.set_column,
+        set_column=args.by,
         strikes=parse_strikes(args.strikes),
         terzaghi_cap=args.terzaghi_cap,
         layer=args.layer,

@@ -79,7 +79,7 @@ def add_parser(subparsers: Subparsers) -> None:
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
-    add("looked-at", _looked_at, tr("What was looked at of the faces with a grid"))
+    add("coverage", _looked_at, tr("What was looked at of the faces with a grid"))
     profile = add("profile", _profile, tr("Judge all features by another profile"))
     profile.add_argument(
         "name", metavar="NAME", choices=["error", "textbook"],
@@ -154,8 +154,8 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
 
     found = fitted(Path(args.project), args.ids)
     result = {
-        "planes": [row for row in found.rows if row["geometry"] == "plane"],
-        "lines": [row for row in found.rows if row["geometry"] == "line"],
+        "planes": [row for row in found.rows if row["element"] == "plane"],
+        "lines": [row for row in found.rows if row["element"] == "line"],
         "skipped": list(found.skipped),
     }
     out.result({**_summary(args).as_dict(), **result})
@@ -441,7 +441,7 @@ def _in_words(summary: ProjectSummary) -> str:
 def _row_in_words(row: dict[str, Any]) -> str:
     from vomstudio.cli.common import text_tables
 
-    if row["geometry"] == "line":
+    if row["element"] == "line":
         is_known, measured = row.get("plunge_deg") is not None, text_tables.measured_line
     else:
         is_known, measured = row.get("dip_deg") is not None, text_tables.measured_plane

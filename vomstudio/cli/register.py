@@ -121,7 +121,7 @@ def _add_lines(parser: Parser) -> None:
                 "these, one sigma (default: 0.5 %%)"),
     )  # fmt: skip
     parser.add_argument(
-        "--azimuth",
+        "--bearing",
         metavar="X1,Y1,Z1,X2,Y2,Z2,DEG[,SIGMA]",
         action="append",
         default=[],

@@ -38,9 +38,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--weight", metavar="COLUMN", help=tr("weight by this column, such as the length")
     )
-    parser.add_argument(
-        "--set", metavar="COLUMN", dest="set_column", help=tr("a rose for each set of this column")
-    )
+    parser.add_argument("--by", metavar="COLUMN", help=tr("a rose for each group of this column"))
     parser.add_argument(
         "--scale",
         choices=["area", "length"],
@@ -79,7 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     found = roses_of_table(
         table,
         of,
-        args.set_column,
+        args.by,
         bin_deg=args.bin,
         weight=args.weight,
         by_area=args.scale == "area",

@@ -37,7 +37,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--plane", metavar="DD/D", help=tr("plane of the section (with --through)"))
     parser.add_argument("--through", metavar="X,Y,Z", help=tr("a point of World on that plane"))
     parser.add_argument(
-        "--profile",
+        "--section-line",
         metavar="LINE",
         help=tr("or vertically along the line in this file: a table x, y, or a GIS layer"),
     )
@@ -138,9 +138,9 @@ def _asked(args: argparse.Namespace) -> Curtain | ProfileLine:
     from vomstudio.products.section.reading import read_profile_line
 
     by_plane = args.plane is not None or args.through is not None
-    if by_plane == (args.profile is not None):
-        raise UsageError(tr("Give --plane DD/D with --through x,y,z, or --profile LINE."))
-    if args.profile is None:
+    if by_plane == (args.section_line is not None):
+        raise UsageError(tr("Give --plane DD/D with --through x,y,z, or --section-line LINE."))
+    if args.section_line is None:
         if args.plane is None or args.through is None:
             raise UsageError(
                 tr("A plane needs its orientation and a point: --plane DD/D --through x,y,z."),
@@ -148,7 +148,7 @@ def _asked(args: argparse.Namespace) -> Curtain | ProfileLine:
             )
         plane = parse_section_plane(args.plane)
         return curtain_of_plane(plane, parse_through(args.through))
-    return read_profile_line(args.profile, progress_of(args))
+    return read_profile_line(args.section_line, progress_of(args))
 
 
 def _curtain(

@@ -37,7 +37,7 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("in place of one face each facet of this table, as facets -o writes it"),
     )
     parser.add_argument(
-        "--labels",
+        "--labelled-model",
         metavar="MODEL",
         help=tr("the model with these facets' labels, as facets --labels writes it"),
     )
@@ -83,7 +83,11 @@ def _check_words(args: argparse.Namespace) -> None:
             field="--face",
         )
     given = {
-        "--facets": {"--labels": args.labels, "--paint": args.paint, "--output": args.output},
+        "--facets": {
+            "--labelled-model": args.labelled_model,
+            "--paint": args.paint,
+            "--output": args.output,
+        },
         "--face": {"--plot": args.plot},
     }
     missing = "--facets" if args.facets is None else "--face"
@@ -92,8 +96,10 @@ def _check_words(args: argparse.Namespace) -> None:
             raise UsageError(
                 tr("{option} goes with {other}.", option=option, other=missing), field=option
             )
-    if args.paint is not None and args.labels is None:
-        raise UsageError(tr("What is to be painted is named by --labels MODEL."), field="--paint")
+    if args.paint is not None and args.labelled_model is None:
+        raise UsageError(
+            tr("What is to be painted is named by --labelled-model MODEL."), field="--paint"
+        )
 
 
 def _run_face(args: argparse.Namespace, out: Output) -> None:
@@ -136,7 +142,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     )
     from vomstudio.workspace.world_models import read_in_world
 
-    inputs = [path for path in (args.table, args.facets, args.labels) if path is not None]
+    inputs = [path for path in (args.table, args.facets, args.labelled_model) if path is not None]
     if args.paint is not None:
         choose_writer(Path(args.paint))
     for target in (args.output, args.paint):
@@ -146,7 +152,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     table = read_orientations(args.table, args.azimuth)
     report_reading(args, args.facets)
     facets = read_orientations(args.facets, args.azimuth)
-    model = None if args.labels is None else read_in_world(args.labels, progress)
+    model = None if args.labelled_model is None else read_in_world(args.labelled_model, progress)
     faces = faces_of(facets, None if model is None else model.data)
     lateral = LATERAL_DEG if args.lateral is None else args.lateral
     found = facet_slopes(table, faces, args.friction, lateral, args.limits, progress)

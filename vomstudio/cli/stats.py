@@ -21,9 +21,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "stats", run, help_=tr("Orientation tensor, Fisher mean and shape of each set")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
-    parser.add_argument(
-        "--set", metavar="COLUMN", dest="set_column", help=tr("name or number of the set column")
-    )
+    parser.add_argument("--by", metavar="COLUMN", help=tr("column that groups the rows"))
     parser.add_argument(
         "--directed", action="store_true", help=tr("lines have a head and a tail: don't flip them")
     )
@@ -42,7 +40,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Computing statistics"))
-    found = table_statistics(table, args.set_column, args.directed, args.weights)
+    found = table_statistics(table, args.by, args.directed, args.weights)
     result = found.as_dict()
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))

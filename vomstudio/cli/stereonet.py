@@ -34,9 +34,8 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
     parser.add_argument(
-        "--set",
+        "--by",
         metavar="COLUMN",
-        dest="set_column",
         help=tr("colour by this column (name or number)"),
     )
     _add_contours(parser)
@@ -71,7 +70,7 @@ def _add_contours(parser: argparse.ArgumentParser) -> None:
         "--each-set", action="store_true", help=tr("contours of each set by itself, in its colour")
     )
     parser.add_argument(
-        "--sigma",
+        "--kamb-sigma",
         type=float,
         default=3.0,
         help=tr("smoothness of Kamb's methods: what a uniform scatter has (default 3)"),
@@ -174,8 +173,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )  # fmt: skip
     style.check()
     colors = colors_of(args)
-    check_contouring(args.contour, levels, args.sigma)
-    look = Contouring(levels, args.filled, args.each_set, args.sigma)
+    check_contouring(args.contour, levels, args.kamb_sigma)
+    look = Contouring(levels, args.filled, args.each_set, args.kamb_sigma)
     wishes = _wishes(args)
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
@@ -183,7 +182,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress.stage(tr("Drawing the stereonet"))
     net = net_of_table(
         table,
-        args.set_column,
+        args.by,
         projection=args.projection,
         contour=args.contour,
         contouring=look,

@@ -99,8 +99,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
                     field=f"--{option}",
                 )  # fmt: skip
     if args.through is None:
-        for option in ("photo", "cameras", "sets"):
-            if getattr(args, option) is not None:
+        for option in ("photo", "cameras", "sets-table"):
+            if getattr(args, option.replace("-", "_")) is not None:
                 raise UsageError(
                     tr("{option} is for a line that is followed, --through POINTS.",
                        option=f"--{option}"),

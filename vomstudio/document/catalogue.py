@@ -63,7 +63,7 @@ def _undefined(s: Subject) -> bool | None:
     return None if what is None else bool(what.undefined)
 
 
-def _geometry(s: Subject) -> str | None:
+def _element(s: Subject) -> str | None:
     if s.measured.plane is not None:
         return "plane"
     return None if s.measured.line is None else "line"
@@ -185,7 +185,7 @@ KIND = _text(
     words=("type",),
     shown=lambda s: s.type.name if s.type else "",
 )
-GEOMETRY = _text("geometry", _("Geometry"), _("Geometry of the feature: plane or line"), _geometry)
+ELEMENT = _text("element", _("Element"), _("Plane or line"), _element)
 SET = _text("set", _("Set"), _("Set"), _feature("set_name"), words=("set",), attribute="set_name")
 DOMAIN = _text("domain", _("Domain"), _("Domain"), _feature("domain"), words=("domain",))
 OVERTURNED = Figure(
@@ -484,7 +484,7 @@ NOTES = _text(
 )
 
 ORIENTATION: tuple[Figure, ...] = (
-    ID, NAME, KIND, GEOMETRY, SET, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, TREND,
+    ID, NAME, KIND, ELEMENT, SET, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, TREND,
     PLUNGE, *SLIP, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
     AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
@@ -508,10 +508,10 @@ ANGLE = _degrees("angle_deg", _("Angle"), _("Angle between the two planes"), _me
 NAMED = (ID, NAME, KIND, SET)
 PLACE = (X, Y, Z)
 PLANE = (
-    GEOMETRY, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, UNDEFINED, NORMAL_X, NORMAL_Y,
+    ELEMENT, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, UNDEFINED, NORMAL_X, NORMAL_Y,
     NORMAL_Z,
 )  # fmt: skip
-LINE = (GEOMETRY, TREND, PLUNGE, UNDEFINED)
+LINE = (ELEMENT, TREND, PLUNGE, UNDEFINED)
 SIZE = (N_POINTS, EXTENT, RMS)
 CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
 FITTED = (

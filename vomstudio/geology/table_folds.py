@@ -84,8 +84,8 @@ def table_fold(
     """
     if sets is not None and domain is not None:
         raise UsageError(
-            tr("Sets share an axis, domains have one each: name --sets or --domain, not both."),
-            field="--domain",
+            tr("Sets share an axis, domains have one each: name --sets or --by, not both."),
+            field="--by",
         )
     if waviness_deg is not None and not 0.0 < waviness_deg < 45.0:
         raise UsageError(tr("The waviness lies between 0 and 45 degrees."), field="--waviness")
@@ -138,7 +138,7 @@ def _domains(
         raise UsageError(
             tr("The column '{column}' names one domain only; two are needed.", column=column),
             file=table.path,
-            field="--domain",
+            field="--by",
         )
     beds = {
         name: (table.dip_direction_deg[rows], table.dip_deg[rows]) for name, rows in members.items()
@@ -265,7 +265,7 @@ class _Choice:
             self.left_out.append(LeftOut("lines", lines, tr("not planes")))
             self.use &= self.table.is_plane
         if not self.use.any():
-            raise self._error(tr("The table has only lines. A fold axis needs planes."), "geometry")
+            raise self._error(tr("The table has only lines. A fold axis needs planes."), "element")
 
     def one_kind(self, wanted: str | None) -> None:
         """Keep one kind: cross joints among beds would turn beta by up to 90 degrees."""

@@ -143,7 +143,7 @@ def table_slope(
         raise GeometryError(
             tr("The table has only lines. Kinematic analysis needs planes."),
             file=table.path,
-            field="geometry",
+            field="element",
         )
     planes = tilted_planes(table, rows)
     ids = [table.ids[row] for row in rows]

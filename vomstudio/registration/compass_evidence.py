@@ -104,7 +104,7 @@ def azimuth_lines(given: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azi
     if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
         raise UsageError(
             tr("A line with an azimuth needs two places that are not above each other."),
-            field="--azimuth",
+            field="--bearing",
         )
     labels = [
         line.label or tr("azimuth {number}", number=number) for number, line in enumerate(given, 1)

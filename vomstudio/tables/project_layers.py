@@ -78,7 +78,7 @@ def project_layers(
 
 def _points(name: str, nature: str, table: ProjectTable) -> Layer:
     table = table.without_repeats()
-    rows = [row for row in table.rows if row["x"] is not None and row["geometry"] == nature]
+    rows = [row for row in table.rows if row["x"] is not None and row["element"] == nature]
     places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
     # The layer's own key is `fid`, so `id` stays the record's.
     columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}

@@ -20,14 +20,14 @@ def test_a_drawing_shows_strike_and_dip_with_text(tmp_path: Path) -> None:
     space = ezdxf.readfile(tmp_path / "a.dxf").modelspace()
     placed = [row for row in table.rows if row["x"] is not None]
     expected = [
-        str(round(row["dip_deg"] if row["geometry"] == "plane" else row["plunge_deg"]))
+        str(round(row["dip_deg"] if row["element"] == "plane" else row["plunge_deg"]))
         for row in placed
     ]
     texts = list(space.query("TEXT"))
     assert sorted(t.dxf.text for t in texts) == sorted(expected)
     assert {t.dxf.layer for t in texts} >= {"bedding_symbols", "fault_symbols"}
     # The tick of a plane begins at it and points along its dip direction; the text stands beyond.
-    row = next(r for r in placed if r["geometry"] == "plane" and 10 < r["dip_deg"] < 80)
+    row = next(r for r in placed if r["element"] == "plane" and 10 < r["dip_deg"] < 80)
     place = np.array([row[axis] for axis in "xyz"])
     lines = [np.array([line.dxf.start.xyz, line.dxf.end.xyz]) for line in space.query("LINE")]
     ticks = [line for line in lines if np.abs(line[0] - place).max() < 1e-9]

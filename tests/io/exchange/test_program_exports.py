@@ -117,7 +117,7 @@ def test_stereonet_has_a_file_of_planes_and_one_of_lines(specimen, tmp_path) -> 
     made = export_project(specimen, "stereonet", tmp_path / "s.txt")
     assert [path.name for path in made.files] == ["s.txt", "s_lines.txt"]
     planes = rows_of(tmp_path / "s.txt", "\t")
-    kept = [row for row in made.rows if row["geometry"] == "plane"]
+    kept = [row for row in made.rows if row["element"] == "plane"]
     assert [float(row["strike"]) for row in planes] == pytest.approx(
         [row["strike_rhr_deg"] for row in kept], abs=1e-6
     )
@@ -182,7 +182,7 @@ def test_gems_has_the_fields_of_the_standard(specimen, tmp_path) -> None:
     assert len({row["OrientationPoints_ID"] for row in rows}) == len(rows)
     for row, ours in zip(rows, made.rows, strict=True):
         assert all(row[name] for name in ("Type", "IdentityConfidence", "MapUnit"))
-        if ours["geometry"] == "plane" and not ours["undefined"]:
+        if ours["element"] == "plane" and not ours["undefined"]:
             assert float(row["Azimuth"]) == pytest.approx(ours["strike_rhr_deg"], abs=1e-6)
     overturned = [r for r, o in zip(rows, made.rows, strict=True) if o["overturned"]]
     assert {row["Symbol"] for row in overturned if row["Type"] == "bedding"} == {"06.04"}
@@ -192,7 +192,7 @@ def test_overturned_beds_have_a_hook_in_drawings_and_globes(specimen, mapped, tm
     import ezdxf
 
     made = export_project(specimen, "dxf", tmp_path / "d.dxf")
-    planes = [r for r in made.rows if r["geometry"] == "plane" and r["x"] is not None]
+    planes = [r for r in made.rows if r["element"] == "plane" and r["x"] is not None]
     hooked = [row for row in planes if row["overturned"]]
     assert hooked
     lines = ezdxf.readfile(tmp_path / "d.dxf").modelspace().query("LINE")

@@ -86,11 +86,11 @@ def test_the_angles_are_told_by_the_names_of_their_columns(
 
 def test_every_other_column_is_told_by_its_name(book: Path) -> None:
     header = (
-        "Station,type,set,geometry,comments,inverted,Easting,Northing,Elevation,dip direction,dip"
+        "Station,type,set,element,comments,inverted,Easting,Northing,Elevation,dip direction,dip"
     )
     found, notation = roles(book, header)
     assert found == {
-        "name": "Station", "type": "type", "set": "set", "geometry": "geometry",
+        "name": "Station", "type": "type", "set": "set", "element": "element",
         "notes": "comments", "overturned": "inverted", "x": "Easting", "y": "Northing",
         "z": "Elevation", "azimuth": "dip direction", "inclination": "dip",
     }  # fmt: skip
@@ -397,13 +397,13 @@ def test_a_quadrant_beside_a_dip_direction_is_not_added_to_it(book: Path) -> Non
 
 
 def test_rows_that_are_lines_among_planes(book: Path) -> None:
-    header = "geometry,dip direction,dip,trend,plunge\n"
+    header = "element,dip direction,dip,trend,plunge\n"
     found = readings(book, header + "line,132,41,100,20\nplane,132,41,100,20\n,132,41,,\n,,,9,8\n")
     assert [(r.geometry, r.azimuth_deg, r.inclination_deg) for r in found.rows] == [
         ("line", 100.0, 20.0), ("plane", 132.0, 41.0), ("plane", 132.0, 41.0), ("line", 9.0, 8.0),
     ]  # fmt: skip
     found = readings(
-        book, "geometry,orientation\nline,100/20\nLineation,5/6\n,132/41\n", "dipdir/dip"
+        book, "element,orientation\nline,100/20\nLineation,5/6\n,132/41\n", "dipdir/dip"
     )
     assert [(r.geometry, r.azimuth_deg) for r in found.rows] == [
         ("line", 100.0), ("line", 5.0), ("plane", 132.0),

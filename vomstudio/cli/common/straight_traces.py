@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def add_sets(parser: Parser) -> None:
     parser.add_argument(
-        "--sets",
+        "--sets-table",
         metavar="TABLE",
         help=tr("orientation table with sets, against which a straight trace is held"),
     )
@@ -31,7 +31,11 @@ def read_sets(args: argparse.Namespace) -> list[SetPrior]:
     from vomstudio.geology.band_figures import table_priors
     from vomstudio.io.text.orientation_reading import read_orientations
 
-    return [] if args.sets is None else table_priors(read_orientations(args.sets, args.azimuth))
+    return (
+        []
+        if args.sets_table is None
+        else table_priors(read_orientations(args.sets_table, args.azimuth))
+    )
 
 
 def bands_told(

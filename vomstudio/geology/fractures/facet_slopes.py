@@ -117,7 +117,7 @@ def facet_slopes(
         raise GeometryError(
             tr("The table has only lines. Kinematic analysis needs planes."),
             file=table.path,
-            field="geometry",
+            field="element",
         )
     # Angles that cannot be are those of all facets.
     SlopeFace(Plane(0.0, 90.0), friction_deg, lateral_deg, limits)

@@ -87,7 +87,7 @@ def _sets(
             said = ", ".join(kind or "no kind" for kind in kinds)
             warnings.append(
                 tr(
-                    "The set '{set}' pools planes or lines of {count} kinds ({kinds}). Use --set "
+                    "The set '{set}' pools planes or lines of {count} kinds ({kinds}). Use --by "
                     "to describe them separately.",
                     set=name,
                     count=len(kinds),

@@ -62,7 +62,7 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
 def write_compass(path: Path, table: CompassTable) -> Path | None:
     """Write readings by compass as the table that `register --orientations` reads. Returns as
     `write_control`, raises TargetError."""
-    head = ["id", "geometry", "dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg"]
+    head = ["id", "element", "dip_direction_deg", "dip_deg", "trend_deg", "plunge_deg"]
     head += ["model_x", "model_y", "model_z", "sigma_deg"]
     rows = []
     for k, label in enumerate(table.labels):

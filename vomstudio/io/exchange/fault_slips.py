@@ -27,7 +27,7 @@ _TENSOR_CONFIDENCE = {"certain": "C", "probable": "P", "supposed": "S"}
 
 def on_a_fault(row: Row) -> bool:
     """Whether it is a line on a plane that is known."""
-    return row["geometry"] == "line" and row["on_plane_dip_deg"] is not None
+    return row["element"] == "line" and row["on_plane_dip_deg"] is not None
 
 
 def faultkin(rows: Sequence[Row]) -> str:

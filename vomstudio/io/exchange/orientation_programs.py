@@ -34,7 +34,7 @@ _VERTICAL_DEG, _HORIZONTAL_DEG = 89.5, 0.5
 
 
 def is_plane(row: Row) -> bool:
-    return bool(row["geometry"] == "plane")
+    return bool(row["element"] == "plane")
 
 
 def stereonet_planes(rows: Sequence[Row]) -> str:

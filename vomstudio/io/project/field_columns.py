@@ -46,7 +46,7 @@ def guess(table: FieldTable) -> Guess:
         "name": first(_NAMES),
         "type": of("kind"),
         "set": of("set"),
-        "geometry": of("geometry"),
+        "element": of("element"),
         "notes": first(_NOTES),
         "overturned": of("overturned"),
         "text": of("attitude"),

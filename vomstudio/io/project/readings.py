@@ -291,7 +291,7 @@ def _orientation(
     word: Mapping[str, str], notation: str, table: FieldTable
 ) -> tuple[str, float, float]:
     """("plane" or "line", azimuth, inclination) of a row. Raises InputError."""
-    said = word.get("geometry", "").casefold()
+    said = word.get("element", "").casefold()
     given = [word.get("azimuth", ""), word.get("inclination", "")]
     is_empty = all(cell.casefold() in _EMPTY for cell in (*given, word.get("text", "")))
     if word.get("plunge", "") and (said.startswith("line") or is_empty):

@@ -47,7 +47,7 @@ ALIASES: dict[str, set[str]] = {
     "pole trend": {"poletrend", "trendofpole", "poleazimuth"},
     "pole plunge": {"poleplunge", "plungeofpole"},
     "attitude": {"attitude", "orientation", "planeorientation"},
-    "geometry": {"geometry", "geometrytype"},
+    "element": {"element"},
     "kind": {"kind", "type", "featuretype", "planetype"},
     "set": {"set", "sets", "setname", "family"},
     "id": {"id", "fid", "uid", "number", "no", "nr"},

@@ -438,13 +438,13 @@ class _Reading:
     ) -> NDArray[np.int64]:
         """(n,) what each row is. A row with both is a plane that bears a line."""
         result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NEITHER))
-        column = self.columns.find("geometry")
+        column = self.columns.find("element")
         if column is None:
             if both := int(np.count_nonzero(has_plane & has_line)):
                 self.warnings.append(
                     tr(
                         "{both} rows have a plane and a line; they were taken as planes: add a "
-                        "column 'geometry' (plane or line) to choose",
+                        "column 'element' (plane or line) to choose",
                         both=both,
                     )
                 )

@@ -289,9 +289,9 @@ def sets_of(
         names = [f"{low:03g}-{high:03g}" for low, high in strikes]
         return ["" if i < 0 else names[i] for i in row]
     if column is not None:
-        return drawn.column(column, "--set")
+        return drawn.column(column, "--by")
     if any(name.casefold() == SET_COLUMN for name in drawn.columns):
-        return drawn.column(SET_COLUMN, "--set")
+        return drawn.column(SET_COLUMN, "--by")
     return None
 
 

@@ -98,7 +98,7 @@ def check_contouring(contour: str | None, levels: Sequence[float], sigma: float)
         raise UsageError(
             tr("Kamb's sigma lies between {least:g} and {most:g}.", least=SIGMAS[0],
                most=SIGMAS[1]),
-            field="--sigma",
+            field="--kamb-sigma",
         )  # fmt: skip
 
 

@@ -116,7 +116,7 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     if not keep.any():
         raise InputError(
             tr("The line of the profile has no length. Draw it between two different points."),
-            field="--profile",
+            field="--section-line",
         )
     starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
     panels = tuple(

@@ -131,7 +131,7 @@ def _not_one(count: int, path: Path) -> InputError:
     return InputError(
         tr("The file of the profile holds {count} lines. It must hold one.", count=count),
         file=path,
-        field="--profile",
+        field="--section-line",
     )
 
 
@@ -150,7 +150,7 @@ def _line_of_table(path: Path) -> ProfileLine:
         raise InputError(
             tr("A profile needs the x and y of at least two points, a row each."),
             file=path,
-            field="--profile",
+            field="--section-line",
         )
     stated, findings = crs_of_table(path, table.comments)
     return ProfileLine(path, points, stated, warnings=findings)

@@ -50,7 +50,7 @@ def faces_of(table: OrientationTable, data: Mesh | PointCloud | None = None) -> 
             tr(
                 "None of the labels on the model is the id of a facet in {table}.", table=table.path
             ),
-            field="--labels",
+            field="--labelled-model",
         )
     return found
 
@@ -60,7 +60,7 @@ def labels_of(data: Mesh | PointCloud) -> Labels:
     if FACET not in data.fields:
         raise InputError(
             tr("The model has no field facet. Write it with vomstudio facets --labels."),
-            field="--labels",
+            field="--labelled-model",
         )
     return np.asarray(data.fields[FACET]).astype(np.int64)
 

@@ -69,7 +69,7 @@ _ROLES = (
     (to_translate("Both angles"), "text"),
     (to_translate("Trend of a line"), "trend"),
     (to_translate("Plunge of a line"), "plunge"),
-    (to_translate("Plane or line"), "geometry"),
+    (to_translate("Plane or line"), "element"),
     (to_translate("Type"), "type"),
     (to_translate("Set"), "set"),
     (to_translate("Overturned"), "overturned"),

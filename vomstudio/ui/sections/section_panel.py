@@ -410,7 +410,7 @@ class SectionPanel(SeenPanel):
         question = answered.question
         options: list[tuple[str, Word]] = []
         if profile is not None:
-            options.append(("--profile", profile))
+            options.append(("--section-line", profile))
         else:
             plane = question.curtain.plane
             assert plane is not None

@@ -46,7 +46,7 @@ _SURVEYED = (".las", ".laz", ".tif", ".tiff")
 class RegisterOrder:
     """Options of `register` by name, None or empty if not given.
 
-    model : path, or "-" for the placement alone; scale, azimuth, level, plumb : values as typed
+    model : path, or "-" for the placement alone; scale, bearing, level, plumb : values as typed
     """
 
     model: str
@@ -60,7 +60,7 @@ class RegisterOrder:
     orientations: str | Path | None = None
     scale_bars: str | Path | None = None
     scale: Sequence[str] = ()
-    azimuth: Sequence[str] = ()
+    bearing: Sequence[str] = ()
     level: Sequence[str] = ()
     plumb: Sequence[str] = ()
     reference: str | Path | None = None
@@ -376,7 +376,7 @@ def _evidence(
     evidence.lengths = [_segment(text, "--scale") for text in order.scale]
     evidence.level_lines = [_known_direction(text, "--level") for text in order.level]
     evidence.plumb_lines = [_known_direction(text, "--plumb") for text in order.plumb]
-    evidence.azimuths = [_segment(text, "--azimuth") for text in order.azimuth]
+    evidence.azimuths = [_segment(text, "--bearing") for text in order.bearing]
     for line in evidence.azimuths:
         if not -360.0 <= line.value <= 360.0:
             raise UsageError(
@@ -384,7 +384,7 @@ def _evidence(
                     "{value:g} is not an azimuth between -360 and 360 degrees. Correct it.",
                     value=line.value,
                 ),
-                field="--azimuth",
+                field="--bearing",
             )
     read_north = _turn_to_grid(order, evidence, north, messages)
     for line in evidence.lengths:
@@ -397,7 +397,7 @@ def _evidence(
         raise UsageError(
             tr(
                 "Nothing was given to place the model. Give --pairs, --gcp, --cameras, "
-                "--attitudes, --horizon, --level, --plumb, --orientations, --scale, --azimuth or "
+                "--attitudes, --horizon, --level, --plumb, --orientations, --scale, --bearing or "
                 "--reference."
             )
         )

@@ -39,12 +39,12 @@ def net_words(
     if wishes.view != "net":
         width: list[Option] = [] if style.width_mm is None else [("--width", style.width_mm)]
         return ["rose", table, *_of_rose(wishes), *width, *_look(style, colors, False), *end]
-    said: list[Option] = [("--projection", projection), ("--set", "kind")]
+    said: list[Option] = [("--projection", projection), ("--by", "kind")]
     if method is not None:
         said.append(("--contour", method))
         said.append("--filled" if contouring.filled else "--no-filled")
         said += ["--each-set"] if contouring.each_set else []
-        said += [] if method == "schmidt" else [("--sigma", contouring.sigma)]
+        said += [] if method == "schmidt" else [("--kamb-sigma", contouring.sigma)]
         said += [("--levels", numbers_text(wishes.levels))] if wishes.levels else []
     said += [f"--{name}" for name in _ASKED if name in wishes.asked]
     if fold is not None:
@@ -71,7 +71,7 @@ def _look(style: FigureStyle, colors: Mapping[str, str], symbols: bool) -> list[
 
 
 def _of_rose(wishes: NetWishes) -> list[Option]:
-    said: list[Option] = [("--of", wishes.view), ("--bin", wishes.bin_deg), ("--set", "kind")]
+    said: list[Option] = [("--of", wishes.view), ("--bin", wishes.bin_deg), ("--by", "kind")]
     said.append(("--scale", "area" if wishes.by_area else "length"))
     return said + ([("--weight", "extent_m")] if wishes.by_length else [])
 

@@ -96,7 +96,7 @@ def options(lines: Sequence[KnownLine], turned_deg: float = 0.0) -> list[tuple[s
     """Lines whose ends were clicked, as the command takes them. turned_deg : added to azimuths"""
     from vomstudio.workspace.placing.known_lines import usable
 
-    names = {"level": "--level", "plumb": "--plumb", "azimuth": "--azimuth", "length": "--scale"}
+    names = {"level": "--level", "plumb": "--plumb", "azimuth": "--bearing", "length": "--scale"}
     said: list[tuple[str, Word]] = []
     for line in usable(lines):
         value = line.value
