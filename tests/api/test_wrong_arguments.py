@@ -173,7 +173,7 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "orthophoto fold": Case(vs.orthophoto, {"model": mesh, "fold": PLANES, "gsd_m": 0.1}),
         "dem": Case(vs.dem, {"model": mesh, "gsd_m": 0.1}),
         "section": Case(vs.section, cut),
-        "section profile": Case(vs.section, {"model": mesh, "profile": [[0, 0], [2, 2]]}),
+        "section line": Case(vs.section, {"model": mesh, "section_line": [[0, 0], [2, 2]]}),
         "extend": Case(vs.extend, {
             "model": GROUND, "plane": (90, 45), "through": (1, 1, 0.2), "error_deg": 2}),
         "extend of": Case(vs.extend, {
@@ -216,7 +216,7 @@ NAMES = (
     "fit_parallel", "fit_curved", "plane_band", "plane_of_crossing", "read_orientations", "stats",
     "fold", "slip", "sets", "slope", "displacement", "threepoint", "log", "fractures", "stereonet",
     "rose", "orthophoto", "orthophoto plane", "orthophoto fold", "dem", "section",
-    "section profile", "extend", "extend of", "surface", "register", "register -",
+    "section line", "extend", "extend of", "surface", "register", "register -",
     "register()", "compare",
     "agreement", "facets", "measurable", "follow", "propose_traces", "reconstruct",
     "sample", "Mesh.save",
