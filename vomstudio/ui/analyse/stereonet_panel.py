@@ -28,6 +28,7 @@ from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
 from vomstudio.products.net.rose import RoseArtists
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
+from vomstudio.tools.interaction_types import is_click
 from vomstudio.ui.analyse.net.canvas import (
     DPI,
     DrawnNet,
@@ -56,7 +57,6 @@ from vomstudio.words import tr
 
 _IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 # A press that moves further than this draws a lasso.
-_CLICK_PX = 4
 _FONT_PX = 12.0
 # A redraw that takes long comes seldom: it must never hold up a row of picks.
 _SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
@@ -416,8 +416,8 @@ class StereonetPanel(QWidget):
             self._place_under()
 
     def _is_lasso(self) -> bool:
-        start, far = self._path[0], _CLICK_PX * self.canvas.devicePixelRatioF()
-        return any(abs(x - start[0]) > far or abs(y - start[1]) > far for x, y in self._path)
+        (x0, y0), scale = self._path[0], self.canvas.devicePixelRatioF()
+        return not all(is_click((x - x0) / scale, (y - y0) / scale) for x, y in self._path)
 
     def _released(self, event: QMouseEvent, x: float, y: float) -> None:
         if not self._path:
