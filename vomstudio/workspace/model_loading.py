@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from vomstudio.core.findings import Message
+from vomstudio.core.threads import lower_priority
 from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
@@ -31,7 +32,6 @@ from vomstudio.jobs.model_tasks import (
     PreviewOrder,
     PreviewPoints,
 )
-from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.owner_thread import PICTURE_FIRST_S, Later, Post
