@@ -12,7 +12,7 @@ from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
 from shiboken6 import isValid
 
-from vomstudio.workspace.owner_thread import Call, Timer
+from vomstudio.studio.owner_thread import Call, Timer
 
 
 class _Courier(QObject):
@@ -81,7 +81,7 @@ class QtTimer:
 
 
 class QtOwner(QObject):
-    """`post` and `later` as `workspace.owner_thread` describes them."""
+    """`post` and `later` as `studio.owner_thread` describes them."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
