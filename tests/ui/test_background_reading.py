@@ -16,7 +16,7 @@ _OWNERS_COME_AND_GO = """
 import random, sys, time
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QWidget
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 
 # Threads take turns as often as they can, so that the seconds of this test show what months would.
 sys.setswitchinterval(1e-5)
@@ -24,7 +24,7 @@ app, root, handed = QApplication([]), QWidget(), []
 
 def come_and_go():
     owner = QWidget(root)
-    background = Background(owner)
+    background = QtBackground(owner)
     for number in range(4):
         background.run(lambda: time.sleep(random.uniform(0.0, 0.002)), handed.append)
     QTimer.singleShot(random.randrange(4), owner.deleteLater)
@@ -55,11 +55,11 @@ def test_owners_are_deleted_while_their_work_is_being_done() -> None:
 
 _MAPS_IN_THREADS = """
 from PySide6.QtCore import QCoreApplication, QObject, QThreadPool, QTimer
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 
 app, done = QCoreApplication([]), []
 owner = QObject()
-background = Background(owner)
+background = QtBackground(owner)
 
 def work():
     from pyproj import CRS
@@ -103,7 +103,9 @@ def test_only_what_was_asked_for_last_counts(qtbot) -> None:
 
         return do
 
-    for number in range(5):
+    newest.ask(work(0))
+    qtbot.waitUntil(lambda: begun == [0])
+    for number in range(1, 5):
         newest.ask(work(number))
     qtbot.waitUntil(lambda: bool(slow))
     assert newest.waiting

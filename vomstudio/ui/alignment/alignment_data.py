@@ -36,7 +36,7 @@ from vomstudio.jobs.inspection_tasks import (
     PhotoIn,
 )
 from vomstudio.jobs.job import Request, Result
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.picture_panes import Picture
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
@@ -95,7 +95,7 @@ class AlignmentData(QObject):
     def __init__(self, studio: Studio, folder: Path) -> None:
         super().__init__()
         self._studio, self.folder = studio, folder
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._photos: OrderedDict[str, ShownPhoto] = OrderedDict()
         self._asked: dict[str, tuple[object, RunningJob]] = {}
         self._closed = False
@@ -104,7 +104,7 @@ class AlignmentData(QObject):
     def close(self) -> None:
         """Cancel what is being read; nothing is passed on any more."""
         self._closed = True
-        self._background.close()
+        self._background.stop()
         for _, job in self._asked.values():
             self._studio.jobs.cancel(job)
 

@@ -45,7 +45,7 @@ from vomstudio.ui.analyse.slope_facets import (
 )
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -70,7 +70,7 @@ class SlopesPanel(SeenPanel):
         self._chosen_here: tuple[str, ...] | None = None
         self._features: list[Typed] = []
         self.answered: SlopeAnswer | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Computing…")))
         self.of = GroupBox(studio, tr("All planes"))
         self.of.setAccessibleName(tr("Planes"))
@@ -398,7 +398,7 @@ class SlopesPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
 
 def _counted(made: SlopeAnswer) -> str:

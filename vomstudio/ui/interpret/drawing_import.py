@@ -24,7 +24,7 @@ from vomstudio.jobs.drawing_tasks import (
 )
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
@@ -59,7 +59,7 @@ class DrawingImport(QObject):
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
         self._parent, self._studio = parent, studio
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._edited: Sequence[Trace] = ()
         self._drawing = ""
         studio.project_opened.connect(self._forget)
@@ -84,9 +84,7 @@ class DrawingImport(QObject):
             FIND_PICTURES,
             DrawingFile(drawing, sidecar),
             title=tr("Reading {file}", file=drawing.name),
-            on_done=self._background.unless_closed(
-                lambda found: self._choose_picture(drawing, found)
-            ),
+            on_done=self._background.guard(lambda found: self._choose_picture(drawing, found)),
             on_failed=self._failed,
         )
 
@@ -115,7 +113,7 @@ class DrawingImport(QObject):
             DrawingOrder(drawing, sidecar, standing),
             title=tr("Bringing the lines of {file} to {model}", file=drawing.name,
                      model=model.name),
-            on_done=self._background.unless_closed(
+            on_done=self._background.guard(
                 lambda found: self._to_traces(drawing, sidecar, model, found)
             ),
             on_failed=self._failed,

@@ -13,7 +13,7 @@ from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.failures import exception_hooks
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
@@ -28,7 +28,7 @@ class ListedImport(QObject):
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
         self._parent, self._studio = parent, studio
-        self._background = Background(self)
+        self._background = QtBackground(self)
 
     def choose(self) -> None:
         """Ask for a file, and take in what it holds."""

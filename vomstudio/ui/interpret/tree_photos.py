@@ -22,7 +22,7 @@ from vomstudio.document.records import (
 from vomstudio.errors import VomError
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION, SORT, TreeItem
 from vomstudio.ui.photos.photo_commands import PhotoOpening
@@ -63,12 +63,12 @@ class TreePhotos(QObject):
         self._branches: dict[str, QTreeWidgetItem] = {}
         self._names: dict[str, Sequence[str]] = {}
         """Of the photos of each branch that is filled or being filled."""
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._timer = QTimer(self)
         self._timer.setInterval(0)
         self._timer.timeout.connect(self._fill_on)
         survey.rows_changed.connect(self._rows_changed)
-        studio.jobs.closed.connect(self._background.close)
+        studio.jobs.closed.connect(self._background.stop)
 
     def join(self, tree: QTreeWidget) -> None:
         self._tree = tree

@@ -13,7 +13,7 @@ from vomstudio.document.records import Asset
 from vomstudio.errors import VomError
 from vomstudio.geometry.pixel_areas import Area, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr, tr_n
@@ -71,7 +71,7 @@ class PhotoMasks(QObject):
         super().__init__()
         self.rows = {row.name: row for row in rows}
         self._document = document
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._masks: dict[str, Flags] = {}
         self._shown = ""
         self._states = _States()
@@ -307,4 +307,4 @@ class PhotoMasks(QObject):
     def close(self) -> None:
         self.end()
         self._document.masks_changed.disconnect(self._changed_elsewhere)
-        self._background.close()
+        self._background.stop()

@@ -27,7 +27,7 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.registration_tasks import FIT_TO_REFERENCE, FitOrder, FittedModel
 from vomstudio.registration.results import Placed
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow
@@ -66,7 +66,7 @@ class FitDialog(QDialog):
         self.fitted: FittedModel | None = None
         self._problem = ""
         self._job: RunningJob | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._solving = NewestResult(self, self._solved, lambda: self.said.setText(tr("Solving…")))
         self.other = OtherModelBox(studio, model.id)
         self.stable = StablePartBox(studio, model.id)
@@ -388,8 +388,8 @@ class FitDialog(QDialog):
             FIT_TO_REFERENCE,
             order,
             title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
-            on_done=self._background.unless_closed(ended),
-            on_failed=self._background.unless_closed(ended),
+            on_done=self._background.guard(ended),
+            on_failed=self._background.guard(ended),
         )
         self._explain_buttons()
 
@@ -441,7 +441,7 @@ class FitDialog(QDialog):
         """However it is closed: what both views hold in the graphics memory is freed at once."""
         with ExitStack() as steps:
             steps.callback(super().done, result)
-            if self._background.closed:
+            if self._background.is_stopped:
                 return
             for view in (self.there, self.here):
                 steps.callback(view.shutdown)
@@ -449,7 +449,7 @@ class FitDialog(QDialog):
                 steps.callback(self._studio.jobs.cancel, self._job)
             for part in (self.stable, self.other):
                 steps.callback(part.close_reading)
-            for close in (self._solving.close, self._background.close, self._forget_jobs):
+            for close in (self._solving.close, self._background.stop, self._forget_jobs):
                 steps.callback(close)
 
 

@@ -18,7 +18,7 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
 from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -70,7 +70,7 @@ class OtherModelBox(QWidget):
         """besides : the id of the model that is not offered"""
         super().__init__()
         self._studio, self._besides = studio, besides
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._job: RunningJob | None = None
         self._files: dict[str, OtherModel] = {}
         self.models = ComboBox()
@@ -95,7 +95,7 @@ class OtherModelBox(QWidget):
 
     def close_reading(self) -> None:
         """Nothing is handed over any more."""
-        self._background.close()
+        self._background.stop()
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
 
@@ -160,8 +160,8 @@ class OtherModelBox(QWidget):
             LOAD_MODEL,
             ModelFile(path, studio.project.cache),
             title=tr("Opening {file}", file=path.name),
-            on_done=self._background.unless_closed(read),
-            on_failed=self._background.unless_closed(failed),
+            on_done=self._background.guard(read),
+            on_failed=self._background.guard(failed),
         )
 
     def _add(self, made: OtherModel) -> None:

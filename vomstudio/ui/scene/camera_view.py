@@ -16,7 +16,7 @@ from vomstudio.io.photos.cameras_file import Cameras, read_cameras
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 from vomstudio.workspace.photos import PhotoLinks
@@ -35,7 +35,7 @@ class CameraView(QObject):
         super().__init__()
         self._studio, self._links = studio, links
         self._cameras: PhotoCameras | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         # By model: the file, and what it holds as pyramids in the model's own frame.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}

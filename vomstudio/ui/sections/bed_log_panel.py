@@ -36,7 +36,7 @@ from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target, tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -66,7 +66,7 @@ class BedLogPanel(SeenPanel):
         self.answered: LogAnswer | None = None
         self._picking = False
         self._drawn: LogAnswer | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Computing…")))
         self.line = ElidedLabel()
         self.line.setObjectName("log_line")
@@ -374,4 +374,4 @@ class BedLogPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()

@@ -41,7 +41,7 @@ from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -92,7 +92,7 @@ class FracturesPanel(SeenPanel):
         explain(self, "fractures.md")
         self.answered: FractureAnswer | None = None
         self._drawn: FractureAnswer | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
         self.of = GroupBox(studio, tr("All traces"))
         self.of.setAccessibleName(tr("Traces"))
@@ -440,7 +440,7 @@ class FracturesPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
 
 def _of_cells(made: FractureAnswer) -> list[str]:

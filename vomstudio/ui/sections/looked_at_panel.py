@@ -16,7 +16,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.cells import CellsTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
@@ -49,7 +49,7 @@ class LookedAtPanel(SeenPanel):
         explain(self, "fractures.md#what-was-looked-at")
         self._view = view
         self.found: LookedAt | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._laying = False
         self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
         self.model = ModelBox(studio)
@@ -118,7 +118,7 @@ class LookedAtPanel(SeenPanel):
 
     def _close(self) -> None:
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
     # --- what is shown -----------------------------------------------------------------------
     def show_now(self) -> None:

@@ -28,7 +28,7 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target, start_folder, tell_written
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -75,7 +75,7 @@ class SectionPanel(SeenPanel):
         self.line: Array | None = None
         self._line_name = ""
         self._drawing = False
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Cutting…")))
         self.model = ModelBox(studio)
         self.model.setObjectName("section_model")
@@ -359,7 +359,7 @@ class SectionPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
     # --- what is taken away ---------------------------------------------------------------------
     def _ask_for_file(self) -> None:

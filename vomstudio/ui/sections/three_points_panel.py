@@ -33,7 +33,7 @@ from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -68,7 +68,7 @@ class ThreePointsPanel(SeenPanel):
         self._points: Array | None = None
         self._sigma = 0.0
         self._picking = False
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.take = QPushButton(tr("Take selected"))
         self.read = QPushButton(tr("Read…"))
@@ -365,7 +365,7 @@ class ThreePointsPanel(SeenPanel):
 
     def _close(self) -> None:
         self._timer.stop()
-        self._background.close()
+        self._background.stop()
 
 
 def _after(found: ThreePoints) -> str:

@@ -31,7 +31,7 @@ from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
 from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
@@ -92,7 +92,7 @@ class PlannerDialog(QDialog):
         self.setWindowTitle(tr("Plan a photo survey"))
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._asked = self._shown = 0
         self.plan: SurveyPlan | None = None
         self._soon = QTimer(self)
@@ -418,7 +418,7 @@ class PlannerDialog(QDialog):
 
     def done(self, result: int) -> None:
         try:
-            self._background.close()
+            self._background.stop()
         finally:
             super().done(result)
 

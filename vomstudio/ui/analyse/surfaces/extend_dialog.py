@@ -31,7 +31,7 @@ from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.extension import ExtendedPlane, band_edges, extend, write_traces
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -91,7 +91,7 @@ class ExtendDialog(QDialog):
         layout.addWidget(self.said)
         layout.addStretch()
         layout.addWidget(buttons)
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._busy = False
         self._mode_before = studio.display.mode
         self._style_before = studio.display.styles.get(self._model_id)

@@ -33,7 +33,7 @@ from vomstudio.products.surface.figure import draw_surface, in_lines
 from vomstudio.products.surface.patch import of_faces
 from vomstudio.products.surface.writing import FIELDS, write_deviations
 from vomstudio.tools.brush_stroke import record_figures
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -90,7 +90,7 @@ class SurfaceDialog(QDialog):
         layout.addWidget(buttons)
         self._refresh_buttons()
         self._looked_at: str | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self.start()
 
     def start(self) -> None:
