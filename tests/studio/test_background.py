@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from tests.workspace.loop import Loop
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, VomError
 from vomstudio.studio.background import Background, Request
 
 
@@ -82,13 +82,13 @@ def test_an_unexpected_error_is_reported_and_arrives(
 ) -> None:
     reported, arrived = [], []
     monkeypatch.setattr(threading, "excepthook", lambda args: reported.append(args.exc_type))
-    background.run(lambda: {}["x"], print, lambda error: arrived.append(type(error)))
+    background.run(lambda: {}["x"], print, arrived.append)
     until(loop, lambda: arrived)
-    assert reported == arrived == [KeyError]
-    background.run(
-        lambda: {}["x"], print, lambda error: arrived.append(str(error)), expected=(KeyError,)
-    )
+    assert isinstance(arrived[0], VomError)
+    assert reported == [KeyError]
+    background.run(lambda: {}["x"], print, arrived.append, expected=(KeyError,))
     until(loop, lambda: len(arrived) == 2)
+    assert isinstance(arrived[1], VomError)
     assert reported == [KeyError]
     # Without anybody to take it, it is reported, and the next function runs all the same.
     background.run(lambda: 1 / 0, print, key="k")

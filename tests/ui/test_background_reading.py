@@ -10,6 +10,7 @@ from collections.abc import Callable
 import pytest
 from PySide6.QtCore import QObject
 
+from vomstudio.errors import InputError, VomError
 from vomstudio.ui.common.background_reading import NewestResult
 
 _OWNERS_COME_AND_GO = """
@@ -93,7 +94,8 @@ def test_a_library_that_keeps_something_for_each_thread_is_used_again_and_again(
 def test_only_what_was_asked_for_last_counts(qtbot) -> None:
     owner, begun, came, slow = QObject(), [], [], []
     go = threading.Event()
-    newest = NewestResult(owner, came.append, lambda: slow.append(True))
+    failed: list[VomError] = []
+    newest = NewestResult(owner, came.append, failed.append, lambda: slow.append(True))
 
     def work(number: int) -> Callable[[], int]:
         def do() -> int:
@@ -120,3 +122,13 @@ def test_only_what_was_asked_for_last_counts(qtbot) -> None:
     go.set()
     newest.ask(work(7))
     qtbot.waitUntil(lambda: came == [4, 6, 7])
+    # Errors arrive, whether they are raised at once or in the thread.
+    error = InputError("is no plane")
+
+    def fail() -> None:
+        raise error
+
+    newest.at_once(fail)
+    newest.ask(fail)
+    qtbot.waitUntil(lambda: failed == [error, error])
+    assert not newest.waiting

@@ -12,6 +12,7 @@ from vomstudio.core.threads import lower_priority, start_thread
 from vomstudio.errors import Cancelled, VomError
 from vomstudio.failures import exception_hooks
 from vomstudio.studio.owner_thread import Call, Post
+from vomstudio.words import tr
 
 Result = TypeVar("Result")
 Value = TypeVar("Value")
@@ -31,7 +32,7 @@ class Request(Generic[Result]):
         key: Hashable,
         work: Callable[[Request[Result]], Result],
         on_result: Callable[[Result], object],
-        on_error: Callable[[Exception], object] | None,
+        on_error: Callable[[VomError], object] | None,
         expected: tuple[type[Exception], ...],
         post: Post,
     ) -> None:
@@ -112,10 +113,10 @@ class Background:
         self,
         work: Callable[[], Result],
         on_result: Callable[[Result], object],
-        on_error: Callable[[Exception], object] | None = None,
+        on_error: Callable[[VomError], object] | None = None,
         *,
         key: Hashable = None,
-        expected: tuple[type[Exception], ...] = (VomError,),
+        expected: tuple[type[Exception], ...] = (),
     ) -> None:
         """Run a function in a thread and deliver what it returns or raises.
 
@@ -126,8 +127,8 @@ class Background:
         key : hashable
             The request replaces an earlier one with the same key; None replaces nothing.
         expected : tuple of exception types
-            Errors that are delivered only. All others are defects of the program: they are
-            reported as uncaught, and then delivered. Without `on_error` every error is reported.
+            Errors besides `VomError` that are not defects of the program. All others are reported
+            as uncaught, and delivered as a `VomError`. Without `on_error` every error is reported.
         """
         self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
 
@@ -135,10 +136,10 @@ class Background:
         self,
         work: Callable[[Request[Result]], Result],
         on_result: Callable[[Result], object],
-        on_error: Callable[[Exception], object] | None = None,
+        on_error: Callable[[VomError], object] | None = None,
         *,
         key: Hashable = None,
-        expected: tuple[type[Exception], ...] = (VomError,),
+        expected: tuple[type[Exception], ...] = (),
         first: bool = False,
     ) -> None:
         """Run a function that looks at its request: it may end early or deliver partial results.
@@ -224,12 +225,21 @@ class Background:
         except Cancelled:
             call: Call | None = None
         except Exception as error:  # noqa: BLE001 - delivered, and reported if it is a defect
-            if request.on_error is None or not isinstance(error, request.expected):
-                exception_hooks.report_as_uncaught(error)
-            call = None if request.on_error is None else partial(request.on_error, error)
+            call = self._failure(request, error)
         else:
             call = partial(request.on_result, result)
         request.deliver(partial(self._finish, request.key, call))
+
+    def _failure(self, request: Request[Any], error: Exception) -> Call | None:
+        is_expected = isinstance(error, (VomError, *request.expected))
+        if request.on_error is None or not is_expected:
+            exception_hooks.report_as_uncaught(error)
+        if request.on_error is None:
+            return None
+        if not isinstance(error, VomError):
+            text = str(error) if is_expected else tr("An internal error occurred.")
+            error = VomError(text)
+        return partial(request.on_error, error)
 
     def _finish(self, key: Hashable, call: Call | None) -> None:
         self._newest.pop(key, None)

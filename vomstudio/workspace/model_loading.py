@@ -169,11 +169,11 @@ class ModelLoader:
             spacing = cloud.store.usual_spacing
             return OpenModel(cloud, surface, warnings, spacing, crs, content_hash)
 
-        def refuse(error: Exception) -> None:
-            unexpected = tr("{file} could not be opened.", file=path.name)
-            self._refuse(key, str(error) if isinstance(error, VomError) else unexpected)
-
-        self._streams.run_request(read, partial(self._hand_over, key, then), refuse)
+        self._streams.run_request(
+            read,
+            partial(self._hand_over, key, then),
+            lambda error: self._refuse(key, str(error)),
+        )
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
         """Ask for a quick look at a large cloud before the whole of it."""
@@ -248,11 +248,8 @@ class ModelLoader:
                 cached.content_hash,
             )
 
-        def refuse(error: Exception) -> None:
-            if isinstance(error, VomError):
-                text = tr("{file} could not be cached. {error}", file=path.name, error=error)
-            else:
-                text = tr("{file} could not be opened.", file=path.name)
+        def refuse(error: VomError) -> None:
+            text = tr("{file} could not be cached. {error}", file=path.name, error=error)
             self._refuse(key, text)
 
         self._background.run(read, partial(self._hand_over, key, then), refuse)

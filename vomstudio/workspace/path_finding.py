@@ -83,14 +83,13 @@ class PathFinding:
         photos = self._photos_of(model_id) if photo else None
         data = None if opened is None else opened.data
         search = _Search(data, cost, ends, live, photo, photos)
-
-        def refuse(error: Exception) -> None:
-            unexpected = tr("The path could not be found.")
-            answer(str(error) if isinstance(error, VomError) else unexpected)
-
         # A newer search for the cursor replaces the one for its last position.
-        key = _LIVE if live else None
-        self._background.run(partial(self._find, search), answer, refuse, key=key)
+        self._background.run(
+            partial(self._find, search),
+            answer,
+            lambda error: answer(str(error)),
+            key=_LIVE if live else None,
+        )
 
     def forget(self) -> None:
         """Another project is opened: nothing is waited for, and no graph is kept."""

@@ -148,10 +148,9 @@ class PhotoLinks:
         around = self._projects.project.folder.parent
         data, resolution = opened.data, opened.resolution or 0.0
 
-        def refuse(error: Exception) -> None:
-            unusable = tr("The photos could not be used.")
+        def refuse(error: VomError) -> None:
             self._ready.pop(model_id, None)
-            self._problems[model_id] = str(error) if isinstance(error, VomError) else unusable
+            self._problems[model_id] = str(error)
             self.changed.emit(model_id)
 
         self._background.run(

@@ -75,9 +75,8 @@ class Surroundings:
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
         measured: dict[str, dict[str, Any]] = {}
 
-        def fail(error: Exception) -> None:
-            if isinstance(error, VomError):
-                self._notices.warn(str(error), "error")
+        def fail(error: VomError) -> None:
+            self._notices.fail(error)
             self._finish(features, measured)
 
         self._background.run(

@@ -187,7 +187,7 @@ class ToolHost:
         return self._models.surface(model_id)
 
     def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
-        self._background.run(work, then, lambda _: then(None), expected=())
+        self._background.run(work, then, lambda _: then(None))
 
     def measure(self, feature: Feature) -> Measurement:
         return self._derived.measure(feature)

@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, QTimer
 from shiboken6 import isValid
 
 from vomstudio.core.threads import PROCESSORS
+from vomstudio.errors import VomError
 from vomstudio.rendering.qt.posting import poster
 from vomstudio.studio.background import Background
 
@@ -40,17 +41,21 @@ class NewestResult:
 
     Parameters
     ----------
-    then : callable
-        Takes the result, also an error that the function returns; it must not raise.
+    then, fail : callable
+        Take the result or the error.
     slow : callable
         Called when a result has been waited for for 0.2 s.
     """
 
     def __init__(
-        self, owner: QObject, then: Callable[[Any], object], slow: Callable[[], None]
+        self,
+        owner: QObject,
+        then: Callable[[Any], object],
+        fail: Callable[[VomError], object],
+        slow: Callable[[], None],
     ) -> None:
         self._background = QtBackground(owner)
-        self._then = then
+        self._then, self._fail = then, fail
         self._slow = QTimer(owner)
         self._slow.setSingleShot(True)
         self._slow.setInterval(_SLOW_MS)
@@ -64,7 +69,12 @@ class NewestResult:
     def at_once(self, work: Work) -> None:
         """Run a short function here and now, in place of earlier requests."""
         self.drop()
-        self._then(work())
+        try:
+            result = work()
+        except VomError as error:
+            self._fail(error)
+        else:
+            self._then(result)
 
     def answer(self, question: Question | str, work: Callable[[Question], object]) -> str | None:
         """Request the answer to a question.
@@ -82,7 +92,9 @@ class NewestResult:
         """Run a function in a thread, in place of earlier requests."""
         if not self.waiting:
             self._slow.start()
-        self._background.run(work, self._take, lambda _: self._slow.stop(), key=_KEY, expected=())
+        self._background.run(
+            work, partial(self._take, self._then), partial(self._take, self._fail), key=_KEY
+        )
 
     def drop(self) -> None:
         """Drop earlier requests."""
@@ -94,6 +106,6 @@ class NewestResult:
         self.drop()
         self._background.stop()
 
-    def _take(self, result: object) -> None:
+    def _take(self, then: Callable[[Any], object], result: object) -> None:
         self._slow.stop()
-        self._then(result)
+        then(result)

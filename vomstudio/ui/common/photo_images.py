@@ -92,9 +92,8 @@ class PhotoImages(QObject):
             self._background.run_request(
                 partial(_read, path),
                 partial(self._store, key),
-                lambda error: self.pictured.emit(key, _reason(error)),
+                lambda error: self.pictured.emit(key, error.message),
                 key=_PICTURE,
-                expected=(InputError, OSError),
                 first=True,
             )
         return None
@@ -109,7 +108,6 @@ class PhotoImages(QObject):
                 partial(self._store_thumbnail, key),
                 lambda _: self._store_thumbnail(key, QImage()),
                 key=key,
-                expected=(InputError, OSError),
             )
         return kept
 
@@ -130,7 +128,7 @@ class PhotoImages(QObject):
 
 
 def _read(path: Path, request: Request[Picture]) -> Picture:
-    check_picture(path)
+    _check(path)
     reader = _reader(path)
     reader.setAutoTransform(False)
     size, orientation = reader.size(), reader.transformation()
@@ -156,7 +154,7 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
 
 
 def _read_thumbnail(path: Path) -> QImage:
-    check_picture(path)
+    _check(path)
     reader = _reader(path)
     reader.setAutoTransform(True)
     size = reader.size()
@@ -165,10 +163,11 @@ def _read_thumbnail(path: Path) -> QImage:
     return _drawable(reader.read())
 
 
-def _reason(error: Exception) -> str:
-    if isinstance(error, InputError):
-        return error.message
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+def _check(path: Path) -> None:
+    try:
+        check_picture(path)
+    except OSError as error:
+        raise InputError(error.strerror or str(error)) from error
 
 
 def _reader(path: Path) -> QImageReader:

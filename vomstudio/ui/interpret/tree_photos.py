@@ -19,7 +19,6 @@ from vomstudio.document.records import (
     Reconstruction,
     Record,
 )
-from vomstudio.errors import VomError
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.background_reading import QtBackground
@@ -178,17 +177,15 @@ class TreePhotos(QObject):
             self._names[id_] = ()
             folder = self._survey.document.folder_of(photo_set)
 
-            def read() -> Sequence[str]:
-                try:
-                    return [] if folder is None else photo_names(folder)
-                except VomError:
-                    return []
-
             # The folder may be on a slow drive.
-            self._background.run(read, partial(self._listed, id_, item))
+            self._background.run(
+                lambda: [] if folder is None else photo_names(folder),
+                partial(self._listed, id_, item),
+                lambda _: self._listed(id_, item, []),
+            )
 
-    def _listed(self, id_: str, item: QTreeWidgetItem, names: object) -> None:
-        if self._branches.get(id_) is item and isinstance(names, list) and not self._names[id_]:
+    def _listed(self, id_: str, item: QTreeWidgetItem, names: list[str]) -> None:
+        if self._branches.get(id_) is item and not self._names[id_]:
             self._fill(id_, names)
             record = self._studio.records.get(id_)
             if isinstance(record, PhotoSet):

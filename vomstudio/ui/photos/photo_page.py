@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edit import Edit
-from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common import theme
@@ -255,19 +254,11 @@ class PhotoPage(QWidget):
             self.marks.set_cameras(None)
             return
 
-        def work() -> object:
-            try:
-                return PlacedPhotos.read(out)
-            except VomError as error:
-                return error
-
-        def arrived(made: object) -> None:
-            if isinstance(made, PlacedPhotos):
-                self.marks.set_cameras(made)
-            else:
-                self.say(str(made), "warning")
-
-        self._background.run(work, arrived)
+        self._background.run(
+            lambda: PlacedPhotos.read(out),
+            self.marks.set_cameras,
+            lambda error: self.say(str(error), "warning"),
+        )
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:

@@ -67,7 +67,9 @@ class FitDialog(QDialog):
         self._problem = ""
         self._job: RunningJob | None = None
         self._background = QtBackground(self)
-        self._solving = NewestResult(self, self._solved, lambda: self.said.setText(tr("Solving…")))
+        self._solving = NewestResult(
+            self, self._solved, self._unsolved, lambda: self.said.setText(tr("Solving…"))
+        )
         self.other = OtherModelBox(studio, model.id)
         self.stable = StablePartBox(studio, model.id)
         self.here, self.there = PickingView(), PickingView()
@@ -256,12 +258,9 @@ class FitDialog(QDialog):
         bounds = None if opened is None else opened.data.bounds
         crs = reference.standing(self._studio.project.cache).crs
 
-        def work() -> Placed | VomError:
-            try:
-                extent = None if opened is None else some_points(opened.data)
-                return placed_by_points(pairs, bounds, model, crs, extent)
-            except VomError as error:
-                return error
+        def work() -> Placed:
+            extent = None if opened is None else some_points(opened.data)
+            return placed_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _FEW:
             self._solving.at_once(work)
@@ -269,9 +268,12 @@ class FitDialog(QDialog):
             self._show()
             self._solving.ask(work)
 
-    def _solved(self, made: object) -> None:
-        self.placed = made if isinstance(made, Placed) else None
-        self._problem = str(made) if isinstance(made, VomError) else ""
+    def _solved(self, placed: Placed) -> None:
+        self.placed, self._problem = placed, ""
+        self._show()
+
+    def _unsolved(self, error: VomError) -> None:
+        self.placed, self._problem = None, str(error)
         self._show()
 
     def _show(self) -> None:

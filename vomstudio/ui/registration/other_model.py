@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.document.records.basics import Matrix
-from vomstudio.errors import VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import world_crs
@@ -143,18 +142,22 @@ class OtherModelBox(QWidget):
         self.said.emit(tr("Reading {file}…", file=path.name))
 
         def read(cached: CachedModel) -> None:
-            self._background.run(lambda: _fetched(path, cached), arrived)
+            self._background.run(
+                lambda: _fetched(path, cached), arrived, lambda error: refuse(str(error))
+            )
 
-        def arrived(made: object) -> None:
+        def arrived(other: OtherModel) -> None:
             self._job = None
             self.browse.setEnabled(True)
-            if isinstance(made, OtherModel):
-                self._add(made)
-            else:
-                self.said.emit(str(made))
+            self._add(other)
+
+        def refuse(why: str) -> None:
+            self._job = None
+            self.browse.setEnabled(True)
+            self.said.emit(why)
 
         def failed(event: Failed) -> None:
-            arrived(tr("The file was not read.") if event.cancelled else event.message)
+            refuse(tr("The file was not read.") if event.cancelled else event.message)
 
         self._job = studio.jobs.submit(
             LOAD_MODEL,
@@ -178,16 +181,13 @@ class OtherModelBox(QWidget):
         self.models.setCurrentIndex(self.models.findData(key))
 
 
-def _fetched(path: Path, cached: CachedModel) -> OtherModel | str:
-    """In a thread; the reason where it cannot be."""
+def _fetched(path: Path, cached: CachedModel) -> OtherModel:
+    """Read the model from the cache. Runs in a worker thread."""
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.frames import establish_frame
 
-    try:
-        loaded = model_cache.open_cached(cached.folder)
-        established = establish_frame(replace(loaded, path=path))
-    except VomError as error:
-        return str(error)
+    loaded = model_cache.open_cached(cached.folder)
+    established = establish_frame(replace(loaded, path=path))
     return OtherModel(
         path.name, path, loaded.data, established.to_world(), established.frame,
         registration=established.registration,

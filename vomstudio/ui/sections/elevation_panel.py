@@ -274,22 +274,12 @@ class ElevationPanel(QWidget):
         self._studio.info(tr("The elevation model was written to {file}.", file=made.raster))
         from vomstudio.products.elevation.picture import read_picture
 
-        def read() -> object:
-            try:
-                return read_picture(Path(made.raster))
-            except VomError as error:
-                return error
-
-        self._background.run(read, partial(self._show, metric))
+        self._background.run(
+            lambda: read_picture(Path(made.raster)),
+            lambda picture: self.picture.show_picture(picture, metric=metric),
+            lambda error: self.said.setText(error.message),
+        )
         self._check()
-
-    def _show(self, metric: bool, read: object) -> None:
-        from vomstudio.products.elevation.picture import ElevationPicture
-
-        if isinstance(read, ElevationPicture):
-            self.picture.show_picture(read, metric=metric)
-        elif isinstance(read, VomError):
-            self.said.setText(read.message)
 
     def _failed(self, event: Failed) -> None:
         self._job = None

@@ -51,7 +51,9 @@ class LookedAtPanel(SeenPanel):
         self.found: LookedAt | None = None
         self._background = QtBackground(self)
         self._laying = False
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
+        self._asked = NewestResult(
+            self, self._came, self._studio.fail, lambda: self.said.setText(tr("Counting…"))
+        )
         self.model = ModelBox(studio)
         self.model.setObjectName("looked_at_model")
         self.over = ComboBox()
@@ -230,16 +232,18 @@ class LookedAtPanel(SeenPanel):
         )  # fmt: skip
         self._laying = True
         self._refresh_buttons()
-        self._background.run(partial(lay, asked), self._laid)
+        self._background.run(partial(lay, asked), self._laid, self._not_laid)
 
-    def _laid(self, made: object) -> None:
+    def _laid(self, grid: FaceGrid) -> None:
         self._laying = False
-        if isinstance(made, FaceGrid):
-            self._studio.attempt(grid_edits.add_grid, made)
-            self._studio.activate(CellsTool.name)
-        else:
-            assert isinstance(made, VomError)
-            self._studio.fail(made)
+        self._studio.attempt(grid_edits.add_grid, grid)
+        self._studio.activate(CellsTool.name)
+        self._soon()
+        self._refresh_buttons()
+
+    def _not_laid(self, error: VomError) -> None:
+        self._laying = False
+        self._studio.fail(error)
         self._soon()
         self._refresh_buttons()
 

@@ -191,13 +191,9 @@ class ThreePointsPanel(SeenPanel):
             tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
         )  # fmt: skip
         if name:
-            self._background.run(partial(_read, Path(name)), self._read_came)
+            self._background.run(partial(_read, Path(name)), self._read_came, self._studio.fail)
 
-    def _read_came(self, made: object) -> None:
-        if isinstance(made, VomError):
-            self._studio.fail(made)
-            return
-        assert isinstance(made, Boundaries)
+    def _read_came(self, made: Boundaries) -> None:
         self._fill([[repr(value) for value in row] for row in made.points.tolist()])
         if made.warnings:
             self._studio.warn(" ".join(map(str, made.warnings)))
@@ -373,13 +369,10 @@ def _after(found: ThreePoints) -> str:
     return "".join(f" {warning}" for warning in found.warnings)
 
 
-def _read(path: Path) -> Boundaries | VomError:
+def _read(path: Path) -> Boundaries:
     from vomstudio.io.gate.point_tables import read_boundaries
 
-    try:
-        return read_boundaries(path)
-    except VomError as error:
-        return error
+    return read_boundaries(path)
 
 
 def _cell(text: str) -> QTableWidgetItem:

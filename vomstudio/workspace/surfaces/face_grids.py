@@ -149,5 +149,4 @@ class FaceGrids:
             store,
             lambda _: store(None),
             key=grid.id,
-            expected=(),
         )

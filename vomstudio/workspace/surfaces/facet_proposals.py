@@ -23,6 +23,7 @@ from vomstudio.document.records import (
     Record,
     limits_of,
 )
+from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.field_style import FieldStyle
@@ -207,7 +208,7 @@ class FacetProposals:
             expected=(OSError, ValueError, KeyError),
         )
 
-    def _refuse(self, error: Exception) -> None:
+    def _refuse(self, error: VomError) -> None:
         self.running = None
         self._say(tr("The facets could not be read from the cache; look for them again."))
 

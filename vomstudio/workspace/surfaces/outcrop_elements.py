@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.document.records import Model
-from vomstudio.errors import VomError
 from vomstudio.extraction.selecting.looking import Looking, count_of
 from vomstudio.extraction.selecting.neighbours import Neighbours, neighbours_of
 from vomstudio.geometry.cloud import PointCloud
@@ -81,14 +80,10 @@ class OutcropElements:
             self._background.run(
                 lambda: neighbours_of(opened.data, opened.resolution or 0.0),
                 partial(self._store, opened),
-                partial(self._refuse, opened),
+                lambda error: self._store(opened, str(error)),
                 key=_NEIGHBOURS,
             )
         return None
-
-    def _refuse(self, opened: OpenModel, error: Exception) -> None:
-        unexpected = tr("Could not build the neighbour graph. Reload the model.")
-        self._store(opened, str(error) if isinstance(error, VomError) else unexpected)
 
     def _store(self, opened: OpenModel, result: Neighbours | str) -> None:
         wanted, self._wanted = self._wanted, None

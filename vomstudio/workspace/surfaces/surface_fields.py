@@ -13,6 +13,7 @@ import numpy.typing as npt
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
+from vomstudio.errors import VomError
 from vomstudio.extraction.surface_fields import KINDS, field_name
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.notation import format_plane
@@ -57,8 +58,6 @@ _STYLES: dict[str, dict[str, Any]] = {
     # Yellow is what no pick will tell.
     EXPECTED: {"low": 0.0, "high": 15.0},
 }
-
-_READ_ERRORS = (OSError, ValueError, KeyError)
 
 Arrays = dict[str, npt.NDArray[np.generic]]
 
@@ -325,12 +324,11 @@ class SurfaceFields:
             self.running = None
             self._show(model_id, shown, *result)
 
-        def refuse(error: Exception) -> None:
+        def refuse(_: VomError) -> None:
             self.running = None
-            unreadable = tr("The values could not be read from the cache; ask for them again.")
-            self._say(unreadable if isinstance(error, _READ_ERRORS) else "")
+            self._say(tr("The values could not be read from the cache; ask for them again."))
 
-        self._background.run(work, show, refuse, expected=_READ_ERRORS)
+        self._background.run(work, show, refuse, expected=(OSError, ValueError, KeyError))
 
     # --- showing -----------------------------------------------------------------------------
     def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]) -> None:

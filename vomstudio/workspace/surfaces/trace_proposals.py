@@ -17,6 +17,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point
+from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry import transform
@@ -217,7 +218,7 @@ class TraceProposals:
             expected=(OSError, ValueError, KeyError),
         )
 
-    def _refuse(self, error: Exception) -> None:
+    def _refuse(self, error: VomError) -> None:
         self.running = None
         self._say(tr("The lines could not be read from the cache; look for them again."))
 

@@ -119,20 +119,22 @@ class ExtendDialog(QDialog):
         self.said.setText(tr("Carrying the plane on…"))
         self._refresh_buttons()
         self._background.run(
-            partial(_carry_on, opened.data, model, fit, numbers[0], numbers[1] or 0.0), self._came
+            partial(_carry_on, opened.data, model, fit, numbers[0], numbers[1] or 0.0),
+            self._came,
+            self._failed,
         )
 
-    def _came(self, made: object) -> None:
+    def _failed(self, error: VomError) -> None:
         self._busy = False
-        if isinstance(made, VomError):
-            self.said.setText(made.message)
-            self._refresh_buttons()
-            return
-        assert isinstance(made, tuple)
+        self.said.setText(error.message)
+        self._refresh_buttons()
+
+    def _came(self, made: tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]) -> None:
+        self._busy = False
         self.found, lines = made
         self.said.setText(
             "\n".join([*_lines(self.found, metric=axes_of(self._studio).metric),
-                       *self.found.warnings])
+                       *map(str, self.found.warnings)])
         )  # fmt: skip
         self._refresh_buttons()
         self._studio.extension_shown.emit(ExtendedLines(self._model_id, *lines))
@@ -210,17 +212,12 @@ class ExtendDialog(QDialog):
 
 def _carry_on(
     data: Mesh | PointCloud, model: Model, fit: PlaneFit, thickness: Any, error: float
-) -> object:
-    """In a thread: the plane through the model in World, or the error."""
-    try:
-        world = moved(data, model.to_world)
-        spacing = 0.0 if isinstance(world, Mesh) else point_spacing(world)
-        belief = belief_of_fit(fit)
-        found = extend(
-            world, belief, thickness_m=thickness, thickness_error_m=error, spacing=spacing
-        )
-    except VomError as problem:
-        return problem
+) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
+    """Carry a plane on through the model, in World. Runs in a worker thread."""
+    world = moved(data, model.to_world)
+    spacing = 0.0 if isinstance(world, Mesh) else point_spacing(world)
+    belief = belief_of_fit(fit)
+    found = extend(world, belief, thickness_m=thickness, thickness_error_m=error, spacing=spacing)
     edges = [np.zeros((0, 2, 3))]
     if isinstance(world, Mesh):
         beds = repeated(belief, world.vertices, thickness, error)
