@@ -12,6 +12,7 @@ import pytest
 from tests.extraction.planes_by_construction import grid_mesh
 from tests.workspace.loop import Loop
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.studio.background import Background
 from vomstudio.workspace.path_finding import PathFinding
 
 A, B, C = (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), (2.0, 0.0, 0.0)
@@ -30,7 +31,7 @@ def paths(loop: Loop) -> PathFinding:
         np.concatenate([flat.faces, flat.faces + len(flat.vertices)]),
     )
     models: Any = SimpleNamespace(open={"m": SimpleNamespace(data=apart)})
-    return PathFinding(models, loop.post)
+    return PathFinding(models, Background(loop.post, "path finding", threads=1))
 
 
 def ended() -> bool:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import collections
 import os
 import sys
-import threading
 from pathlib import Path
 from typing import IO, Any
 
+from vomstudio.core.threads import start_thread
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.files.disk_troubles import not_taken, tells_of_disk
 from vomstudio.files.memory_limit import is_shortage
@@ -36,8 +36,7 @@ class LastWords:
     def __init__(self, stream: IO[str]) -> None:
         self._lines: collections.deque[str] = collections.deque(maxlen=_LAST_LINES)
         self._stream = stream
-        self._thread = threading.Thread(target=self._read, name="worker errors", daemon=True)
-        self._thread.start()
+        self._thread = start_thread(self._read, name="worker errors")
 
     def _read(self) -> None:
         shown = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0") and sys.stderr is not None

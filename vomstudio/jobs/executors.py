@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 import logging
-import os
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
+from vomstudio.core.threads import CHECK_PERIOD_S, PROCESSORS, map_unordered
 from vomstudio.errors import UsageError, WorkerError
 from vomstudio.photogrammetry.base.memory import workers_at_once
 from vomstudio.progress import Executor, Inline, Progress
@@ -19,8 +18,6 @@ from vomstudio.words import tr
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-# How long a wish to stop may go unheard.
-_PATIENCE_S = 0.25
 # How often a part of the work may take a worker of a cluster down with it.
 _TRIES = 3
 # How long a cluster may be without any worker.
@@ -44,28 +41,15 @@ class Threads:
         """See `Executor`."""
         done = 0
         progress.step(0)
-        count = workers_at_once(needed, self._count)
-        pool = ThreadPoolExecutor(count)
-        try:
-            numbered = enumerate(items)
-            running = {
-                pool.submit(work, item): number
-                for number, item in itertools.islice(numbered, count)
-            }
-            while running:
-                finished, _ = wait(running, _PATIENCE_S, FIRST_COMPLETED)
-                progress.step(done)
-                for future in finished:
-                    number = running.pop(future)
-                    result = future.result()
-                    for next_number, item in itertools.islice(numbered, 1):
-                        running[pool.submit(work, item)] = next_number
-                    done += 1
-                    yield number, result
-                    progress.step(done)
-        finally:
-            # Nobody waits for what is not wanted any more.
-            pool.shutdown(wait=False, cancel_futures=True)
+        threads = workers_at_once(needed, self._count)
+
+        def check() -> None:
+            progress.step(done)
+
+        results = map_unordered(work, items, threads, check=check, wait=False)
+        for done, result in enumerate(results, 1):  # noqa: B007 - read by `check`
+            yield result
+            check()
 
     def close(self) -> None:
         """Nothing is held."""
@@ -143,7 +127,7 @@ class Cluster:
                 submit(number, item)
             while running:
                 # Not distributed.wait: it raises for all where one was lost with its worker.
-                heard.wait(_PATIENCE_S)
+                heard.wait(CHECK_PERIOD_S)
                 heard.clear()
                 progress.step(done)
                 finished = [future for future in running if future.done()]
@@ -191,7 +175,7 @@ class Cluster:
         while not self._threads():
             if self._client.status != "running" or time.monotonic() > end:
                 return False
-            time.sleep(_PATIENCE_S)
+            time.sleep(CHECK_PERIOD_S)
         return True
 
     def _threads(self) -> int:
@@ -210,5 +194,5 @@ def make_executor(threads: int | None = None, scheduler: str | None = None) -> E
     """threads: None for as many as there are processors. Raises UsageError."""
     if scheduler is not None:
         return Cluster(scheduler)
-    count = threads or os.cpu_count() or 1
+    count = threads or PROCESSORS
     return Inline() if count == 1 else Threads(count)

@@ -17,6 +17,7 @@ import threading
 import traceback
 from typing import Any, TextIO
 
+from vomstudio.core.threads import start_thread
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
 from vomstudio.failures.error_collector import ERRORS
@@ -68,7 +69,7 @@ def main() -> int:
     exception_hooks.install(crashes.WORKER)
     ERRORS.listen(lambda failure: send(Fault(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
+    start_thread(_listen, sys.stdin, jobs, name="commands")
     while True:
         job = 0
         task: Job[Any, Any] | None = None

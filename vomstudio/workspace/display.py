@@ -11,8 +11,8 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import ELEVATION, FieldStyle, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import Later
 from vomstudio.words import to_translate, tr
-from vomstudio.workspace.owner_thread import Later
 
 MODES = {
     "textured": to_translate("Textured"),

@@ -10,9 +10,9 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane
 from vomstudio.jobs.layer_tasks import WRITE_LAYERS, LayersOrder
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import Later
 from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import Later
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
 

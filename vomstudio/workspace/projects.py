@@ -18,9 +18,9 @@ from vomstudio.io.project.folder import Project, create_untitled, is_free, untit
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal_trouble import Trouble
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import Aside, in_the_way
 from vomstudio.words import tr
 from vomstudio.workspace.notices import SAVE_AS, Notice, Notices
-from vomstudio.workspace.owner_thread import Aside, in_the_way
 from vomstudio.workspace.preferences import Preferences
 
 T = TypeVar("T")

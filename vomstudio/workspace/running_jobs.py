@@ -15,8 +15,8 @@ from vomstudio.jobs.events import Done, Event, Failed, Fault, Stage, Step
 from vomstudio.jobs.job import Job, Lane, Request, Result
 from vomstudio.jobs.supervisor import Worker
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import Post
 from vomstudio.words import tr
-from vomstudio.workspace.owner_thread import Post
 
 
 @dataclass

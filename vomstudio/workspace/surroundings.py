@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from vomstudio.document import edits
 from vomstudio.document.records import Model, Surrounded
 from vomstudio.errors import VomError
-from vomstudio.failures import exception_hooks
 from vomstudio.geometry.surface import Surface
+from vomstudio.studio.background import Background
 from vomstudio.tools.local_surface import (
     measured_anew,
     model_of_earlier_rule,
@@ -32,16 +31,15 @@ class Surroundings:
         models: Models,
         editing: Editing,
         notices: Notices,
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self._projects, self._models, self._editing = projects, models, editing
-        self._notices, self._hand_over = notices, hand_over
-        self._running = False
+        self._notices, self._background = notices, background
         self._told = ""
 
     def why_not(self) -> str | None:
         """Why there is nothing to update; None where there is."""
-        if self._running:
+        if self._background.is_busy:
             return tr("The surroundings are being measured.")
         # Asked after every gesture, of thousands of features that lie on a few models.
         models = self._projects.records.counted(model_of_earlier_rule)
@@ -73,12 +71,19 @@ class Surroundings:
         """Begin; the edit comes when all are measured."""
         if self.why_not() is not None:
             return
-        self._running = True
         features = list(self._at_hand())
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
-        threading.Thread(
-            target=self._measure, args=(features, surfaces), name="surroundings", daemon=True
-        ).start()
+        measured: dict[str, dict[str, Any]] = {}
+
+        def fail(error: VomError) -> None:
+            self._notices.fail(error)
+            self._finish(features, measured)
+
+        self._background.run(
+            lambda: _measure(features, surfaces, measured),
+            lambda _: self._finish(features, measured),
+            fail,
+        )
 
     def _earlier(self) -> list[Surrounded]:
         return self._projects.records.once(of_earlier_rules)
@@ -95,25 +100,12 @@ class Surroundings:
         hashes = self._hashes()
         return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
 
-    def _measure(self, features: list[Surrounded], surfaces: Mapping[str, Surface | None]) -> None:
-        found: dict[str, dict[str, Any]] = {}
-        try:
-            for feature in features:
-                surface = surfaces[feature.model_id]
-                if surface is not None:
-                    found[feature.id] = measured_anew(surface, feature)
-        except VomError as error:
-            problem = str(error)
-            self._hand_over(lambda: self._notices.warn(problem, "error"))
-        except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-            exception_hooks.report_as_uncaught(error)
-        self._hand_over(lambda: self._finish(features, found))
-
-    def _finish(self, features: list[Surrounded], found: Mapping[str, dict[str, Any]]) -> None:
-        self._running = False
+    def _finish(self, features: list[Surrounded], measured: Mapping[str, dict[str, Any]]) -> None:
         records = self._projects.records
         # What was changed meanwhile has been measured by today's rule.
-        still = {f.id: found[f.id] for f in features if f.id in found and records.get(f.id) is f}
+        still = {
+            f.id: measured[f.id] for f in features if f.id in measured and records.get(f.id) is f
+        }
         if not still or not self._editing.attempt(edits.update_surroundings, still):
             return
         left = len(self._earlier())
@@ -134,3 +126,14 @@ class Surroundings:
                 )
             )
         )
+
+
+def _measure(
+    features: list[Surrounded],
+    surfaces: Mapping[str, Surface | None],
+    measured: dict[str, dict[str, Any]],
+) -> None:
+    for feature in features:
+        surface = surfaces[feature.model_id]
+        if surface is not None:
+            measured[feature.id] = measured_anew(surface, feature)

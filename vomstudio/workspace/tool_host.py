@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
@@ -10,9 +9,9 @@ from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature, FeatureType
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
-from vomstudio.failures import exception_hooks
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.signals import Signal, telling
+from vomstudio.studio.background import Background
 from vomstudio.tools.interaction_types import Discarded, PointerEvent, Preview
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_context import Tool
@@ -49,7 +48,7 @@ class ToolHost:
         notices: Notices,
         paths: PathFinding,
         elements: OutcropElements,
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self.undo_changed: Signal[()] = Signal()
@@ -59,7 +58,7 @@ class ToolHost:
         self.let_go: Signal[Discarded] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
-        self.paths, self.elements, self._hand_over = paths, elements, hand_over
+        self.paths, self.elements, self._background = paths, elements, background
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
@@ -188,15 +187,7 @@ class ToolHost:
         return self._models.surface(model_id)
 
     def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
-        def run() -> None:
-            found: T | None = None
-            try:
-                found = work()
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-            self._hand_over(lambda: then(found))
-
-        threading.Thread(target=run, name="tool", daemon=True).start()
+        self._background.run(work, then, lambda _: then(None))
 
     def measure(self, feature: Feature) -> Measurement:
         return self._derived.measure(feature)

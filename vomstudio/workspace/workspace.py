@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
@@ -13,6 +14,8 @@ from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
+from vomstudio.studio.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.blind_repeats import BlindRepeats
 from vomstudio.workspace.derived_quantities import DerivedQuantities
@@ -24,7 +27,6 @@ from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
@@ -64,6 +66,12 @@ class Workspace:
             # By the time the call is made its receiver may be gone.
             post(lambda: None if self._closed else call())
 
+        def background(name: str, **options: Any) -> Background:
+            created = Background(post, name, **options)
+            self._backgrounds.append(created)
+            return created
+
+        self._backgrounds: list[Background] = []
         self.preferences = Preferences(settings, self.notices, hand_over, later)
         self.jobs = Jobs(hand_over)
         self.selection = Selection()
@@ -73,7 +81,13 @@ class Workspace:
         self.visibility = Visibility(self.projects)
         self.fold = FoldChoice(self.projects, self.derived, self.selection)
         self.display = Display(lambda values: self.projects.keep_view("display", values), later)
-        self.loader = ModelLoader(self.jobs, hand_over, later, lambda: settings.point_budget)
+        self.loader = ModelLoader(
+            self.jobs,
+            background("models", daemon=False),
+            background("streams", niceness=5),
+            later,
+            lambda: settings.point_budget,
+        )
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
@@ -81,10 +95,10 @@ class Workspace:
             self.projects,
             self.models,
             self.visibility,
-            hand_over,
+            background("neighbours"),
             ModelCutting(self.projects, self.models, self.jobs, self.notices),
         )
-        self.photos = PhotoLinks(self.projects, self.models, hand_over)
+        self.photos = PhotoLinks(self.projects, self.models, background("photos of models"))
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -92,15 +106,20 @@ class Workspace:
             self.selection,
             self.preferences,
             self.notices,
-            PathFinding(self.models, hand_over, self.photos.of),
+            PathFinding(self.models, background("path finding", threads=1), self.photos.of),
             self.elements,
-            hand_over,
+            background("tool"),
         )
         self.surroundings = Surroundings(
-            self.projects, self.models, self.editing, self.notices, hand_over
+            self.projects, self.models, self.editing, self.notices, background("surroundings")
         )
         self.fields = SurfaceFields(
-            self.projects, self.models, self.derived, self.display, self.jobs, hand_over
+            self.projects,
+            self.models,
+            self.derived,
+            self.display,
+            self.jobs,
+            background("surface fields"),
         )
         self.facets = FacetProposals(
             self.projects,
@@ -109,7 +128,7 @@ class Workspace:
             self.display,
             self.jobs,
             lambda: settings.thresholds,
-            hand_over,
+            background("facets"),
             self.derived.foresee,
         )
         self.proposed_traces = TraceProposals(
@@ -118,9 +137,9 @@ class Workspace:
             self.tools,
             self.jobs,
             lambda: settings.thresholds,
-            hand_over,
+            background("proposed traces"),
         )
-        self.grids = FaceGrids(self.projects, self.models, hand_over)
+        self.grids = FaceGrids(self.projects, self.models, background("cells"))
         self.repeats = BlindRepeats(
             self.projects, self.tools, self.visibility, self.selection, hand_over
         )
@@ -221,6 +240,8 @@ class Workspace:
     def close(self) -> None:
         """The program ends: close the project and stop all workers, whatever fails of it."""
         self._closed = True
+        for background in self._backgrounds:
+            background.stop()
         with ExitStack() as steps:
             steps.callback(self.jobs.close)
             steps.callback(self.layers.finish)

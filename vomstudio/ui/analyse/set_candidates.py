@@ -13,7 +13,7 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
 from vomstudio.document.registration_errors import model_of, models_of, turns_of
 from vomstudio.document.repeats import firsts
-from vomstudio.errors import GeometryError, VomError
+from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
@@ -188,15 +188,12 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[npt.NDArray[np.f
     return places, []
 
 
-def propose(of: Candidates, exactly: int | None, seeds: Sequence[Plane]) -> Proposed | VomError:
+def propose(of: Candidates, exactly: int | None, seeds: Sequence[Plane]) -> Proposed:
     """In any thread. exactly : the number of sets, None for a proposed one; seeds : a plane of each
     set, in place of a number."""
     from vomstudio.geology.sets.proposals import sets_among
 
-    try:
-        found = sets_among(of.poles, exactly=exactly, seeds=seeds, places=of.places)
-    except VomError as error:
-        return error
+    found = sets_among(of.poles, exactly=exactly, seeds=seeds, places=of.places)
     names: list[str] = []
     number = 1
     while len(names) < len(found.sets):

@@ -56,7 +56,7 @@ class SetsPanel(QWidget):
         self._studio = studio
         self.proposed: Proposed | None = None
         self._asked: int | None = None
-        self._newest = NewestResult(self, self._came, self._slow)
+        self._newest = NewestResult(self, self._came, self._failed, self._slow)
         self._make_fields()
         self._make_table()
         self._arrange()
@@ -202,15 +202,15 @@ class SetsPanel(QWidget):
     def _slow(self) -> None:
         self._show_state(tr("Looking for sets…"))
 
-    def _came(self, made: object) -> None:
-        if isinstance(made, VomError):
-            self.drop(made.message)
-        elif isinstance(made, Proposed):
-            self.proposed = made
-            self._fill(made)
-            seeded = bool(self.seeds.text().strip())
-            self._show_state("\n".join(map(str, remarks_on(made, self._asked, seeded))))
-            self._preview()
+    def _came(self, made: Proposed) -> None:
+        self.proposed = made
+        self._fill(made)
+        seeded = bool(self.seeds.text().strip())
+        self._show_state("\n".join(map(str, remarks_on(made, self._asked, seeded))))
+        self._preview()
+
+    def _failed(self, error: VomError) -> None:
+        self.drop(error.message)
 
     def drop(self, why: str = "") -> None:
         """Forget the proposal: nothing is changed. why : a sentence to show"""

@@ -14,7 +14,6 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Matrix, Model, Record
-from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
@@ -68,7 +67,7 @@ class FacetsAnswer:
     found: FacetSlopes
 
 
-def answer_facets(question: FacetsQuestion) -> FacetsAnswer | VomError:
+def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
     """In a thread: what `vomstudio slope --facets` says of these planes and facets."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.io.project.feature_table import feature_table
@@ -83,11 +82,8 @@ def answer_facets(question: FacetsQuestion) -> FacetsAnswer | VomError:
         if measured.plane is not None:
             area = measured.area_m2 or q.found.exposed_area_of(row)
             faces.append(FacetFace(str(row), measured.plane, area, over.get(str(row))))
-    try:
-        table = feature_table(q.records, q.features, q.measured)
-        found = facet_slopes(table, faces, q.friction_deg, q.lateral_deg, q.limits)
-    except VomError as error:
-        return error
+    table = feature_table(q.records, q.features, q.measured)
+    found = facet_slopes(table, faces, q.friction_deg, q.lateral_deg, q.limits)
     return FacetsAnswer(q, faces, found)
 
 

@@ -45,8 +45,7 @@ from vomstudio.ui.analyse.slope_facets import (
 )
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import tell_written
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow
@@ -70,8 +69,10 @@ class SlopesPanel(SeenPanel):
         self._chosen_here: tuple[str, ...] | None = None
         self._features: list[Typed] = []
         self.answered: SlopeAnswer | None = None
-        self._background = Background(self)
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Computing…")))
+        self._background = QtBackground(self)
+        self._asked = NewestResult(
+            self, self._came, self._failed, lambda: self.said.setText(tr("Computing…"))
+        )
         self.of = GroupBox(studio, tr("All planes"))
         self.of.setAccessibleName(tr("Planes"))
         self.of.activated.connect(self._group_chosen)
@@ -276,15 +277,15 @@ class SlopesPanel(SeenPanel):
             self._studio.facets.paint_shares(mode, shares_of(self.by_facet, mode))
 
     # --- the answer --------------------------------------------------------------------------
-    def _came(self, made: object) -> None:
+    def _came(self, made: SlopeAnswer | FacetsAnswer) -> None:
         if isinstance(made, SlopeAnswer):
             self._show(made, " ".join([_counted(made), *map(str, made.found.warnings)]))
-        elif isinstance(made, FacetsAnswer):
+        else:
             self._show(made, " ".join([_counted_facets(made), *map(str, made.found.warnings)]))
             self._paint()
-        else:
-            assert isinstance(made, VomError)
-            self._show(None, made.message)
+
+    def _failed(self, error: VomError) -> None:
+        self._show(None, error.message)
 
     def _show(self, answered: SlopeAnswer | FacetsAnswer | None, said: str) -> None:
         self.answered = answered if isinstance(answered, SlopeAnswer) else None
@@ -386,19 +387,22 @@ class SlopesPanel(SeenPanel):
             return
         self._writing = True
         self._refresh_buttons()
+        studio, said = self._studio, tr("Exported to {file}.", file=path)
         self._background.run(
-            partial(write_figure, self.answered, path), partial(self._written, path)
+            partial(write_figure, self.answered, path),
+            lambda _: self._written(partial(studio.info, said)),
+            lambda error: self._written(partial(studio.fail, error)),
         )
 
-    def _written(self, path: Path, error: object) -> None:
+    def _written(self, report: Callable[[], None]) -> None:
         self._writing = False
         self._refresh_buttons()
-        tell_written(self._studio, tr("Exported to {file}.", file=path), error)
+        report()
 
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
 
 def _counted(made: SlopeAnswer) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 
 from PySide6.QtCore import QEvent, Qt, QTimer
@@ -34,7 +35,6 @@ from vomstudio.ui.analyse.net.canvas import (
     DrawnNet,
     DrawnRoses,
     NetCanvas,
-    NetThread,
     Wanted,
 )
 from vomstudio.ui.analyse.net.command import net_words
@@ -46,6 +46,7 @@ from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net.written import style_of
 from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.common import theme
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.common.studio import Studio
@@ -62,6 +63,8 @@ _FONT_PX = 12.0
 _SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
 _CORNER = 0.4
 """Of the width, for the name of what is selected."""
+_NET = "net"
+_PATIENCE_S = 5.0
 _MANY = 300
 """Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
 
@@ -85,9 +88,7 @@ class StereonetPanel(QWidget):
         self.canvas.left.connect(self._show_selected)
         self.canvas.painted.connect(self._painted)
         self.canvas.resized.connect(self._soon)
-        self._thread = NetThread()
-        self._thread.done.connect(self._drawn)
-        self._wanted: Wanted | None = None
+        self._background = QtBackground(self, "net", threads=1)
         self._stale = True
         self._path: list[tuple[float, float]] = []
         self.view = NetViewBox(studio, self.wishes)
@@ -194,7 +195,7 @@ class StereonetPanel(QWidget):
         """The program ends."""
         self._timer.stop()
         self._emphasis.stop()
-        self._thread.close()
+        self._background.stop(wait_s=_PATIENCE_S)
 
     @property
     def artists(self) -> NetArtists | None:
@@ -210,7 +211,7 @@ class StereonetPanel(QWidget):
     def up_to_date(self) -> bool:
         """Whether no other net is wanted or being drawn."""
         timed = self._timer.isActive() or self._emphasis.isActive()
-        return not timed and self._wanted is None
+        return not timed and not self._background.is_busy
 
     def _painted(self) -> None:
         if self._stale:
@@ -318,15 +319,13 @@ class StereonetPanel(QWidget):
         size = (self.canvas.width(), self.canvas.height())
         wanted = Wanted(net, style, size, self.canvas.devicePixelRatioF(), beds)
         if self.wishes.view != "net":
-            self._thread.forget()
-            self._wanted = None
+            self._background.cancel(_NET)
             self._draw_roses(wanted)
         elif many:
-            self._wanted = wanted
-            self._thread.draw(wanted)
+            draw = partial(DrawnNet.of, wanted)
+            self._background.run(draw, partial(self._drawn, wanted), key=_NET)
         else:
-            self._thread.forget()
-            self._wanted = None
+            self._background.cancel(_NET)
             self._show(DrawnNet.of(wanted))
         took = 1000.0 * (perf_counter() - start)
         # With many features a change of one is on the outcrop before it is on the net.
@@ -342,12 +341,8 @@ class StereonetPanel(QWidget):
             button.setToolTip(what if of_net else tr("Not now: {what} – of a net only.", what=what))
         self._under.setVisible(of_net)
 
-    def _drawn(self, made: tuple[Wanted, DrawnNet]) -> None:
+    def _drawn(self, wanted: Wanted, net: DrawnNet) -> None:
         """The thread has drawn a net."""
-        wanted, net = made
-        if wanted is not self._wanted:
-            return
-        self._wanted = None
         if wanted.contents.selected != frozenset(self._studio.selection.ids):
             self._emphasise_in(net)
         net.artists.show_live(self._source.live())

@@ -47,7 +47,7 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.looking import Direction, across_slip, depth_along, meeting_line
 
 if TYPE_CHECKING:
-    pass
+    from vomstudio.geology.folds import FoldAxis
 
 SAME_DEG = 0.5
 """Directions that differ by less are treated as the same."""
@@ -72,7 +72,9 @@ class ViewPanel(QWidget):
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
         self._soon.timeout.connect(self._ask)
-        self._asked = NewestResult(self, self._came, lambda: None)
+        self._asked = NewestResult(
+            self, self._came, lambda error: self._came(error.message), lambda: None
+        )
         self._bedding = BeddingAxis(studio)
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = Label("–")
@@ -363,10 +365,7 @@ class ViewPanel(QWidget):
     def _ask(self) -> None:
         self._asked.ask(self._bedding.search())
 
-    def _came(self, axis: object) -> None:
-        from vomstudio.geology.folds import FoldAxis
-
-        assert isinstance(axis, FoldAxis | str)
+    def _came(self, axis: FoldAxis | str) -> None:
         self._bedding.keep(axis)
         if self._bedding.known:
             once_told(self._show)

@@ -130,7 +130,7 @@ def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
     return Mark(points, closed=counted_in == WINDOW)
 
 
-def answer(question: FractureQuestion) -> FractureAnswer | VomError:
+def answer(question: FractureQuestion) -> FractureAnswer:
     """In a thread: what `vomstudio fractures` says of these traces on their face."""
     from vomstudio.geology.fractures.network import Counted
     from vomstudio.geology.fractures.trace_plane import TracePlane
@@ -139,10 +139,7 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
 
     q = question
     plane = q.cells.plane if q.plane is None and q.cells is not None else q.plane
-    try:
-        face = face_of([trace.points for trace in q.traces], plane)
-    except VomError as error:
-        return error
+    face = face_of([trace.points for trace in q.traces], plane)
     lines = on_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
     placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
@@ -268,14 +265,10 @@ def draw_figure(mapped: Mapped, dpi: float = 150.0) -> bytes:
     return file.getvalue()
 
 
-def write_figure(mapped: Mapped, path: Path) -> VomError | None:
+def write_figure(mapped: Mapped, path: Path) -> None:
     """In a thread: the figure, as svg, pdf or png."""
     from vomstudio.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 
-    try:
-        with atomic_write(path, True) as temporary:
-            write_fractures(temporary, mapped, format=path.suffix.lower().removeprefix("."))
-    except VomError as error:
-        return error
-    return None
+    with atomic_write(path, True) as temporary:
+        write_fractures(temporary, mapped, format=path.suffix.lower().removeprefix("."))

@@ -41,8 +41,7 @@ from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import tell_written
+from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -92,8 +91,10 @@ class FracturesPanel(SeenPanel):
         explain(self, "fractures.md")
         self.answered: FractureAnswer | None = None
         self._drawn: FractureAnswer | None = None
-        self._background = Background(self)
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
+        self._background = QtBackground(self)
+        self._asked = NewestResult(
+            self, self._came, self._failed, lambda: self.said.setText(tr("Counting…"))
+        )
         self.of = GroupBox(studio, tr("All traces"))
         self.of.setAccessibleName(tr("Traces"))
         self.plane = PlaneField(studio, "fracture_plane", tr("the plane of best fit"), view)
@@ -326,41 +327,40 @@ class FracturesPanel(SeenPanel):
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
-    def _came(self, made: object) -> None:
-        if isinstance(made, FractureAnswer):
-            notes = [made.why]
-            if made.mapped is not None:
-                plane = made.face.plane
-                assert plane is not None
-                from vomstudio.geology.notation import format_plane
+    def _came(self, made: FractureAnswer) -> None:
+        notes = [made.why]
+        if made.mapped is not None:
+            plane = made.face.plane
+            assert plane is not None
+            from vomstudio.geology.notation import format_plane
 
-                shown = format_plane(plane, self._studio.settings.notation, 0)
-                if plane.undefined:
-                    text = tr("{count} traces, seen from above.", count=len(made.lines))
-                else:
-                    text = (
-                        tr("{count} traces on the face {plane}; azimuths are their strikes.",
-                           count=len(made.lines), plane=shown)
-                        if made.plane.azimuths_from == "north"
-                        else tr("{count} traces on the face {plane}; azimuths are angles on it, "
-                                "clockwise from up.", count=len(made.lines), plane=shown)
-                    )  # fmt: skip
-                notes = [
-                    text,
-                    *(
-                        str(each)
-                        for each in made.mapped.found.warnings
-                        # The first line names the plane.
-                        if getattr(each, "code", "") != "lines.not-planar"
-                    ),
-                    *made.mapped.found.notes,
-                    *self.of.left_out(),
-                    *_of_cells(made),
-                ]
-            self._show(made, "\n".join(notes))
-        else:
-            assert isinstance(made, VomError)
-            self._show(None, made.message)
+            shown = format_plane(plane, self._studio.settings.notation, 0)
+            if plane.undefined:
+                text = tr("{count} traces, seen from above.", count=len(made.lines))
+            else:
+                text = (
+                    tr("{count} traces on the face {plane}; azimuths are their strikes.",
+                       count=len(made.lines), plane=shown)
+                    if made.plane.azimuths_from == "north"
+                    else tr("{count} traces on the face {plane}; azimuths are angles on it, "
+                            "clockwise from up.", count=len(made.lines), plane=shown)
+                )  # fmt: skip
+            notes = [
+                text,
+                *(
+                    str(each)
+                    for each in made.mapped.found.warnings
+                    # The first line names the plane.
+                    if getattr(each, "code", "") != "lines.not-planar"
+                ),
+                *made.mapped.found.notes,
+                *self.of.left_out(),
+                *_of_cells(made),
+            ]
+        self._show(made, "\n".join(notes))
+
+    def _failed(self, error: VomError) -> None:
+        self._show(None, error.message)
 
     def _show(self, answered: FractureAnswer | None, said: str) -> None:
         self.answered = answered
@@ -400,8 +400,7 @@ class FracturesPanel(SeenPanel):
                 partial(draw_figure, labelled), partial(self._figure_came, answered)
             )
 
-    def _figure_came(self, of: FractureAnswer, png: object) -> None:
-        assert isinstance(png, bytes)
+    def _figure_came(self, of: FractureAnswer, png: bytes) -> None:
         if of is self._drawn:
             self.picture.show_image(QImage.fromData(png))
 
@@ -415,8 +414,9 @@ class FracturesPanel(SeenPanel):
         answered = self.answered
         labelled = None if answered is None else answered.mapped
         if labelled is not None:
-            done = partial(tell_written, self._studio, tr("Exported to {file}.", file=path))
-            self._background.run(partial(write_figure, labelled, path), done)
+            studio, said = self._studio, tr("Exported to {file}.", file=path)
+            work = partial(write_figure, labelled, path)
+            self._background.run(work, lambda _: studio.info(said), studio.fail)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
@@ -440,7 +440,7 @@ class FracturesPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
 
 def _of_cells(made: FractureAnswer) -> list[str]:

@@ -33,7 +33,7 @@ from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
@@ -68,7 +68,7 @@ class ThreePointsPanel(SeenPanel):
         self._points: Array | None = None
         self._sigma = 0.0
         self._picking = False
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.take = QPushButton(tr("Take selected"))
         self.read = QPushButton(tr("Read…"))
@@ -191,13 +191,9 @@ class ThreePointsPanel(SeenPanel):
             tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
         )  # fmt: skip
         if name:
-            self._background.run(partial(_read, Path(name)), self._read_came)
+            self._background.run(partial(_read, Path(name)), self._read_came, self._studio.fail)
 
-    def _read_came(self, made: object) -> None:
-        if isinstance(made, VomError):
-            self._studio.fail(made)
-            return
-        assert isinstance(made, Boundaries)
+    def _read_came(self, made: Boundaries) -> None:
         self._fill([[repr(value) for value in row] for row in made.points.tolist()])
         if made.warnings:
             self._studio.warn(" ".join(map(str, made.warnings)))
@@ -365,7 +361,7 @@ class ThreePointsPanel(SeenPanel):
 
     def _close(self) -> None:
         self._timer.stop()
-        self._background.close()
+        self._background.stop()
 
 
 def _after(found: ThreePoints) -> str:
@@ -373,13 +369,10 @@ def _after(found: ThreePoints) -> str:
     return "".join(f" {warning}" for warning in found.warnings)
 
 
-def _read(path: Path) -> Boundaries | VomError:
+def _read(path: Path) -> Boundaries:
     from vomstudio.io.gate.point_tables import read_boundaries
 
-    try:
-        return read_boundaries(path)
-    except VomError as error:
-        return error
+    return read_boundaries(path)
 
 
 def _cell(text: str) -> QTableWidgetItem:

@@ -1,9 +1,8 @@
-"""What of the surface lies in the cells of the project's grids, worked out in a thread."""
+"""What of the surface lies in the cells of the project's grids, computed in threads."""
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +16,13 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement import Measurement, rows_of
 from vomstudio.document.records import FaceGrid, Model, OnAModel, Record, Typed, get
 from vomstudio.document.repeats import is_repeat
-from vomstudio.failures import exception_hooks
 from vomstudio.geology.looked_at.cells import CellGrid, Exposed, exposed_faces, exposed_points
 from vomstudio.geology.looked_at.shares import LookedAt, looked_at
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.tables.grid_layer import file_grid
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
@@ -99,14 +98,9 @@ class _Laid:
 class FaceGrids:
     """changed : the surface in the cells of this grid is known, or is not any more"""
 
-    def __init__(
-        self,
-        projects: Projects,
-        models: Models,
-        hand_over: Callable[[Callable[[], object]], object],
-    ) -> None:
+    def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
-        self._projects, self._models, self._hand_over = projects, models, hand_over
+        self._projects, self._models, self._background = projects, models, background
         self._known: dict[str, tuple[_Laid, Exposed | None]] = {}
         models.loaded.connect(self._loaded)
 
@@ -122,6 +116,7 @@ class FaceGrids:
 
     def begin(self) -> None:
         """Another project."""
+        self._background.cancel_all()
         self._known.clear()
 
     def edited(self, edit: Edit) -> None:
@@ -129,6 +124,7 @@ class FaceGrids:
             if isinstance(record, FaceGrid):
                 self._find(record)
             elif isinstance(edit.before[id_], FaceGrid):
+                self._background.cancel(id_)
                 self._known.pop(id_, None)
                 self.changed.emit(id_)
 
@@ -144,17 +140,13 @@ class FaceGrids:
             return
         self._known[grid.id] = (laid, None)
 
-        def run() -> None:
-            found: Exposed | None = None
-            try:
-                found = exposed_of(grid, opened.data, opened.resolution, pieces=True)
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-            self._hand_over(lambda: self._came(grid.id, laid, found))
+        def store(exposed: Exposed | None) -> None:
+            self._known[grid.id] = (laid, exposed)
+            self.changed.emit(grid.id)
 
-        threading.Thread(target=run, name="cells", daemon=True).start()
-
-    def _came(self, grid_id: str, laid: _Laid, found: Exposed | None) -> None:
-        if self._known.get(grid_id, (None, None))[0] == laid:
-            self._known[grid_id] = (laid, found)
-            self.changed.emit(grid_id)
+        self._background.run(
+            lambda: exposed_of(grid, opened.data, opened.resolution, pieces=True),
+            store,
+            lambda _: store(None),
+            key=grid.id,
+        )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
@@ -14,8 +13,8 @@ import numpy.typing as npt
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
+from vomstudio.errors import VomError
 from vomstudio.extraction.surface_fields import KINDS, field_name
-from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
@@ -31,6 +30,7 @@ from vomstudio.jobs.surface_tasks import (
     MeasurableOrder,
 )
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
@@ -106,15 +106,14 @@ class SurfaceFields:
         derived: DerivedQuantities,
         display: Display,
         jobs: Jobs,
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
-        self._display, self._jobs, self._hand_over = display, jobs, hand_over
+        self._display, self._jobs, self._background = display, jobs, background
         self.running: RunningJob | None = None
         self.said = ""
         self.shown: dict[str, Shown] = {}
-        self._asked = 0
         self._made: dict[str, set[str]] = {}
         models.loaded.connect(self._loaded)
 
@@ -175,7 +174,6 @@ class SurfaceFields:
         """Work a field out and show it; what is being worked out is given up."""
         self.stop()
         self.said = ""
-        self._asked += 1
         why = self.why_not(model_id)
         name = self.name_of(model_id, wanted)
         if why is None and name is None:
@@ -196,7 +194,7 @@ class SurfaceFields:
 
     def stop(self) -> None:
         """Give up what is being worked out."""
-        self._asked += 1
+        self._background.cancel_all()
         if self.running is not None:
             job, self.running = self.running, None
             self._jobs.cancel(job)
@@ -214,7 +212,7 @@ class SurfaceFields:
             return
         record = self._projects.records[model_id]
         assert isinstance(record, Model)
-        metric, turn = record.frame.has_metres, self._asked
+        metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
         out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
 
@@ -224,7 +222,7 @@ class SurfaceFields:
 
         def computed(fields: ComputedFields) -> None:
             messages = tuple(map(str, fields.warnings))
-            self._aside(turn, model_id, shown, lambda: (read(), messages))
+            self._read(model_id, shown, lambda: (read(), messages))
 
         self._submit(
             COMPUTE_FIELDS,
@@ -247,7 +245,6 @@ class SurfaceFields:
         assert isinstance(record, Model)
         names = map_names(plane, length, metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
-        turn = self._asked
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
         registration = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
 
@@ -261,7 +258,7 @@ class SurfaceFields:
             MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), length, registration, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
                plane=format_plane(plane)),
-            lambda _: self._aside(turn, model_id, shown, read),
+            lambda _: self._read(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_distances(self, model_id: str, shown: Shown) -> None:
@@ -274,7 +271,6 @@ class SurfaceFields:
             return
         from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
 
-        turn = self._asked
         out = standing.cache / "fields" / f"{model_id}-distance.npz"
 
         def read() -> tuple[Arrays, tuple[str, ...]]:
@@ -284,7 +280,7 @@ class SurfaceFields:
         self._submit(
             COMPARE_MODELS, CompareOrder(standing, other, None, None, out),
             tr("Distances from {model} to {other}", model=standing.name, other=other.name),
-            lambda _: self._aside(turn, model_id, shown, read),
+            lambda _: self._read(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_plane(self, model_id: str, shown: Shown) -> None:
@@ -301,51 +297,38 @@ class SurfaceFields:
             off = (transform.apply(rows, places) - centre) @ normal
             return {shown.name: off.astype(np.float32)}, ()
 
-        self._aside(self._asked, model_id, shown, work)
+        self._read(model_id, shown, work)
 
     def _submit(self, job: Any, order: Any, title: str, then: Callable[[Any], None]) -> None:
+        def done(result: Any) -> None:
+            if self.running is begun:
+                then(result)
+
         def failed(event: Failed) -> None:
             if self.running is begun:
                 self.running = None
                 self._say(tr("Stopped. Nothing was changed.") if event.cancelled else event.message)
 
-        begun = self._jobs.submit(job, order, title=title, on_done=then, on_failed=failed)
+        begun = self._jobs.submit(job, order, title=title, on_done=done, on_failed=failed)
         self.running = begun
 
-    def _aside(
+    def _read(
         self,
-        turn: int,
         model_id: str,
         shown: Shown,
         work: Callable[[], tuple[Arrays, tuple[str, ...]]],
     ) -> None:
-        """Many megabytes are read or worked out in a thread."""
+        """Read or compute many megabytes in a thread."""
 
-        def run() -> None:
-            try:
-                arrays, said = work()
-            except (OSError, ValueError, KeyError):
-                problem = tr("The values could not be read from the cache; ask for them again.")
-                self._hand_over(lambda: self._arrived(turn, model_id, shown, {}, (problem,)))
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-                self._hand_over(lambda: self._arrived(turn, model_id, shown, {}, ()))
-            else:
-                self._hand_over(lambda: self._arrived(turn, model_id, shown, arrays, said))
+        def show(result: tuple[Arrays, tuple[str, ...]]) -> None:
+            self.running = None
+            self._show(model_id, shown, *result)
 
-        if turn == self._asked:
-            threading.Thread(target=run, name="surface-fields", daemon=True).start()
+        def refuse(_: VomError) -> None:
+            self.running = None
+            self._say(tr("The values could not be read from the cache; ask for them again."))
 
-    def _arrived(
-        self, turn: int, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]
-    ) -> None:
-        if turn != self._asked:
-            return
-        self.running = None
-        if not arrays:
-            self._say(" ".join(said))
-        else:
-            self._show(model_id, shown, arrays, said)
+        self._background.run(work, show, refuse, expected=(OSError, ValueError, KeyError))
 
     # --- showing -----------------------------------------------------------------------------
     def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]) -> None:
@@ -380,7 +363,7 @@ class SurfaceFields:
     def begin(self) -> None:
         """Another project has been opened."""
         self.running, self.said = None, ""
-        self._asked += 1
+        self._background.cancel_all()
         self.shown.clear()
         self._made.clear()
         self.changed.emit()

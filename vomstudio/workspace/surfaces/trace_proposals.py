@@ -3,7 +3,6 @@ picked, and part of the project only where somebody accepts them."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,13 +17,14 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point
-from vomstudio.failures import exception_hooks
+from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesOrder
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.tools.tool_context import Tool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.words import tr
@@ -116,11 +116,11 @@ class TraceProposals:
         tools: Tools,
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._editing, self._tools = projects, editing, tools
-        self._jobs, self._thresholds, self._hand_over = jobs, thresholds, hand_over
+        self._jobs, self._thresholds, self._background = jobs, thresholds, background
         self.running: RunningJob | None = None
         self.found: ProposedLines | None = None
         self.said = ""
@@ -129,7 +129,6 @@ class TraceProposals:
         # As long as the program runs, whatever is looked for next: lines in the files' frames.
         self._never: dict[str, list[Array]] = {}
         self._open_before: frozenset[int] = frozenset()
-        self._asked = 0
         tools.changed.connect(self._look)
 
     @property
@@ -161,8 +160,7 @@ class TraceProposals:
         if standing is None or not isinstance(record, Model):
             self._say(tr("The model's file was not found."))
             return
-        self._asked += 1
-        turn, known = self._asked, self._known(model_id)
+        known = self._known(model_id)
         order = TracesOrder(
             # What is known already is none of the number that is asked for.
             standing, limits.cost, limits.least_length_m, limits.most + len(known),
@@ -170,17 +168,21 @@ class TraceProposals:
             standing.cache / "proposed_traces" / f"{model_id}.npz",
         )  # fmt: skip
 
+        def done(told: FoundTraces) -> None:
+            if self.running is job:
+                self._judge(record, limits, told, known)
+
         def failed(event: Failed) -> None:
-            if turn == self._asked:
+            if self.running is job:
                 self.running = None
                 stopped = tr("Stopped. Nothing was changed.")
                 self._say(stopped if event.cancelled else event.message)
 
-        self.running = self._jobs.submit(
+        job = self.running = self._jobs.submit(
             PROPOSE_TRACES,
             order,
             title=tr("Traces of {model}", model=record.name),
-            on_done=lambda told: self._came(turn, record, limits, told, known),
+            on_done=done,
             on_failed=failed,
         )
         self.said = ""
@@ -192,7 +194,7 @@ class TraceProposals:
             self._say(tr("Stopped. Nothing was changed."))
 
     def _stop(self) -> bool:
-        self._asked += 1
+        self._background.cancel_all()
         job, self.running = self.running, None
         if job is not None:
             self._jobs.cancel(job)
@@ -204,33 +206,24 @@ class TraceProposals:
         picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
         return [*picked, *self._never.get(model_id, ())]
 
-    def _came(
-        self, turn: int, model: Model, limits: TraceLimits, told: FoundTraces, known: list[Array]
+    def _judge(
+        self, model: Model, limits: TraceLimits, told: FoundTraces, known: list[Array]
     ) -> None:
-        """Judged in a thread."""
-        if turn != self._asked:
-            return
+        """Read and judge the lines in a thread."""
         records, thresholds = dict(self._projects.records), self._thresholds()
+        self._background.run(
+            lambda: _proposed(model, limits, told, known, records, thresholds),
+            self._show_lines,
+            self._refuse,
+            expected=(OSError, ValueError, KeyError),
+        )
 
-        def run() -> None:
-            made: ProposedLines | None = None
-            try:
-                made = _proposed(model, limits, told, known, records, thresholds)
-            except (OSError, ValueError, KeyError):
-                pass
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-            self._hand_over(lambda: self._arrived(turn, made))
-
-        threading.Thread(target=run, name="proposed traces", daemon=True).start()
-
-    def _arrived(self, turn: int, made: ProposedLines | None) -> None:
-        if turn != self._asked:
-            return
+    def _refuse(self, error: VomError) -> None:
         self.running = None
-        if made is None:
-            self._say(tr("The lines could not be read from the cache; look for them again."))
-            return
+        self._say(tr("The lines could not be read from the cache; look for them again."))
+
+    def _show_lines(self, made: ProposedLines) -> None:
+        self.running = None
         self.found, self._made, self._rejected = made, {}, set()
         self._say("")
 
