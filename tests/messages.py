@@ -17,7 +17,7 @@ from vomstudio.errors import InputError, VomError
 
 @contextmanager
 def refused(
-    code: str, kind: type[VomError] = InputError, **values: Any
+    code: str, kind: type[VomError] = InputError, /, **values: Any
 ) -> Iterator[pytest.ExceptionInfo[VomError]]:
     """Expect an error with a code and some of its values, such as ``column="dip"``.
 
