@@ -30,6 +30,7 @@ from tests.small_disk import failing_disk, fill, small_disk
 from vomstudio.document.records import Mask
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import NAME, read_replay
+from vomstudio.io.project.journal_failures import is_lost
 from vomstudio.io.project.verify import verify
 
 pytestmark = [pytest.mark.full, pytest.mark.usefixtures("new_window")]
@@ -65,7 +66,8 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     assert "in memory only" in window.windowTitle()
     driver.keep_picture(window, f"ground-{picture}")
     # Saving is not said where nothing is saved.
-    if studio.project.trouble and not studio.project.trouble.lost:
+    failure = studio.project.write_failure
+    if failure is not None and not is_lost(failure):
         driver.key(window, Qt.Key.Key_S, driver.CTRL)
         assert "elsewhere" in window.message_bar.text
         assert studio.session.dirty

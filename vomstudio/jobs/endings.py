@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 from typing import IO, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import start_thread
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.files.disk_troubles import not_taken, tells_of_disk
@@ -66,13 +67,7 @@ def failure_of(code: int, said: str, job: Job[Any, Any], request: Any) -> VomErr
         remedy = job.if_memory_is_short()
     elif code in _CRASHED and job.smaller:
         remedy = tr("This can be a lack of memory. {remedy}", remedy=job.if_memory_is_short())
-    return WorkerError(
-        tr(
-            "The worker process ended unexpectedly ({ending}). Finished results are kept. {remedy}",
-            ending=ending(code),
-            remedy=remedy,
-        )
-    )
+    return WorkerError(Finding("job.worker-died", ending=ending(code), remedy=remedy))
 
 
 def _last_word(said: str) -> str:
@@ -83,9 +78,7 @@ def _last_word(said: str) -> str:
 
 def short_of_memory(job: Job[Any, Any]) -> WorkerError:
     """The sentence on a job for which there is not enough memory."""
-    return WorkerError(
-        tr("There is not enough memory for this. {remedy}", remedy=job.if_memory_is_short())
-    )
+    return WorkerError(Finding("job.out-of-memory", remedy=job.if_memory_is_short()))
 
 
 def ending(code: int) -> str:

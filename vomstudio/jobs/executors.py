@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import CHECK_PERIOD_S, PROCESSORS, map_unordered
 from vomstudio.errors import UsageError, WorkerError
 from vomstudio.photogrammetry.base.memory import workers_at_once
 from vomstudio.progress import Executor, Inline, Progress
-from vomstudio.words import tr
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -64,7 +64,7 @@ class Cluster:
             import distributed
         except ImportError as error:
             raise UsageError(
-                tr("A cluster needs Dask. Install it with: pip install 'vomstudio[cluster]'."),
+                Finding("cluster.no-dask"),
                 field="--scheduler",
             ) from error
         for name in ("distributed", "distributed.client", "distributed.core", "tornado"):
@@ -75,20 +75,13 @@ class Cluster:
             self._client: Any = connect(address, timeout=10, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise UsageError(
-                tr(
-                    "No Dask scheduler answers at {address}. Start one, or leave this option out.",
-                    address=address,
-                ),
+                Finding("cluster.no-scheduler", address=address),
                 field="--scheduler",
             ) from error
         if not self._wait_for_workers():
             self.close()
             raise UsageError(
-                tr(
-                    "The scheduler at {address} has no workers. Start some with: dask worker "
-                    "{address}.",
-                    address=address,
-                ),
+                Finding("cluster.no-workers", address=address),
                 field="--scheduler",
             )
 
@@ -142,12 +135,8 @@ class Cluster:
                         self._require_workers()
                         if tries == _TRIES:
                             raise WorkerError(
-                                tr(
-                                    "The cluster lost the same part of the work {tries} times "
-                                    "({error}), probably out of memory. Finished results are "
-                                    "kept. Try again.",
-                                    tries=tries,
-                                    error=type(error).__name__,
+                                Finding(
+                                    "cluster.part-lost", tries=tries, error=type(error).__name__
                                 )
                             ) from error
                         submit(number, item, tries + 1)
@@ -162,12 +151,7 @@ class Cluster:
 
     def _require_workers(self) -> None:
         if not self._wait_for_workers():
-            raise WorkerError(
-                tr(
-                    "The cluster has lost all its workers. Finished results are kept. Start "
-                    "workers and try again."
-                )
-            )
+            raise WorkerError(Finding("cluster.workers-lost"))
 
     def _wait_for_workers(self) -> bool:
         """A worker may just be starting, or starting again in place of one that died."""

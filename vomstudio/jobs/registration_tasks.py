@@ -74,6 +74,7 @@ class FittedModel:
 
 
 def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
+    from vomstudio.core.findings import Finding
     from vomstudio.errors import GeometryError
     from vomstudio.registration.by_model.reference import fit_to_reference
     from vomstudio.registration.by_model.starting import (
@@ -85,7 +86,6 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     from vomstudio.registration.evidence import Evidence, register
     from vomstudio.registration.overlap import refuse_apart
     from vomstudio.registration.placing import with_warnings
-    from vomstudio.words import tr
 
     registration = asked.model.registration
     points, spacing = points_and_spacing(
@@ -115,12 +115,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     evidence.reference = fitted.observation
     placed = with_warnings(register(evidence), (*about_stable, *fitted.warnings))
     if not placed.known.all:
-        raise GeometryError(
-            tr(
-                "The reference leaves free: {what}. Click more points that hold it.",
-                what=", ".join(fitted.free),
-            )
-        )
+        raise GeometryError(Finding("registration.undetermined", parameters=fitted.free))
     return FittedModel(
         placed, fitted.places, fitted.overlap, fitted.rms_m, fitted.blocks, fitted.block_m
     )

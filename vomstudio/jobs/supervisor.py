@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import start_thread, start_timer
 from vomstudio.errors import Cancelled, VomError, WorkerError
 from vomstudio.failures.lifeline import Lifeline
@@ -58,7 +59,7 @@ class Worker:
         args = serialisation.encode(request)
         with self._lock:
             if self._closed:
-                raise WorkerError(tr("The program is closing. No new work is started."))
+                raise WorkerError(Finding("job.closing"))
             number = next(self._numbers)
             command = {"job": number, "task": job.name, "args": args}
             try:
@@ -69,12 +70,7 @@ class Worker:
                     self._process = None
                     owner = self._write(command)
             except OSError as error:
-                raise WorkerError(
-                    tr(
-                        "The worker process cannot be started ({error}). Close other programs.",
-                        error=error,
-                    )
-                ) from error
+                raise WorkerError(Finding("job.no-worker", reason=error)) from error
             self._listeners[number], self._owners[number] = listener, owner
             self._jobs[number] = (job, request)
             return number

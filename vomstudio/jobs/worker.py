@@ -17,6 +17,7 @@ import threading
 import traceback
 from typing import Any, TextIO
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import start_thread
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
@@ -78,9 +79,7 @@ def main() -> int:
             token.check()
             task = task_of(name)
             if task is None:
-                raise WorkerError(
-                    tr("This version has no task “{task}”. Restart the program.", task=name)
-                )
+                raise WorkerError(Finding("job.unknown-task", task=name))
             with memory_limit.limited_to_what_is_free():
                 done = task.carry_out(args, _Reporter(job, token, send))
             send(Done(job, done))
@@ -97,12 +96,7 @@ def main() -> int:
             traceback.print_exc(file=sys.stderr)
             ERRORS.report(error, tr("in the task {task}", task=name))
             fault = WorkerError(
-                tr(
-                    "The task “{task}” failed: {type}: {error}.",
-                    task=name,
-                    type=type(error).__name__,
-                    error=error,
-                )
+                Finding("job.failed", task=name, type=type(error).__name__, error=error)
             )
             send(Failed(job, fault.as_dict(), fault.exit_code))
 

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.threads import lower_priority, start_thread
 from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
@@ -84,7 +84,7 @@ PREVIEW_BYTES = 8_000_000
 
 
 class ModelLoader:
-    """Loads models. `problem` gives a sentence on what could not be opened; `convertible` gives the
+    """Loads models. `problem` reports what could not be opened; `convertible` gives the
     file of a model that is not metric, a CRS in which it would be, and the sentence.
 
     `previewed` gives the key of a large cloud that is being read and some of its points, which may
@@ -109,7 +109,7 @@ class ModelLoader:
         budget : callable
             Maximum number of points of a cloud in memory; a larger COPC file is streamed.
         """
-        self.problem: Signal[str] = Signal()
+        self.problem: Signal[Finding | VomError] = Signal()
         self.convertible: Signal[Path, str, str] = Signal()
         self.previewed: Signal[str, PointCloud] = Signal()
         self.ended: Signal[str] = Signal()
@@ -142,7 +142,7 @@ class ModelLoader:
             if crs := event.error.get("suggested_crs"):
                 self.convertible.emit(path, str(crs), event.message)
             else:
-                self.problem.emit(event.message)
+                self.problem.emit(event.to_error())
 
         self._preview(key, path, cache)
         self._running[key] = self._jobs.submit(
@@ -172,7 +172,7 @@ class ModelLoader:
         self._streams.run_request(
             read,
             partial(self._hand_over, key, then),
-            lambda error: self._refuse(key, str(error)),
+            lambda error: self._refuse(key, error),
         )
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
@@ -249,8 +249,10 @@ class ModelLoader:
             )
 
         def refuse(error: VomError) -> None:
-            text = tr("{file} could not be cached. {error}", file=path.name, error=error)
-            self._refuse(key, text)
+            finding = Finding(
+                "model.not-cached", file=path.name, reason=error, reason_code=error.code
+            )
+            self._refuse(key, finding)
 
         self._background.run(read, partial(self._hand_over, key, then), refuse)
 
@@ -261,9 +263,9 @@ class ModelLoader:
         self._building.start()
         self.ended.emit(key)
 
-    def _refuse(self, key: str, text: str) -> None:
+    def _refuse(self, key: str, reason: Finding | VomError) -> None:
         del self._running[key]
-        self.problem.emit(text)
+        self.problem.emit(reason)
         self.ended.emit(key)
 
     def _build(self) -> None:

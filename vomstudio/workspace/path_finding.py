@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import InputError, VomError
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.studio.background import Background
 from vomstudio.tools.followed_line import Answer, Way
 from vomstudio.tools.interaction_types import Point
-from vomstudio.words import tr
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.photo_path_finding import PhotoPaths
 from vomstudio.workspace.photos import ModelPhotos
@@ -87,7 +87,7 @@ class PathFinding:
         self._background.run(
             partial(self._find, search),
             answer,
-            lambda error: answer(str(error)),
+            lambda error: answer(finding_of(error)),
             key=_LIVE if live else None,
         )
 
@@ -100,7 +100,7 @@ class PathFinding:
     # --- in the thread -----------------------------------------------------------------------
     def _find(self, search: _Search) -> Way:
         if search.data is None:
-            raise InputError(tr("The model is not loaded, so nothing can be followed on it."))
+            raise InputError(Finding("model.not-open"))
         if search.photos is None:
             return self._over_surface(search)
         ends = np.asarray(search.ends)
@@ -111,7 +111,7 @@ class PathFinding:
         except VomError as error:
             # Over the surface if the photo gives no path, with the reason.
             way = self._over_surface(search)
-            return replace(way, said=str(error), final=not search.live)
+            return replace(way, said=finding_of(error), final=not search.live)
 
     def _over_surface(self, search: _Search) -> Way:
         from vomstudio.extraction.following import Follower

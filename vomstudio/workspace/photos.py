@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -19,7 +20,6 @@ from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
-from vomstudio.words import tr
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
 
@@ -57,7 +57,7 @@ class PhotoLinks:
         self._projects, self._models, self._background = projects, models, background
         self._ready: dict[str, ModelPhotos] = {}
         self._trees: dict[str, tuple[object, RayTree]] = {}
-        self._problems: dict[str, str] = {}
+        self._problems: dict[str, Finding] = {}
         self._wanted = False
 
     # --- asked -------------------------------------------------------------------------------
@@ -73,9 +73,9 @@ class PhotoLinks:
         """Photos of a model are being read."""
         return self._background.is_busy
 
-    def problem(self, model_id: str) -> str:
-        """Why a model has no photos though it has cameras; empty where it has none."""
-        return self._problems.get(model_id, "")
+    def problem(self, model_id: str) -> Finding | None:
+        """Return why a model has no photos though it has cameras."""
+        return self._problems.get(model_id)
 
     def want(self) -> None:
         """From now on photos are searched for."""
@@ -134,11 +134,7 @@ class PhotoLinks:
         if not self._wanted or opened is None or path is None or not isinstance(record, Model):
             return
         if isinstance(opened.data, StreamedCloud):
-            self._problems[model_id] = tr(
-                "{model} is too large to be held in memory as a whole, so lines of sight to it "
-                "cannot be traced. Open the mesh of the same outcrop, or a thinned cloud.",
-                model=record.name,
-            )
+            self._problems[model_id] = Finding("model.cloud-too-large", model=record.name)
             return
         self._problems.pop(model_id, None)
         kept = self._trees.get(model_id)
@@ -150,7 +146,7 @@ class PhotoLinks:
 
         def refuse(error: VomError) -> None:
             self._ready.pop(model_id, None)
-            self._problems[model_id] = str(error)
+            self._problems[model_id] = finding_of(error)
             self.changed.emit(model_id)
 
         self._background.run(

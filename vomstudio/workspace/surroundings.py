@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.records import Model, Surrounded
 from vomstudio.errors import VomError
@@ -15,7 +16,6 @@ from vomstudio.tools.local_surface import (
     model_of_earlier_rule,
     of_earlier_rules,
 )
-from vomstudio.words import tr, tr_n
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
@@ -37,17 +37,17 @@ class Surroundings:
         self._notices, self._background = notices, background
         self._told = ""
 
-    def why_not(self) -> str | None:
-        """Why there is nothing to update; None where there is."""
+    def why_not(self) -> Finding | None:
+        """Return why there is nothing to update; None if there is."""
         if self._background.is_busy:
-            return tr("The surroundings are being measured.")
+            return Finding("surroundings.running")
         # Asked after every gesture, of thousands of features that lie on a few models.
         models = self._projects.records.counted(model_of_earlier_rule)
         if not models:
-            return tr("No feature was measured by an earlier rule.")
+            return Finding("surroundings.up-to-date")
         hashes = self._hashes()
         if not any(hashes.get(id_) == hash_ for id_, hash_ in models):
-            return tr("The models of these features are not open. Locate their files first.")
+            return Finding("surroundings.models-closed")
         return None
 
     def offer(self, model_id: str) -> None:
@@ -57,15 +57,7 @@ class Surroundings:
         if not count or self._told == folder:
             return
         self._told = folder
-        self._notices.info(
-            tr_n(
-                "The resolution and outcrop face of {count} feature were measured by an earlier "
-                "rule. Interpret > Update earlier features measures them anew.",
-                "The resolution and outcrop face of {count} features were measured by an earlier "
-                "rule. Interpret > Update earlier features measures them anew.",
-                count,
-            )
-        )
+        self._notices.info(Finding("surroundings.earlier-rule", count=count))
 
     def update(self) -> None:
         """Begin; the edit comes when all are measured."""
@@ -109,23 +101,9 @@ class Surroundings:
         if not still or not self._editing.attempt(edits.update_surroundings, still):
             return
         left = len(self._earlier())
-        self._notices.info(
-            tr_n(
-                "The surroundings of {count} feature were measured anew. Undo takes it back.",
-                "The surroundings of {count} features were measured anew. Undo takes it back.",
-                len(still),
-            )
-            + (
-                ""
-                if not left
-                else " "
-                + tr_n(
-                    "{count} feature keeps its earlier values, since its model is not open.",
-                    "{count} features keep their earlier values, since their models are not open.",
-                    left,
-                )
-            )
-        )
+        self._notices.info(Finding("surroundings.updated", count=len(still)))
+        if left:
+            self._notices.warn(Finding("surroundings.left-out", count=left))
 
 
 def _measure(

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Feature, Model, get_feature
@@ -16,7 +17,6 @@ from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
 from vomstudio.studio.owner_thread import Aside, Call, Later, Post, in_the_way
-from vomstudio.words import tr, tr_n
 from vomstudio.workspace.blind_repeats import BlindRepeats
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
@@ -148,7 +148,7 @@ class Workspace:
         self._join()
 
     def _join(self) -> None:
-        self.loader.problem.connect(lambda text: self.notices.warn(text, "error"))
+        self.loader.problem.connect(lambda finding: self.notices.warn(finding, "error"))
         self.projects.leaving.connect(self._leave)
         self.projects.opened.connect(self._begin)
         self.projects.edited.connect(self._edited)
@@ -177,33 +177,19 @@ class Workspace:
         self.project_opened.emit()
         self.history_changed.emit()
         if session.recovered:
-            self.notices.warn(tr("Unsaved work was restored. Save it, or discard it with Undo."))
+            self.notices.warn(Finding("project.recovered"))
         self._tell_left_out(self.projects.project.problems)
         for model in session.of(Model):
             self.models.load(model)
         if session.draft is not None:
             self.tools.restore(session.draft.state)
 
-    def _tell_left_out(self, problems: Sequence[str]) -> None:
+    def _tell_left_out(self, problems: Sequence[Finding]) -> None:
         for problem in problems:
-            self.notices.warn(
-                tr(
-                    "A part of the project could not be read and was left out. {problem}",
-                    problem=problem,
-                )
-            )
+            self.notices.warn(_left_out((problem,)))
         if len(problems) > 1:
             # The bar shows the newest notice only.
-            self.notices.warn(
-                tr_n(
-                    "{count} part of the project could not be read and was left out; it is "
-                    "named among the messages. The first: {problem}",
-                    "{count} parts of the project could not be read and were left out; each is "
-                    "named among the messages. The first: {problem}",
-                    len(problems),
-                    problem=problems[0],
-                )
-            )
+            self.notices.warn(_left_out(problems))
 
     def _leave(self) -> None:
         self.repeats.forget()
@@ -280,12 +266,9 @@ class Workspace:
         twice = sorted({new[i].name for i in looked_at if count[new[i].name] > 1})
         if twice:
             self.notices.warn(
-                tr_n(
-                    "{count} name belongs to more than one feature: {names}. Tables tell them "
-                    "apart by their ids only. Rename one with F2.",
-                    "{count} names belong to more than one feature: {names}. Tables tell them "
-                    "apart by their ids only. Rename some with F2.",
-                    len(twice),
+                Finding(
+                    "feature.same-names",
+                    count=len(twice),
                     names=", ".join(twice[:5]) + (" …" if len(twice) > 5 else ""),
                 )
             )
@@ -296,3 +279,13 @@ class Workspace:
         chosen = [i for i in self.selection.ids if get_feature(records, i) is not None]
         ids = [i for i in chosen if i not in but]
         return bool(ids) and self.editing.attempt(edits.delete, ids)
+
+
+def _left_out(problems: Sequence[Finding]) -> Finding:
+    first = problems[0]
+    return Finding(
+        "project.parts-left-out",
+        count=len(problems),
+        first=first.message,
+        first_code=first.code,
+    )

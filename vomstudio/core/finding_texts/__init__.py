@@ -10,14 +10,20 @@ from __future__ import annotations
 from vomstudio.core.finding_texts import (
     control,
     drawings,
+    edits,
     files,
     frames,
+    jobs,
     models,
     options,
     photos,
+    placing,
     planes,
+    projects,
     registration,
     structures,
+    tools,
+    workspace,
 )
 from vomstudio.core.finding_texts.entry import Entry, Severity
 
@@ -26,14 +32,20 @@ __all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "texts_of"]
 SUBJECTS = (
     control,
     drawings,
+    edits,
     files,
     frames,
+    jobs,
     models,
     options,
     photos,
+    placing,
     planes,
+    projects,
     registration,
     structures,
+    tools,
+    workspace,
 )
 
 TEXTS: dict[str, Entry] = {

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
@@ -303,16 +304,16 @@ class ViewPanel(QWidget):
         current = self._studio.selection.current
         return None if current is None else self._error_of(current)
 
-    def _meeting(self) -> Direction | str:
+    def _meeting(self) -> Direction | Finding:
         if len(self._studio.selection.ids) != 2:
-            return tr("Select two planes first.")
+            return Finding("selection.not-two-planes")
         return meeting_line(self._chosen())
 
-    def _across_slip(self) -> Direction | str:
+    def _across_slip(self) -> Direction | Finding:
         current = self._studio.selection.current
         measured = {} if current is None else self._studio.measured([current])
         if current is None or current not in measured:
-            return tr("Select a slip lineation that lies on a fault first.")
+            return Finding("selection.no-slip")
         return across_slip(measured[current])
 
     def _plane(self) -> Plane | None:
@@ -411,11 +412,11 @@ class ViewPanel(QWidget):
         else:
             self._verdict.setText(escape(axis))
 
-    def _offer(self, name: str, found: Direction | str | None) -> None:
+    def _offer(self, name: str, found: Direction | Message | None) -> None:
         """A button that says, before it is pressed, where it looks and what that costs."""
         button = self._buttons[name]
         if not isinstance(found, Direction):
-            _enable(button, found or tr("There is no such direction."))
+            _enable(button, str(found or tr("There is no such direction.")))
             return
         _enable(button, None)
         said = tr(

@@ -246,7 +246,7 @@ class BedLogPanel(SeenPanel):
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
-            return bed.problem or tr("This feature has no plane.")
+            return str(bed.problem or tr("This feature has no plane."))
         try:
             sigma = number_in(self.sigma, tr("The error of the points is a length of 0 or more."))
             reach = number_in(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.records import Registration
 from vomstudio.errors import InputError
 from vomstudio.io.models.frames import establish_frame
@@ -169,7 +169,7 @@ def _stable(
         flags, reach = near_cloud(points, places, spacing)
     if not flags.any():
         raise InputError(
-            tr("No point of the reference lies in the mask. Check that both are in one frame."),
+            Finding("reference.mask-elsewhere"),
             file=path,
             field="--stable",
         )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.patch import Patch
@@ -132,7 +133,7 @@ class FacetProposals:
         self.accepted: set[int] = set()
         # Of what was accepted: id of the patch, and its place in `found`.
         self._kept: dict[str, int] = {}
-        self.said = ""
+        self.said: Message = ""
 
     @property
     def waiting(self) -> bool:
@@ -146,7 +147,7 @@ class FacetProposals:
         standing = standing_model(self._projects, model_id)
         record = self._projects.records.get(model_id)
         if standing is None or not isinstance(record, Model):
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
         name = "part" if sight is not None else "whole"
         order = FacetsOrder(
@@ -160,7 +161,7 @@ class FacetProposals:
         def failed(event: Failed) -> None:
             if self.running is job:
                 self.running = None
-                stopped = tr("Stopped. Nothing was changed.")
+                stopped = Finding("job.stopped")
                 self._say(stopped if event.cancelled else event.message)
 
         job = self.running = self._jobs.submit(
@@ -177,7 +178,7 @@ class FacetProposals:
     def stop(self) -> None:
         """Give up what is being looked for."""
         if self._stop():
-            self._say(tr("Stopped. Nothing was changed."))
+            self._say(Finding("job.stopped"))
 
     def _stop(self) -> bool:
         self._background.cancel_all()
@@ -200,7 +201,7 @@ class FacetProposals:
 
     def _refuse(self, error: VomError) -> None:
         self.running = None
-        self._say(tr("The facets could not be read from the cache; look for them again."))
+        self._say(Finding("cache.unreadable"))
 
     def _show_proposals(self, made: Proposals) -> None:
         self.running = None
@@ -314,7 +315,7 @@ class FacetProposals:
         self.open -= set(rows)
         self.changed.emit()
 
-    def drop(self, why: str = "") -> None:
+    def drop(self, why: Message = "") -> None:
         """Forget everything that was proposed. why : a sentence to show"""
         self._stop()
         found, self.found = self.found, None
@@ -336,7 +337,7 @@ class FacetProposals:
         if not isinstance(now, Model):
             self.drop()
         elif now.to_world != found.to_world:
-            self.drop(tr("The model has been placed anew since: look for facets again."))
+            self.drop(Finding("model.placed-anew"))
 
     def _follow(self, edit: Edit) -> None:
         """Facets whose patch is gone are open again; those whose patch is back are not."""
@@ -352,7 +353,7 @@ class FacetProposals:
         self.accepted = (self.accepted | back) - gone
         self.changed.emit()
 
-    def _say(self, said: str) -> None:
+    def _say(self, said: Message) -> None:
         self.said = said
         self.changed.emit()
 

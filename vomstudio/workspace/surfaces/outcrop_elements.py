@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.records import Model
 from vomstudio.extraction.selecting.looking import Looking, count_of
 from vomstudio.extraction.selecting.neighbours import Neighbours, neighbours_of
@@ -17,7 +18,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
 from vomstudio.tools.chosen_elements import mask_as_dict, mask_from_dict
-from vomstudio.words import tr
 from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
@@ -47,7 +47,7 @@ class OutcropElements:
         self._projects, self._models, self._visibility = projects, models, visibility
         self._background, self._cutting = background, cutting
         self._hidden: dict[str, Mask] = {}
-        self._known: tuple[OpenModel, Neighbours | str] | None = None
+        self._known: tuple[OpenModel, Neighbours | Finding] | None = None
         self._wanted: tuple[OpenModel, Callable[[], None]] | None = None
 
     def looking(self) -> Looking | None:
@@ -69,10 +69,10 @@ class OutcropElements:
         return 0.0 if opened is None else opened.resolution or 0.0
 
     # --- neighbours ---------------------------------------------------------------------------
-    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | str | None:
+    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
         opened = self._models.open.get(model_id)
         if opened is None:
-            return tr("The model is not loaded.")
+            return Finding("model.not-open", model=model_id)
         if self._known is not None and self._known[0] is opened:
             return self._known[1]
         wanted, self._wanted = self._wanted, (opened, then)
@@ -80,12 +80,12 @@ class OutcropElements:
             self._background.run(
                 lambda: neighbours_of(opened.data, opened.resolution or 0.0),
                 partial(self._store, opened),
-                lambda error: self._store(opened, str(error)),
+                lambda error: self._store(opened, finding_of(error)),
                 key=_NEIGHBOURS,
             )
         return None
 
-    def _store(self, opened: OpenModel, result: Neighbours | str) -> None:
+    def _store(self, opened: OpenModel, result: Neighbours | Finding) -> None:
         wanted, self._wanted = self._wanted, None
         if any(each is opened for each in self._models.open.values()):
             self._known = (opened, result)

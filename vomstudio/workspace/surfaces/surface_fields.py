@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
@@ -92,7 +93,7 @@ class Shown:
     name: str
     rests_on: object
     palette: str | None = None
-    said: tuple[str, ...] = ()
+    said: tuple[Message, ...] = ()
 
 
 class SurfaceFields:
@@ -112,21 +113,21 @@ class SurfaceFields:
         self._projects, self._models, self._derived = projects, models, derived
         self._display, self._jobs, self._background = display, jobs, background
         self.running: RunningJob | None = None
-        self.said = ""
+        self.said: Message = ""
         self.shown: dict[str, Shown] = {}
         self._made: dict[str, set[str]] = {}
         models.loaded.connect(self._loaded)
 
     # --- what can be asked -------------------------------------------------------------------
-    def why_not(self, model_id: str) -> str | None:
-        """Why nothing can be worked out for this model; None where it can."""
+    def why_not(self, model_id: str) -> Finding | None:
+        """Return why no field can be computed for this model; None if one can."""
         opened = self._models.open.get(model_id)
         if opened is None:
-            return tr("The model's file is not open.")
+            return Finding("model.not-open")
         count = len(opened.data.vertices) if isinstance(opened.data, Mesh) else opened.data.count
         held = len(opened.data.vertices if isinstance(opened.data, Mesh) else opened.data.points)
         if held != count:
-            return tr("This cloud is too large to be held in memory; cut a part of it first.")
+            return Finding("model.cloud-too-large", model=self._projects.name_of(model_id))
         return None
 
     def likely_radius(self, model_id: str) -> float:
@@ -177,7 +178,7 @@ class SurfaceFields:
         why = self.why_not(model_id)
         name = self.name_of(model_id, wanted)
         if why is None and name is None:
-            why = tr("What this field is of is no longer in the project.")
+            why = Finding("field.feature-missing")
         if why is not None or name is None:
             self._say(why or "")
             return
@@ -198,13 +199,13 @@ class SurfaceFields:
         if self.running is not None:
             job, self.running = self.running, None
             self._jobs.cancel(job)
-            self._say(tr("Stopped. Nothing was changed."))
+            self._say(Finding("job.stopped"))
 
     def _ask_surface(self, model_id: str, shown: Shown) -> None:
         # Every field of this radius is there at once, where one of them is.
         standing, radius = standing_model(self._projects, model_id), shown.wanted.radius_m
         if standing is None:
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
         data = self._models.open[model_id].data
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
@@ -235,7 +236,7 @@ class SurfaceFields:
         # Both fields are there at once.
         standing, plane = standing_model(self._projects, model_id), self.plane_meant(shown.wanted)
         if standing is None or plane is None:
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
         data, length = self._models.open[model_id].data, shown.wanted.radius_m
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
@@ -248,7 +249,7 @@ class SurfaceFields:
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
         registration = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
 
-        def read() -> tuple[Arrays, tuple[str, ...]]:
+        def read() -> tuple[Arrays, tuple[Message, ...]]:
             with open_arrays(out) as found:
                 arrays = {names[MEASURABLE]: found["measurable"]}
                 arrays[names[EXPECTED]] = found["expected_error95_deg"]
@@ -267,13 +268,13 @@ class SurfaceFields:
             standing_model(self._projects, shown.wanted.of),
         )
         if standing is None or other is None:
-            self._say(tr("The file of the other model was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(shown.wanted.of)))
             return
         from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
 
         out = standing.cache / "fields" / f"{model_id}-distance.npz"
 
-        def read() -> tuple[Arrays, tuple[str, ...]]:
+        def read() -> tuple[Arrays, tuple[Message, ...]]:
             with open_arrays(out) as found:
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
@@ -287,12 +288,12 @@ class SurfaceFields:
         plane, record = shown.rests_on, self._projects.records[model_id]
         assert isinstance(record, Model)
         if not isinstance(plane, tuple) or plane[1] is None:
-            self._say(tr("The selected feature has no plane with a place."))
+            self._say(Finding("field.no-plane"))
             return
         centre, normal = np.array(plane[1]), np.array(plane[2])
         data, rows = self._models.open[model_id].data, record.to_world
 
-        def work() -> tuple[Arrays, tuple[str, ...]]:
+        def work() -> tuple[Arrays, tuple[Message, ...]]:
             places = data.vertices if isinstance(data, Mesh) else data.points
             off = (transform.apply(rows, places) - centre) @ normal
             return {shown.name: off.astype(np.float32)}, ()
@@ -307,7 +308,7 @@ class SurfaceFields:
         def failed(event: Failed) -> None:
             if self.running is begun:
                 self.running = None
-                self._say(tr("Stopped. Nothing was changed.") if event.cancelled else event.message)
+                self._say(Finding("job.stopped") if event.cancelled else event.message)
 
         begun = self._jobs.submit(job, order, title=title, on_done=done, on_failed=failed)
         self.running = begun
@@ -316,22 +317,22 @@ class SurfaceFields:
         self,
         model_id: str,
         shown: Shown,
-        work: Callable[[], tuple[Arrays, tuple[str, ...]]],
+        work: Callable[[], tuple[Arrays, tuple[Message, ...]]],
     ) -> None:
         """Read or compute many megabytes in a thread."""
 
-        def show(result: tuple[Arrays, tuple[str, ...]]) -> None:
+        def show(result: tuple[Arrays, tuple[Message, ...]]) -> None:
             self.running = None
             self._show(model_id, shown, *result)
 
         def refuse(_: VomError) -> None:
             self.running = None
-            self._say(tr("The values could not be read from the cache; ask for them again."))
+            self._say(Finding("cache.unreadable"))
 
         self._background.run(work, show, refuse, expected=(OSError, ValueError, KeyError))
 
     # --- showing -----------------------------------------------------------------------------
-    def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]) -> None:
+    def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[Message, ...]) -> None:
         opened = self._models.open.get(model_id)
         if opened is None:
             return
@@ -344,7 +345,7 @@ class SurfaceFields:
                 self._display.show_no_field(model_id)
             opened.drop_fields(self._made.pop(model_id, ()))
             if not opened.give_fields(arrays):
-                self._say(tr("The model is too large to show them."))
+                self._say(Finding("model.fields-too-large"))
                 return
             self._made[model_id] = set(arrays)
         self.shown[model_id] = replace(shown, said=said)
@@ -353,9 +354,9 @@ class SurfaceFields:
         if shown.palette is not None:
             style = replace(style, palette=shown.palette)
         self._display.show_field(model_id, style)
-        self._say(" ".join(said))
+        self._say(" ".join(map(str, said)))
 
-    def _say(self, said: str) -> None:
+    def _say(self, said: Message) -> None:
         self.said = said
         self.changed.emit()
 

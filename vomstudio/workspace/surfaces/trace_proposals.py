@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
@@ -102,7 +103,7 @@ class Tools(Protocol):
 
     def activate(self, name: str) -> None: ...
 
-    def hint(self, message: str) -> None: ...
+    def hint(self, message: Message) -> None: ...
 
 
 class TraceProposals:
@@ -123,7 +124,7 @@ class TraceProposals:
         self._jobs, self._thresholds, self._background = jobs, thresholds, background
         self.running: RunningJob | None = None
         self.found: ProposedLines | None = None
-        self.said = ""
+        self.said: Message = ""
         self._made: dict[int, str] = {}
         self._rejected: set[int] = set()
         # As long as the program runs, whatever is looked for next: lines in the files' frames.
@@ -158,7 +159,7 @@ class TraceProposals:
         standing = standing_model(self._projects, model_id)
         record = self._projects.records.get(model_id)
         if standing is None or not isinstance(record, Model):
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
         known = self._known(model_id)
         order = TracesOrder(
@@ -175,7 +176,7 @@ class TraceProposals:
         def failed(event: Failed) -> None:
             if self.running is job:
                 self.running = None
-                stopped = tr("Stopped. Nothing was changed.")
+                stopped = Finding("job.stopped")
                 self._say(stopped if event.cancelled else event.message)
 
         job = self.running = self._jobs.submit(
@@ -191,7 +192,7 @@ class TraceProposals:
     def stop(self) -> None:
         """Give up what is being looked for."""
         if self._stop():
-            self._say(tr("Stopped. Nothing was changed."))
+            self._say(Finding("job.stopped"))
 
     def _stop(self) -> bool:
         self._background.cancel_all()
@@ -220,7 +221,7 @@ class TraceProposals:
 
     def _refuse(self, error: VomError) -> None:
         self.running = None
-        self._say(tr("The lines could not be read from the cache; look for them again."))
+        self._say(Finding("cache.unreadable"))
 
     def _show_lines(self, made: ProposedLines) -> None:
         self.running = None
@@ -262,7 +263,7 @@ class TraceProposals:
         tool = self._tools.of(TraceTool)
         self._tools.activate(tool.name)
         if self._tools.active is not tool or tool.open:
-            self._tools.hint(tr("Finish the open feature (Enter) or cancel it (Esc) first."))
+            self._tools.hint(Finding("feature.open"))
             return False
         line = found.lines[row]
         note = tr("{found}, and that was edited.", found=found.provenance)
@@ -295,7 +296,7 @@ class TraceProposals:
             self._rejected.clear()
         self._changed()
 
-    def drop(self, why: str = "") -> None:
+    def drop(self, why: Message = "") -> None:
         """Forget what was proposed, but not what was rejected of it. why : a sentence to show"""
         self._stop()
         self.found, self._made, self._rejected = None, {}, set()
@@ -312,7 +313,7 @@ class TraceProposals:
                 self.drop()
                 return
             if now.to_world != found.to_world:
-                self.drop(tr("The model has been placed anew since: look for traces again."))
+                self.drop(Finding("model.placed-anew"))
                 return
         self._look()
 
@@ -320,7 +321,7 @@ class TraceProposals:
         if self._open_before != self.open:
             self._changed()
 
-    def _say(self, said: str) -> None:
+    def _say(self, said: Message) -> None:
         self.said = said
         self._changed()
 
