@@ -178,7 +178,7 @@ def test_findings_and_advice_are_lists_where_there_are_any(page: Pages) -> None:
 
     bare = {"verdict": "sound & good", "findings": [], "next_time": []}
     assert survey(page(survey=bare)) == "<p>sound &amp; good</p>"
-    findings = [{"text": "few <oblique>"}, {"text": "dark"}]
+    findings = [{"message": "few <oblique>"}, {"message": "dark"}]
     assert survey(page(survey=bare | {"findings": findings})) == (
         "<p>sound &amp; good</p><ul><li>few &lt;oblique&gt;</li><li>dark</li></ul>"
     )

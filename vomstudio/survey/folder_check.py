@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.progress import Progress
 from vomstudio.reprs import Shown
 from vomstudio.survey.check import check_photos
-from vomstudio.survey.check_results import Finding, PhotoFigures, SurveyReport
+from vomstudio.survey.check_results import PhotoFigures, SurveyReport
 from vomstudio.words import tr
 
 

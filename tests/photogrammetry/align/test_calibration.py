@@ -10,12 +10,12 @@ import pytest
 
 from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around, face, make
 from tests.tiers import first_in_default_tier
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
-from vomstudio.survey.check_results import Finding
 
 
 def aligned(made: Made, work: Path) -> Alignment:
@@ -56,8 +56,8 @@ def test_five_photos_contradict_a_focal_length_that_is_a_quarter_off(
     assert worst_centre(alignment, made) < 0.05
     told = finding(alignment, "focal-wrong")
     assert told is not None
-    assert told.value == pytest.approx(focal / 1500 - 1, abs=0.02)
-    assert len(told.photos) == 5
+    assert told.values["value"] == pytest.approx(focal / 1500 - 1, abs=0.02)
+    assert len(told.values["photos"]) == 5
 
 
 def test_a_focal_length_that_is_right_is_not_contradicted(tmp_path: Path) -> None:

@@ -302,7 +302,7 @@ def test_marks_that_agree_are_as_good_as_marks_set_by_hand(
     views, _, scene = wall
     _, report = place_by_control(scene, *marked(views), adjust=False)
     assert report.mark_scatter_px == pytest.approx(0.3, rel=0.3)
-    assert not any(as_finding(each).code == "control.mark-scatter" for each in report.warnings)
+    assert not any(as_finding(each).code == "mark-scatter" for each in report.warnings)
 
 
 def test_both_commands_find_the_same_scatter_and_errors_of_marks(

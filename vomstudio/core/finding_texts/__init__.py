@@ -18,6 +18,7 @@ from vomstudio.core.finding_texts import (
     planes,
     registration,
     structures,
+    survey,
 )
 from vomstudio.core.finding_texts.entry import Entry, Severity
 
@@ -34,6 +35,7 @@ SUBJECTS = (
     planes,
     registration,
     structures,
+    survey,
 )
 
 TEXTS: dict[str, Entry] = {

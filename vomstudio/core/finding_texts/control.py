@@ -68,13 +68,6 @@ TEXTS: dict[str, Entry] = {
             " click error if there is one."
         ),
     ),
-    "control.mark-scatter": (
-        "warning",
-        to_translate(
-            "Marks of the control points scatter by {scatter_px:.0f} px. The stated errors include"
-            " this. Check the marks, and the poses of the photos."
-        ),
-    ),
     "control.marks-scattered": (
         "error",
         to_translate(

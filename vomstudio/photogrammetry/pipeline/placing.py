@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding, as_finding
 from vomstudio.errors import GeometryError
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
@@ -14,7 +15,6 @@ from vomstudio.photogrammetry.place.lens_errors import bend_of_lenses
 from vomstudio.photogrammetry.place.local_frame import upright
 from vomstudio.progress import Progress
 from vomstudio.registration.marks.mark_errors import mark_scatter_findings
-from vomstudio.survey.check_results import Finding
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -71,10 +71,11 @@ def registration_findings(settings: Settings, registration: Mapping[str, Any]) -
     """Yield findings on control or a CRS that were requested and could not be used, and on marks
     that scatter."""
     if refused := registration.get("refused"):
+        cause = as_finding(refused)
+        reason = {"value": None, "reason": cause.message, "reason_code": cause.code}
         if settings.control is not None:
-            yield Finding("control-unused", "warning", (), str(refused))
+            yield Finding("control-unused", photos=(), **reason)
         elif settings.crs is not None:
-            yield Finding("gps-unused", "warning", (), str(refused))
-    scatter = registration.get("mark_scatter_px")
-    for finding in [] if scatter is None else mark_scatter_findings(scatter):
-        yield Finding("mark-scatter", "warning", (), finding.message, scatter)
+            yield Finding("gps-unused", photos=(), **reason)
+    if (scatter_px := registration.get("mark_scatter_px")) is not None:
+        yield from mark_scatter_findings(scatter_px)

@@ -93,7 +93,7 @@ def _heading(text: str) -> str:
 
 
 def _survey(survey: Mapping[str, Any]) -> str:
-    findings = "".join(f"<li>{escape(f['text'])}</li>" for f in survey["findings"])
+    findings = "".join(f"<li>{escape(f['message'])}</li>" for f in survey["findings"])
     again = "".join(f"<li>{escape(text)}</li>" for text in survey["next_time"])
     text = f"<p>{escape(survey['verdict'])}</p>"
     if findings:
