@@ -13,6 +13,7 @@ from string import Formatter
 from typing import Any
 
 from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
+from vomstudio.errors import VomError
 from vomstudio.words import tr, tr_n
 
 UNCODED = "uncoded"
@@ -134,6 +135,14 @@ def uncoded(text: str) -> Finding:
 def as_finding(message: Message) -> Finding:
     """Return the finding, or the sentence as a finding without a code."""
     return message if isinstance(message, Finding) else uncoded(message)
+
+
+def finding_of(error: VomError) -> Finding:
+    """Return the finding that an error was raised with, with its file."""
+    if error.code not in TEXTS:
+        return uncoded(str(error))
+    place = {} if error.file is None else {"file": error.file}
+    return Finding(error.code, **place, **error.values)
 
 
 def plain(messages: Iterable[Message]) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.inside import check_in_project
 from vomstudio.io.control.control_files import find_control, marks_beside
@@ -34,7 +35,7 @@ def order_reconstruction(
     seed: int = 0,
     device: str = "auto",
     region: Sequence[float] | None = None,
-) -> tuple[ReconstructionOrder, list[str]]:
+) -> tuple[ReconstructionOrder, list[Finding]]:
     """The order, and sentences on what was found beside the photos and is not used.
 
     control : table of control points, "none" to do without; None for `control.csv` in or beside the
@@ -97,7 +98,7 @@ def _crs(text: str) -> str:
 
 def _tables(
     photos: Path, gcp: str | Path | None, given_marks: str | Path | None
-) -> tuple[Path | None, Path | None, list[str]]:
+) -> tuple[Path | None, Path | None, list[Finding]]:
     """Tables of control points and of marks, and what there is to say about them."""
     from vomstudio.photogrammetry.place.mark_prediction import usable_tables
 
@@ -115,8 +116,13 @@ def _tables(
             return None, marks, []
         names = [] if found is None else photo_names(photos)
         control, marks, why_not = usable_tables(found, marks, names)
-        said = [tr("{file}: Not used. {reason}", file=found, reason=why_not)] if why_not else []
-        return control, marks, said
+        reasons = [
+            Finding(
+                "reconstruct.tables-unused", file=found, reason=each.message, reason_code=each.code
+            )
+            for each in why_not
+        ]
+        return control, marks, reasons
     control = Path(gcp).resolve()
     marks = named
     _require_file(control, "--gcp")

@@ -8,6 +8,7 @@ for one and for several of the value ``count``.
 from __future__ import annotations
 
 from vomstudio.core.finding_texts import (
+    alignment,
     control,
     drawings,
     files,
@@ -16,6 +17,7 @@ from vomstudio.core.finding_texts import (
     options,
     photos,
     planes,
+    reconstruction,
     registration,
     structures,
     survey,
@@ -25,6 +27,7 @@ from vomstudio.core.finding_texts.entry import Entry, Severity
 __all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "texts_of"]
 
 SUBJECTS = (
+    alignment,
     control,
     drawings,
     files,
@@ -33,6 +36,7 @@ SUBJECTS = (
     options,
     photos,
     planes,
+    reconstruction,
     registration,
     structures,
     survey,

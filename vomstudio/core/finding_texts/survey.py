@@ -64,8 +64,8 @@ TEXTS: dict[str, Entry] = {
     "blurred": (
         "warning",
         to_translate(
-            "These photos are blurred by up to {value:.1f} pixels (sigma of edges; median of the"
-            " set {median:.1f}): {photos}. Leave them out if other photos see the same."
+            "These photos are blurred by up to {value:.1f} pixels (median of the set {median:.1f}):"
+            " {photos}. Leave them out if other photos see the same."
         ),
     ),
     "soft": (
@@ -148,8 +148,8 @@ TEXTS: dict[str, Entry] = {
     "same-position": (
         "warning",
         to_translate(
-            "These photos were taken from the position of another one, with a different direction"
-            " or zoom: {photos}. They add no depth. Take one photo from each position."
+            "These photos were taken from the position of another one, with another direction or"
+            " zoom: {photos}. Take one photo from each position."
         ),
     ),
     "near-identical": (
@@ -162,7 +162,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "All photos look in one direction (within {value:.2g}°), so the model may be bent like"
-            " a dome. Add oblique photos, and verify it with check points."
+            " a dome. Add oblique photos, and check points."
         ),
     ),
     "gsd-spread": (
@@ -252,8 +252,8 @@ TEXTS: dict[str, Entry] = {
     "rotation": (
         "warning",
         to_translate(
-            "The registration, and every direction on the model, may be off by {value:.1f}°"
-            " (95 %). Add control points that are spread and not in one line."
+            "The registration, and every direction on the model, may be off by {value:.1f}° (95 %)."
+            " Add control points, not in one line."
         ),
     ),
     "control-unused": (
@@ -270,5 +270,170 @@ TEXTS: dict[str, Entry] = {
             "Marks of the control points scatter by {value:.0f} px. The stated errors include"
             " this. Check the marks, and the poses of the photos."
         ),
+    ),
+    "plan.unknown-camera": (
+        "error",
+        to_translate(
+            "“{camera}” is not in the table of cameras (similar: {similar}). Name a photo taken"
+            " with it, or numbers, for example 23.5x15.6,35,6000x4000."
+        ),
+    ),
+    "plan.not-a-camera": (
+        "error",
+        to_translate(
+            "“{camera}” does not describe a camera. Give sensor width x height in mm, focal length"
+            " in mm, pixels, for example 23.5x15.6,35,6000x4000."
+        ),
+    ),
+    "plan.photo-without-camera": (
+        "error",
+        to_translate(
+            "This photo's metadata do not describe its camera. Give sensor and focal length in mm,"
+            " and pixels, for example 23.5x15.6,35,6000x4000."
+        ),
+    ),
+    "plan.no-focal-length": (
+        "error",
+        to_translate(
+            "The {camera} has interchangeable lenses. Give the focal length with --focal MM."
+        ),
+    ),
+    "plan.fixed-aperture": (
+        "warning",
+        to_translate("The aperture of the {camera} cannot be set: f/{f_number:g} is used."),
+    ),
+    "plan.no-distance": (
+        "error",
+        to_translate(
+            "Give the distance of the camera (--distance M), the size of a pixel on the rock (--gsd"
+            " M) or the smallest plane (--plane M)."
+        ),
+    ),
+    "plan.too-many-photos": (
+        "error",
+        to_translate(
+            "This survey would take about {photos:,.0f} photos. Increase the distance, or plan a"
+            " part of the outcrop."
+        ),
+    ),
+    "plan.too-close": (
+        "error",
+        to_translate("This distance is too short for the lens to focus. Increase it."),
+    ),
+    "plan.too-far": (
+        "warning",
+        to_translate(
+            "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to {closer:.3g}"
+            " m."
+        ),
+    ),
+    "plan.high-rows": (
+        "warning",
+        to_translate(
+            "The upper rows are up to {height_m:.1f} m above the foot of the outcrop. Use a drone"
+            " or a pole, or one row from {distance_m:.0f} m away."
+        ),
+    ),
+    "plan.high-row": (
+        "warning",
+        to_translate(
+            "The row is {height_m:.1f} m above the foot of the outcrop. Use a drone: photos from"
+            " below do not show the tops of ledges."
+        ),
+    ),
+    "plan.narrow-strip": (
+        "warning",
+        to_translate(
+            "The outcrop is a narrow strip, with control points nearly in one line. Put some beside"
+            " it or in front, and photograph those too."
+        ),
+    ),
+    "plan.thin-border": (
+        "warning",
+        to_translate("Some places near the border are seen by only {count} photo. Add some there."),
+        to_translate(
+            "Some places near the border are seen by only {count} photos. Add some there."
+        ),
+    ),
+    "plan.unregistrable": (
+        "warning",
+        to_translate("By the positions of the cameras alone the model cannot be registered."),
+    ),
+    "plan.rotation": (
+        "warning",
+        to_translate(
+            "By the positions of the cameras alone, known to {sigma_m:.2g} m, the model may be"
+            " turned by {rotation95_deg:.2g}° (95 %)."
+        ),
+    ),
+    "plan.rotation-by-control": (
+        "info",
+        to_translate(
+            "By the planned control points, known to {sigma_m:.2g} m, the model may be turned by"
+            " {rotation95_deg:.2g}° (95 %)."
+        ),
+    ),
+    "plan.nearly-in-line": (
+        "warning",
+        to_translate(
+            "The cameras stand nearly on one line. Take a second set from farther away or higher,"
+            " with an overlap of more than 60 %."
+        ),
+    ),
+    "plan.measure-on-site": (
+        "info",
+        to_translate(
+            "Without control points hold the camera level, and measure one azimuth and one dip by"
+            " compass and one length by tape on the outcrop."
+        ),
+    ),
+    "video.not-a-video": (
+        "error",
+        to_translate(
+            "This file is not a video that can be read. Export it as MP4, or take photos."
+        ),
+    ),
+    "video.no-frames": (
+        "error",
+        to_translate("No frame of this video can be used. Frames left out: {reasons}."),
+    ),
+    "video.cut-short": (
+        "warning",
+        to_translate(
+            "The video ends after {frames} of its {total} frames: it is damaged or incomplete."
+        ),
+    ),
+    "video.few-frames": (
+        "error",
+        to_translate(
+            "Only {count} frame is sharp and different from the others. {least} are needed."
+        ),
+        to_translate(
+            "Only {count} frames are sharp and different from each other. {least} are needed."
+        ),
+    ),
+    "video.blurred": (
+        "warning",
+        to_translate("{share_percent:.0f} % of the video is blurred. Move more slowly."),
+    ),
+    "video.too-fast": (
+        "error",
+        to_translate(
+            "At {moments} moments the camera moves so fast that frames do not overlap enough."
+        ),
+    ),
+    "video.small": (
+        "warning",
+        to_translate(
+            "The frames have only {width} x {height} pixels. Photos show much more detail."
+        ),
+    ),
+    "video.still": (
+        "warning",
+        to_translate("The camera stood still for much of the video. Keep moving."),
+    ),
+    "video.unusual-rate": (
+        "warning",
+        to_translate("{fps:g} frames per second are unusual. Take 1 to 4."),
     ),
 }

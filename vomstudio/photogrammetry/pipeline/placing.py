@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.core.findings import Finding, as_finding
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import GeometryError
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
@@ -64,15 +64,18 @@ def place_scene(
     except GeometryError as error:
         scene = upright(part, photos)
         bend = report_data.lens_bowing(bend_of_lenses(scene, cameras))
-        return scene, {"refused": error.message, "lens_bowing": bend}
+        return scene, {"refused": finding_of(error).to_dict(), "lens_bowing": bend}
 
 
 def registration_findings(settings: Settings, registration: Mapping[str, Any]) -> Iterator[Finding]:
     """Yield findings on control or a CRS that were requested and could not be used, and on marks
     that scatter."""
     if refused := registration.get("refused"):
-        cause = as_finding(refused)
-        reason = {"value": None, "reason": cause.message, "reason_code": cause.code}
+        reason = {
+            "value": None,
+            "reason": refused["message"],
+            "reason_code": refused["code"],
+        }
         if settings.control is not None:
             yield Finding("control-unused", photos=(), **reason)
         elif settings.crs is not None:

@@ -130,7 +130,7 @@ class PhotoSurvey(QObject):
             if facts is not None and (problem := facts.problem):
                 return tr(
                     "{problem} Choose other files, or none, in Reconstruction settings.",
-                    problem=as_sentence(problem),
+                    problem=as_sentence(problem.message),
                 )
         return None
 
