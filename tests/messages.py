@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from vomstudio.core.finding_texts import TEXTS, texts_of
-from vomstudio.core.findings import as_finding
+from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.errors import InputError, VomError
 
 
@@ -46,6 +46,11 @@ def codes(answer: Mapping[str, Any]) -> list[str]:
         each["code"] if isinstance(each, dict) else as_finding(each).code
         for each in answer["warnings"]
     ]
+
+
+def with_code(findings: Iterable[Message], code: str) -> list[Finding]:
+    """Return the findings with a code."""
+    return [each for each in map(as_finding, findings) if each.code == code]
 
 
 def shown_codes(text: str) -> set[str]:

@@ -18,6 +18,8 @@ from vomstudio.words import tr, tr_n
 
 UNCODED = "uncoded"
 """Code of sentences that have not been given a code yet."""
+MAX_SHOWN = 8
+"""Maximum number of items of a list that a text names; the others are counted."""
 
 
 class Finding:
@@ -172,5 +174,8 @@ def _frozen(value: Any) -> Any:
 
 def _shown(value: Any) -> Any:
     if isinstance(value, tuple):
-        return ", ".join(map(str, value))
+        if len(value) <= MAX_SHOWN:
+            return ", ".join(map(str, value))
+        first = ", ".join(map(str, value[:MAX_SHOWN]))
+        return tr("{names} and {count} more", names=first, count=len(value) - MAX_SHOWN)
     return tr("none") if value is None else value

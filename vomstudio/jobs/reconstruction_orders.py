@@ -113,8 +113,13 @@ def _tables(
             return None, marks, []
         names = [] if found is None else photo_names(photos)
         control, marks, why_not = usable_tables(found, marks, names)
-        said = [Finding("control.not-used", file=found, reason=why_not)] if why_not else []
-        return control, marks, said
+        reasons = [
+            Finding(
+                "reconstruct.tables-unused", file=found, reason=each.message, reason_code=each.code
+            )
+            for each in why_not
+        ]
+        return control, marks, reasons
     control = Path(gcp).resolve()
     marks = named
     _require_file(control, "--gcp")

@@ -195,10 +195,10 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
 
     from vomstudio.files.atomic import atomic_write
     from vomstudio.registration.distances.comparison import compare
-    from vomstudio.registration.overlap import crs_doubts
+    from vomstudio.registration.overlap import crs_findings
 
     names = (asked.model.name, asked.benchmark.name)
-    said = crs_doubts(asked.model.crs, asked.benchmark.crs, names)
+    said = crs_findings(asked.model.crs, asked.benchmark.crs, names)
     found = compare(
         in_world(asked.model, progress), in_world(asked.benchmark, progress),
         radius_m=asked.radius_m, registration_error_m=asked.registration_error_m,

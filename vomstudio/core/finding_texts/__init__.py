@@ -8,6 +8,7 @@ for one and for several of the value ``count``.
 from __future__ import annotations
 
 from vomstudio.core.finding_texts import (
+    alignment,
     control,
     drawings,
     edits,
@@ -20,8 +21,10 @@ from vomstudio.core.finding_texts import (
     placing,
     planes,
     projects,
+    reconstruction,
     registration,
     structures,
+    survey,
     tools,
     workspace,
 )
@@ -30,6 +33,7 @@ from vomstudio.core.finding_texts.entry import Entry, Severity
 __all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "texts_of"]
 
 SUBJECTS = (
+    alignment,
     control,
     drawings,
     edits,
@@ -42,8 +46,10 @@ SUBJECTS = (
     placing,
     planes,
     projects,
+    reconstruction,
     registration,
     structures,
+    survey,
     tools,
     workspace,
 )

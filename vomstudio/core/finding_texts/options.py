@@ -23,4 +23,15 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("{option} and {other} exclude each other. Leave out one of them."),
     ),
+    "number.not-positive": (
+        "error",
+        to_translate("{value:g} is not a positive number. Correct it."),
+    ),
+    "frame.not-in-metres": (
+        "error",
+        to_translate(
+            "The coordinate reference system {crs} is not in metres. Choose one that is, such as a"
+            " UTM zone."
+        ),
+    ),
 }

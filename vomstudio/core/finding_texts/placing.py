@@ -6,10 +6,6 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.words import to_translate
 
 TEXTS: dict[str, Entry] = {
-    "number.not-positive": (
-        "error",
-        to_translate("{value:g} is not a positive number. Correct it."),
-    ),
     "number.not-an-angle": (
         "error",
         to_translate("“{text}” is not a valid angle in degrees. Correct it."),
@@ -57,14 +53,6 @@ TEXTS: dict[str, Entry] = {
             "With --project the model is placed as in the project. Leave out the other option."
         ),
     ),
-    "registration.no-observations": (
-        "error",
-        to_translate(
-            "Nothing places the model. Add --pairs, --gcp, --cameras, --attitudes, "
-            "--horizon, --level, --plumb, --orientations, --scale, --bearing or "
-            "--reference."
-        ),
-    ),
     "registration.undetermined": (
         "error",
         to_translate(
@@ -85,13 +73,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{text}” is not an error of a reading. Type degrees (one sigma), such as 3."),
     ),
-    "north.no-declination": (
-        "error",
-        to_translate(
-            "The declination is not known. State the day and place of the readings, or the "
-            "declination."
-        ),
-    ),
     "north.no-convergence": (
         "error",
         to_translate(
@@ -104,13 +85,6 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "No photo of the model's cameras ({name}, …) was found. Name the folder of the "
             "photos, or a table."
-        ),
-    ),
-    "frame.not-in-metres": (
-        "error",
-        to_translate(
-            "The coordinate reference system {crs} is not in metres. Choose one that is, "
-            "such as a UTM zone."
         ),
     ),
 }

@@ -163,10 +163,6 @@ TEXTS: dict[str, Entry] = {
             " moved ({reason})."
         ),
     ),
-    "file.missing": (
-        "error",
-        to_translate("There is no such file. Check its name."),
-    ),
     "file.exists": (
         "error",
         to_translate("There is already a file of this name. Choose another name."),
@@ -178,10 +174,6 @@ TEXTS: dict[str, Entry] = {
     "folder.not-empty": (
         "error",
         to_translate("The folder is not empty. Choose another name."),
-    ),
-    "folder.not-created": (
-        "error",
-        to_translate("The folder cannot be created ({reason}). Choose another place."),
     ),
     "folder.not-of-photos": (
         "error",

@@ -228,10 +228,6 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{photo} was left out: {reason}"),
     ),
-    "control.not-used": (
-        "warning",
-        to_translate("The table is not used. {reason}"),
-    ),
     "project.layers-outdated": (
         "warning",
         to_translate("The GIS layers are not up to date. {reason}"),

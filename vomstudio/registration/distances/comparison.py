@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, plain
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
@@ -75,7 +75,7 @@ class Comparison(Shown):
     registration_error_m: float | None
     positive_toward: Toward | None
     sides_by: str
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     distances: Array
     lod95: Array | None
 
@@ -95,7 +95,7 @@ class Comparison(Shown):
         del told["distances"], told["lod95"]
         if self.positive_toward is not None:
             told["positive_toward"] = vars(self.positive_toward).copy()
-        told["warnings"] = list(self.warnings)
+        told["warnings"] = plain(self.warnings)
         return told
 
 
@@ -120,7 +120,7 @@ def compare(
     places = points_of(model)
     for data, name in ((model, tr("The model")), (benchmark, tr("The benchmark"))):
         if not np.isfinite(points_of(data)).all(axis=1).any():
-            raise GeometryError(tr("{name} has no points.", name=name))
+            raise GeometryError(Finding("comparison.no-points", name=name))
     refuse_apart(
         _bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark"))
     )  # fmt: skip
@@ -130,29 +130,20 @@ def compare(
     near = sides.opposite(places, progress)
     slack = _spacing(model)
     beyond = ~np.isfinite(near.distance) | (near.beside > (slack if by == "winding" else 0.0))
-    said: list[str] = []
+    findings: list[Finding] = []
     distances, lod95, reach = np.where(beyond, np.nan, near.distance), None, None
     if radius_m is not None:
         reach = _reach(distances, radius_m)
         error = registration_error_m or 0.0
         distances, lod95 = _m3c2(
-            model, benchmark, near, beyond, radius_m, reach, error, progress, said
+            model, benchmark, near, beyond, radius_m, reach, error, progress, findings
         )
         if registration_error_m is None:
-            said.append(
-                tr(
-                    "The error of the registration is not known and was taken as 0 in the level of "
-                    "detection. State it with --registration-error."
-                )
-            )
+            findings.append(Finding("comparison.error-assumed"))
     figures = statistics(distances, lod95)
     if len(places) - figures["n"] > _FEW_SHARE * len(places):
-        said.append(
-            tr(
-                "Only {share:.0f} % of the model has a counterpart on the benchmark; the rest took "
-                "no part.",
-                share=100.0 * figures["n"] / len(places),
-            )
+        findings.append(
+            Finding("comparison.partial", share_percent=100.0 * figures["n"] / len(places))
         )
     return Comparison(
         **figures,
@@ -163,7 +154,7 @@ def compare(
         registration_error_m=None if radius_m is None else (registration_error_m or 0.0),
         positive_toward=_toward(sides),
         sides_by=by,
-        warnings=tuple(said),
+        warnings=tuple(findings),
         distances=distances,
         lod95=lod95,
     )
@@ -175,12 +166,7 @@ def statistics(distances: Array, lod95: Array | None) -> dict[str, Any]:
     there = np.isfinite(distances)
     left = distances[there]
     if not len(left):
-        raise GeometryError(
-            tr(
-                "No point of the model lies opposite the benchmark: they do not overlap, or the "
-                "radius is too small. Bring them into one frame, or give a larger radius."
-            )
-        )
+        raise GeometryError(Finding("comparison.no-overlap"))
     median = float(np.median(left))
     lod: float | None = None
     share: float | None = None
@@ -205,10 +191,10 @@ def statistics(distances: Array, lod95: Array | None) -> dict[str, Any]:
 def require_lengths(radius: float | None, error: float | None) -> None:
     """Raises UsageError for a radius or an error that is none."""
     if radius is not None and not 0.0 < radius < np.inf:
-        raise UsageError(tr("The radius is a positive length in metres."), field="--m3c2")
+        raise UsageError(Finding("number.not-positive", value=radius), field="--m3c2")
     if error is not None and not 0.0 <= error < np.inf:
         raise UsageError(
-            tr("The error of the registration is a length in metres, 0 or more."),
+            Finding("option.too-small", value=error, minimum=0),
             field="--registration-error",
         )
 
@@ -267,7 +253,7 @@ def _m3c2(
     reach: float,
     error: float,
     progress: Progress,
-    said: list[str],
+    findings: list[Finding],
 ) -> tuple[Array, Array]:
     places = points_of(model)
     clouds = []
@@ -275,14 +261,7 @@ def _m3c2(
         points, added = surface_points(data, _POINT_SPACING * radius)
         clouds.append(points)
         if added > len(points) / 2:
-            said.append(
-                tr(
-                    "The faces of {name} are large beside the radius: points were put into them. "
-                    "The level of detection knows the roughness of these faces alone, and not the "
-                    "error of the points that they were made of.",
-                    name=name,
-                )
-            )
+            findings.append(Finding("comparison.large-faces", name=name))
     rows = np.flatnonzero(~beyond)
     core = np.asarray(places[rows], np.float64)
     progress.stage(tr("Computing normals"), len(core))
@@ -296,11 +275,10 @@ def _m3c2(
     there = np.isfinite(found.distance)
     few = there & ~np.isfinite(found.lod95)
     if few.sum() > 0.1 * max(there.sum(), 1):
-        said.append(
-            tr(
-                "{share:.0f} % of the cylinders hold fewer than {count} points of one of the two "
-                "and tell no level of detection. Give a larger radius.",
-                share=100.0 * few.sum() / there.sum(),
+        findings.append(
+            Finding(
+                "comparison.few-points",
+                share_percent=100.0 * few.sum() / there.sum(),
                 count=m3c2.FEWEST,
             )
         )

@@ -39,7 +39,7 @@ def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
     record = ReadNorth(
         compass.north, found.deg, found.declination_deg, found.stated, compass.day, doubt
     )
-    return record, found.in_words()
+    return record, "" if found.finding is None else found.finding.message
 
 
 def known_of(

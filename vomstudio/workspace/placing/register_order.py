@@ -293,7 +293,7 @@ def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
 
 def _relocation_findings(
     placed: Placed, loaded: LoadedModel | None, crs: str | None
-) -> list[Message]:
+) -> list[Finding]:
     """Return a finding if the model is moved far from the coordinates in its file."""
     from vomstudio.registration.coordinate_checks import relocation_findings
 
@@ -462,7 +462,8 @@ def _turn_to_grid(
     if order.north == "grid":
         return ReadNorth("grid", doubt_deg=sigma_deg)
     correction = turn_of(order.north, north, "--north")
-    messages.append(correction.in_words())
+    if correction.finding is not None:
+        messages.append(correction.finding)
     evidence.azimuths = [
         line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
     ]
