@@ -434,7 +434,7 @@ def test_residuals_of_marks_are_told_in_pixels(run, write: Write, stations) -> N
         (HEADER + "\nA,1,2,3,4,5,\n", "missing or not a number"),
         (HEADER + "\n", "nothing below the header"),
         (HEADER + ",use\nA,1,2,3,4,5,6,perhaps\n", "neither control nor check"),
-        (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "must be positive"),
+        (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "not a positive number"),
     ],
 )
 def test_what_is_wrong_with_a_table_is_said(run, write: Write, text: str, said: str) -> None:
@@ -446,12 +446,12 @@ def test_what_is_wrong_with_a_table_is_said(run, write: Write, text: str, said: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((), "Nothing was given"),
+        ((), "Nothing places the model"),
         (("--scale", "1,2,3"), "seven numbers"),
-        (("--scale", "0,0,0,1,0,0,-2"), "must be positive"),
+        (("--scale", "0,0,0,1,0,0,-2"), "not a positive number"),
         (("--scale", "0,0,0,0,0,0,2"), "at one place"),
         (("--bearing", "0,0,0,0,0,1,20"), "above each other"),
-        (("--cameras",), "Name it in place of -"),
+        (("--cameras",), "--model-cameras"),
         (("--marks", "x.csv"), "--gcp"),
     ],
 )
