@@ -192,7 +192,9 @@ def test_scale_bars_place_or_judge(run, write: Write) -> None:
     bars = write(f"from,to,length_m,sigma_m,use\nP0,P1,{longer},0.01,check\n", "bars.csv")
     told = run("register", "-", "--pairs", table, "--scale-bars", bars, "--json").json
     assert told["scale"] == pytest.approx(SCALE, rel=1e-6)
-    assert any("P0 - P1" in said and "2.25 m too short" in said for said in messages(told))
+    (bar,) = (each for each in told["warnings"] if each["code"] == "scale.check-bar")
+    assert bar["name"] == "P0 - P1"
+    assert bar["error_m"] == pytest.approx(-2.25, abs=0.005)
     unknown = write("from,to,length_m\nP0,Q,3\n", "bars.csv")
     ran = run("register", "-", "--pairs", table, "--scale-bars", unknown)
     assert ran.code == 2
@@ -434,7 +436,7 @@ def test_residuals_of_marks_are_told_in_pixels(run, write: Write, stations) -> N
         (HEADER + "\nA,1,2,3,4,5,\n", "missing or not a number"),
         (HEADER + "\n", "nothing below the header"),
         (HEADER + ",use\nA,1,2,3,4,5,6,perhaps\n", "neither control nor check"),
-        (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "not a positive number"),
+        (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "must be positive"),
     ],
 )
 def test_what_is_wrong_with_a_table_is_said(run, write: Write, text: str, said: str) -> None:
