@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 
 PLANES: Any = ([90, 100, 95, 92, 10], [40, 42, 38, 41, 80])
 CROSS: Any = [[(0, 0), (1, 1)], [(0, 1), (1, 0)]]
@@ -110,7 +111,7 @@ def test_a_model_stands_as_in_a_project(tmp_path: Path, command: Any) -> None:
     relief = vs.dem(model, gsd_m=0.5)
     told = command("dem", file, "--project", folder, "--gsd", 0.5, "-o", tmp_path / "dem.tif")
     assert relief.figures.highest_m == pytest.approx(told["highest_m"])
-    with pytest.raises(vs.errors.UsageError, match="stands as it does there"):
+    with refused("option.not-with-project", vs.errors.UsageError, field="--unit"):
         vs.read(file, project=folder, unit="m")
-    with pytest.raises(vs.errors.UsageError, match="No model of this project"):
+    with refused("project.other-model", vs.errors.UsageError):
         vs.read(vs.sample("sample.obj"), project=folder)

@@ -192,7 +192,9 @@ def test_scale_bars_place_or_judge(run, write: Write) -> None:
     bars = write(f"from,to,length_m,sigma_m,use\nP0,P1,{longer},0.01,check\n", "bars.csv")
     told = run("register", "-", "--pairs", table, "--scale-bars", bars, "--json").json
     assert told["scale"] == pytest.approx(SCALE, rel=1e-6)
-    assert any("P0 - P1" in said and "2.25 m too short" in said for said in messages(told))
+    (bar,) = (each for each in told["warnings"] if each["code"] == "scale.check-bar")
+    assert bar["name"] == "P0 - P1"
+    assert bar["error_m"] == pytest.approx(-2.25, abs=0.005)
     unknown = write("from,to,length_m\nP0,Q,3\n", "bars.csv")
     ran = run("register", "-", "--pairs", table, "--scale-bars", unknown)
     assert ran.code == 2
@@ -447,12 +449,12 @@ def test_what_is_wrong_with_a_table_is_said(run, write: Write, text: str, said: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((), "Nothing was given"),
+        ((), "Nothing places the model"),
         (("--scale", "1,2,3"), "seven numbers"),
-        (("--scale", "0,0,0,1,0,0,-2"), "must be positive"),
+        (("--scale", "0,0,0,1,0,0,-2"), "not a positive number"),
         (("--scale", "0,0,0,0,0,0,2"), "at one place"),
         (("--bearing", "0,0,0,0,0,1,20"), "above each other"),
-        (("--cameras",), "Name it in place of -"),
+        (("--cameras",), "--model-cameras"),
         (("--marks", "x.csv"), "--gcp"),
     ],
 )

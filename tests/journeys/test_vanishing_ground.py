@@ -106,7 +106,7 @@ def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
         Project.create(older).close()
         shutil.rmtree(folder)
         shutil.copytree(older, folder)
-    words = "has taken its place" if how == "replaced" else "no longer there"
+    words = "was replaced" if how == "replaced" else "no longer exists"
     said_and_saved(window, words, tmp_path / "rescued.vom", monkeypatch, how.replace(" ", "-"))
     if how == "deleted":
         assert not folder.exists(), "it is not made again"
@@ -207,4 +207,4 @@ def test_every_file_becomes_shorter_under_the_window(window, outcrop, tmp_path, 
             if path.is_file() and path.name != "lock":
                 os.truncate(path, path.stat().st_size // 3)
     driver.drag(window.viewport, QPoint(300, 300), QPoint(500, 350))
-    said_and_saved(window, "taken its place", tmp_path / "rescued.vom", monkeypatch, "shorter")
+    said_and_saved(window, "was replaced", tmp_path / "rescued.vom", monkeypatch, "shorter")

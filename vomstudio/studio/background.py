@@ -8,11 +8,12 @@ from functools import partial
 from threading import Lock, Thread, current_thread
 from typing import Any, Generic, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import lower_priority, start_thread
 from vomstudio.errors import Cancelled, VomError
 from vomstudio.failures import exception_hooks
+from vomstudio.failures.error_collector import place_of
 from vomstudio.studio.owner_thread import Call, Post
-from vomstudio.words import tr
 
 Result = TypeVar("Result")
 Value = TypeVar("Value")
@@ -237,8 +238,8 @@ class Background:
         if request.on_error is None:
             return None
         if not isinstance(error, VomError):
-            text = str(error) if is_expected else tr("An internal error occurred.")
-            error = VomError(text)
+            unexpected = Finding("program.internal-error", error=place_of(error))
+            error = VomError(str(error) if is_expected else unexpected)
         return partial(request.on_error, error)
 
     def _finish(self, key: Hashable, call: Call | None) -> None:

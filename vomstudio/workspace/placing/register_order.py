@@ -547,7 +547,9 @@ def _known_direction(text: str, option: str) -> KnownDirection:
             field=option,
         )
     x1, y1, z1, x2, y2, z2, *sigma = cells
-    if sigma and not 0.0 < sigma[0] <= 45.0:
+    if sigma and not sigma[0] > 0.0:
+        raise UsageError(Finding("number.not-positive", value=sigma[0]), field=option)
+    if sigma and sigma[0] > 45.0:
         raise UsageError(
             Finding("option.out-of-range", value=sigma[0], minimum=0, maximum=45), field=option
         )
