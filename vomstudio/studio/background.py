@@ -8,11 +8,11 @@ from functools import partial
 from threading import Lock, Thread, current_thread
 from typing import Any, Generic, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import lower_priority, start_thread
 from vomstudio.errors import Cancelled, VomError
 from vomstudio.failures import exception_hooks
 from vomstudio.studio.owner_thread import Call, Post
-from vomstudio.words import tr
 
 Result = TypeVar("Result")
 Value = TypeVar("Value")
@@ -127,8 +127,9 @@ class Background:
         key : hashable
             The request replaces an earlier one with the same key; None replaces nothing.
         expected : tuple of exception types
-            Errors besides `VomError` that are not defects of the program. All others are reported
-            as uncaught, and delivered as a `VomError`. Without `on_error` every error is reported.
+            Reading errors that are not defects of the program; `VomError` never is. All others are
+            reported as uncaught. What is not a `VomError` is delivered as one. Without `on_error`
+            every error is reported.
         """
         self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
 
@@ -237,8 +238,8 @@ class Background:
         if request.on_error is None:
             return None
         if not isinstance(error, VomError):
-            text = str(error) if is_expected else tr("An internal error occurred.")
-            error = VomError(text)
+            code = "file.unreadable" if is_expected else "program.internal-error"
+            error = VomError(Finding(code, reason=str(error), error=type(error).__name__))
         return partial(request.on_error, error)
 
     def _finish(self, key: Hashable, call: Call | None) -> None:

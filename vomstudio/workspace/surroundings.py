@@ -53,7 +53,7 @@ class Surroundings:
     def offer(self, model_id: str) -> None:
         """Report once per project that features on this model can be updated."""
         folder = str(self._projects.project.folder)
-        count = sum(feature.model_id == model_id for feature in self._updatable())
+        count = sum(feature.model_id == model_id for feature in self._updatable_features())
         if not count or self._offered_for == folder:
             return
         self._offered_for = folder
@@ -63,7 +63,7 @@ class Surroundings:
         """Measure in a thread; the edit follows when all are measured."""
         if self.why_not() is not None:
             return
-        features = list(self._updatable())
+        features = list(self._updatable_features())
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
         measured: dict[str, dict[str, Any]] = {}
 
@@ -88,7 +88,7 @@ class Surroundings:
             if self._models.surface(model.id) is not None
         }
 
-    def _updatable(self) -> Iterator[Surrounded]:
+    def _updatable_features(self) -> Iterator[Surrounded]:
         hashes = self._hashes()
         return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
 
