@@ -19,7 +19,7 @@ from vomstudio.failures import crashes, exception_hooks, log
 from vomstudio.io.settings import read_settings
 from vomstudio.jobs.job import Job, Nothing
 from vomstudio.ui.common import qt_messages
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.shell.failure_notices import FailureNotices, compose_report
 from vomstudio.ui.shell.main_window import MainWindow
 

@@ -128,8 +128,9 @@ class Background:
         key : hashable
             The request replaces an earlier one with the same key; None replaces nothing.
         expected : tuple of exception types
-            Errors besides `VomError` that are not defects of the program. All others are reported
-            as uncaught, and delivered as a `VomError`. Without `on_error` every error is reported.
+            Reading errors that are not defects of the program; `VomError` never is. All others are
+            reported as uncaught. What is not a `VomError` is delivered as one. Without `on_error`
+            every error is reported.
         """
         self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
 
@@ -238,8 +239,11 @@ class Background:
         if request.on_error is None:
             return None
         if not isinstance(error, VomError):
-            unexpected = Finding("program.internal-error", error=place_of(error))
-            error = VomError(str(error) if is_expected else unexpected)
+            error = VomError(
+                Finding("file.unreadable", reason=str(error))
+                if is_expected
+                else Finding("program.internal-error", error=place_of(error))
+            )
         return partial(request.on_error, error)
 
     def _finish(self, key: Hashable, call: Call | None) -> None:

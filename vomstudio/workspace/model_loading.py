@@ -1,4 +1,4 @@
-"""Loading of models: a worker process reads the file, a thread fetches what it has cached."""
+"""Loading of models: a worker process reads the file, a thread reads its cache."""
 
 from __future__ import annotations
 
@@ -121,12 +121,11 @@ class ModelLoader:
 
     @property
     def busy(self) -> bool:
-        """A model is being loaded."""
+        """Whether a model is being loaded."""
         return bool(self._running)
 
     def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
-        """Read `path` and call `then` in the owner's thread. A key that is being loaded is not
-        loaded twice."""
+        """Read a file and call `then` in the owner's thread, unless the key is being loaded."""
         if key in self._running:
             return
 
@@ -154,7 +153,7 @@ class ModelLoader:
         )
 
     def _stream(self, key: str, path: Path, then: Then) -> None:
-        """A picture of the first levels at once; the rest is read as it is looked at."""
+        """Show the first levels at once; the others are read when the camera needs them."""
         self._running[key] = None
 
         def read(request: Request[OpenModel]) -> OpenModel:
@@ -176,7 +175,7 @@ class ModelLoader:
         )
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
-        """Ask for a quick look at a large cloud before the whole of it."""
+        """Request some points of a large cloud before all of them are read."""
         if (
             path.suffix.lower() not in PREVIEW_SUFFIXES
             or model_cache.folder_of(path, cache).exists()
@@ -192,8 +191,8 @@ class ModelLoader:
         os.close(descriptor)
         out = Path(name)
 
-        def ready(found: PreviewPoints) -> None:
-            if not found.points or key not in self._running:
+        def ready(preview: PreviewPoints) -> None:
+            if not preview.points or key not in self._running:
                 out.unlink(missing_ok=True)
                 return
             self._background.run(

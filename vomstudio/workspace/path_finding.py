@@ -92,7 +92,7 @@ class PathFinding:
         )
 
     def forget(self) -> None:
-        """Another project is opened: nothing is waited for, and no graph is kept."""
+        """Drop all searches and the graph: another project is opened."""
         self._background.cancel_all()
         self._surface = None
         self._in_photos = PhotoPaths()

@@ -1,4 +1,4 @@
-"""Which photos belong to the open models, and where they are."""
+"""The photos of the open models, and their folders."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class PhotoLinks:
         return [m.id for m in self._projects.of(Model) if m.id in self._ready]
 
     def busy(self) -> bool:
-        """Photos of a model are being read."""
+        """Whether photos of a model are being read."""
         return self._background.is_busy
 
     def problem(self, model_id: str) -> Finding | None:
@@ -78,7 +78,7 @@ class PhotoLinks:
         return self._problems.get(model_id)
 
     def want(self) -> None:
-        """From now on photos are searched for."""
+        """Search for photos from now on."""
         if not self._wanted:
             self._wanted = True
             for model_id in self._models.open:
@@ -179,7 +179,7 @@ class PhotoLinks:
                 self.look(id_)
 
     def forget_all(self) -> None:
-        """Another project is opened."""
+        """Forget all photos: another project is opened."""
         self._background.cancel_all()
         self._ready.clear()
         self._trees.clear()

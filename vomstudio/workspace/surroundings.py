@@ -1,4 +1,4 @@
-"""Features whose surroundings were measured by an earlier rule are measured anew, in one step."""
+"""Update of features whose surroundings were measured by an earlier rule."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vomstudio.workspace.projects import Projects
 
 
 class Surroundings:
-    """update : measure those whose models are open, in a thread, as one edit"""
+    """Measures the surroundings of features on open models again, as one edit."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class Surroundings:
     ) -> None:
         self._projects, self._models, self._editing = projects, models, editing
         self._notices, self._background = notices, background
-        self._told = ""
+        self._offered_for = ""
 
     def why_not(self) -> Finding | None:
         """Return why there is nothing to update; None if there is."""
@@ -51,19 +51,19 @@ class Surroundings:
         return None
 
     def offer(self, model_id: str) -> None:
-        """Say once of a project that some features on this model can be updated."""
+        """Report once per project that features on this model can be updated."""
         folder = str(self._projects.project.folder)
-        count = sum(feature.model_id == model_id for feature in self._at_hand())
-        if not count or self._told == folder:
+        count = sum(feature.model_id == model_id for feature in self._updatable_features())
+        if not count or self._offered_for == folder:
             return
-        self._told = folder
+        self._offered_for = folder
         self._notices.info(Finding("surroundings.earlier-rule", count=count))
 
     def update(self) -> None:
-        """Begin; the edit comes when all are measured."""
+        """Measure in a thread; the edit follows when all are measured."""
         if self.why_not() is not None:
             return
-        features = list(self._at_hand())
+        features = list(self._updatable_features())
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
         measured: dict[str, dict[str, Any]] = {}
 
@@ -81,14 +81,14 @@ class Surroundings:
         return self._projects.records.once(of_earlier_rules)
 
     def _hashes(self) -> dict[str, str]:
-        """Of the models that are open, by id."""
+        """Return the content hashes of the open models by id."""
         return {
             model.id: model.content_hash
             for model in self._projects.records.of(Model)
             if self._models.surface(model.id) is not None
         }
 
-    def _at_hand(self) -> Iterator[Surrounded]:
+    def _updatable_features(self) -> Iterator[Surrounded]:
         hashes = self._hashes()
         return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
 

@@ -37,8 +37,8 @@ from vomstudio.jobs.inspection_tasks import (
     PhotoIn,
 )
 from vomstudio.jobs.job import Request, Result
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.picture_panes import Picture
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob

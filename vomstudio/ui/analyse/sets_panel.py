@@ -31,9 +31,9 @@ from vomstudio.ui.analyse.set_candidates import (
     with_set,
 )
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import length, number
+from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton

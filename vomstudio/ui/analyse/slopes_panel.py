@@ -45,8 +45,8 @@ from vomstudio.ui.analyse.slope_facets import (
 )
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Words

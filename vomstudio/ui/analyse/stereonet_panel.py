@@ -46,9 +46,9 @@ from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net.written import style_of
 from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import orientation_text
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.forms.copied_command import CopyCommandButton

@@ -15,7 +15,7 @@ from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.files.untrusted.pictures import check_picture
 from vomstudio.studio.background import Request
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 
 THUMBNAIL = QSize(102, 68)
 _FIRST_LOOK = 1600  # pixels along the long side, of large photos

@@ -23,8 +23,8 @@ from vomstudio.jobs.drawing_tasks import (
 )
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.models import standing_model

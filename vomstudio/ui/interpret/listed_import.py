@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 

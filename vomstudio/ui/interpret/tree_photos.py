@@ -21,7 +21,7 @@ from vomstudio.document.records import (
 )
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION, SORT, TreeItem
 from vomstudio.ui.photos.photo_commands import PhotoOpening

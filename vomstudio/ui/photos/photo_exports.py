@@ -21,7 +21,7 @@ from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
 from vomstudio.io.project.sidecar_import import Beside, read_beside, spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr

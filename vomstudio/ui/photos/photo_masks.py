@@ -13,7 +13,7 @@ from vomstudio.document.records import Asset
 from vomstudio.errors import VomError
 from vomstudio.geometry.pixel_areas import Area, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr, tr_n

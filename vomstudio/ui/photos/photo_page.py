@@ -20,8 +20,8 @@ from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.messages_panel import MessageBar
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import ElidedLabel, Label, Scrolling
 from vomstudio.ui.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanvas

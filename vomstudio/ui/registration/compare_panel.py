@@ -34,9 +34,9 @@ from vomstudio.jobs.registration_tasks import (
 )
 from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow

@@ -27,8 +27,8 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.registration_tasks import FIT_TO_REFERENCE, FitOrder, FittedModel
 from vomstudio.registration.results import Placed
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import NewestResult, QtBackground
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.registration.fit_command import FitCopyButton

@@ -17,8 +17,8 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
 from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import tr

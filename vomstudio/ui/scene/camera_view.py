@@ -16,7 +16,7 @@ from vomstudio.io.photos.cameras_file import Cameras, read_cameras
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 from vomstudio.workspace.photos import PhotoLinks

@@ -14,7 +14,7 @@ from vomstudio.document.records import Model, Painted, Picked
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.interaction_types import Area
 from vomstudio.tools.painted_area import area_of, enclosed_area
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 
 

@@ -36,9 +36,9 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.products.ortho.view_directions import cost_of_direction
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.signals import once_told
-from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fold_box import FoldBox
+from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, rich_label
 from vomstudio.ui.scene.bedding_axis import BeddingAxis

@@ -26,9 +26,9 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ELEVATION, ElevationOrder
 from vomstudio.products.elevation.results import Wanted, WrittenElevation
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import may_replace, start_folder
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import allow, file_field, narrow_form

@@ -33,9 +33,9 @@ from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import parse_number

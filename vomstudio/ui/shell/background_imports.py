@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.ui.common.background_reading import QtBackground
+from vomstudio.ui.common.qt_background import QtBackground
 
 
 class BackgroundImports(QObject):

@@ -14,9 +14,9 @@ from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 from vomstudio.ui.common.photo_images import PATIENCE_S, PhotoImages, Picture
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.sight.drawn_features import draw_features
 from vomstudio.words import tr

@@ -81,14 +81,14 @@ def share_of(
 
 
 @dataclass(frozen=True)
-class _Laid:
-    """A grid without its marks: what the surface in its cells depends on."""
+class _Geometry:
+    """A grid without its marks: the surface in its cells depends on nothing else."""
 
     model_id: str
-    geometry: tuple[Any, ...]
+    lattice: tuple[Any, ...]
 
     @classmethod
-    def of(cls, grid: FaceGrid) -> _Laid:
+    def of(cls, grid: FaceGrid) -> _Geometry:
         return cls(
             grid.model_id,
             (grid.origin, grid.right, grid.up, grid.cell, grid.columns, grid.rows),
@@ -96,33 +96,33 @@ class _Laid:
 
 
 class FaceGrids:
-    """changed : the surface in the cells of this grid is known, or is not any more"""
+    """The surface in the cells of each grid; `changed` names a grid whose surface changed."""
 
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
         self._projects, self._models, self._background = projects, models, background
-        self._known: dict[str, tuple[_Laid, Exposed | None]] = {}
+        self._known: dict[str, tuple[_Geometry, Exposed | None]] = {}
         models.loaded.connect(self._loaded)
 
     def all(self) -> list[FaceGrid]:
-        """Those of the project, in the order in which they came."""
+        """Return the grids of the project in the order of their creation."""
         return self._projects.of(FaceGrid)
 
     def exposed(self, grid_id: str) -> Exposed | None:
-        """None while it is not known."""
+        """Return the surface in the cells of a grid; None if it is not known yet."""
         grid = get(self._projects.records, grid_id, FaceGrid)
         known = self._known.get(grid_id)
-        return known[1] if grid is not None and known and known[0] == _Laid.of(grid) else None
+        return known[1] if grid is not None and known and known[0] == _Geometry.of(grid) else None
 
     def begin(self) -> None:
-        """Another project."""
+        """Forget the grids of the previous project."""
         self._background.cancel_all()
         self._known.clear()
 
     def edited(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
             if isinstance(record, FaceGrid):
-                self._find(record)
+                self._compute(record)
             elif isinstance(edit.before[id_], FaceGrid):
                 self._background.cancel(id_)
                 self._known.pop(id_, None)
@@ -131,17 +131,17 @@ class FaceGrids:
     def _loaded(self, model_id: str) -> None:
         for grid in self.all():
             if grid.model_id == model_id:
-                self._find(grid)
+                self._compute(grid)
 
-    def _find(self, grid: FaceGrid) -> None:
-        laid, opened = _Laid.of(grid), self._models.open.get(grid.model_id)
+    def _compute(self, grid: FaceGrid) -> None:
+        geometry, opened = _Geometry.of(grid), self._models.open.get(grid.model_id)
         known = self._known.get(grid.id)
-        if opened is None or (known is not None and known[0] == laid):
+        if opened is None or (known is not None and known[0] == geometry):
             return
-        self._known[grid.id] = (laid, None)
+        self._known[grid.id] = (geometry, None)
 
         def store(exposed: Exposed | None) -> None:
-            self._known[grid.id] = (laid, exposed)
+            self._known[grid.id] = (geometry, exposed)
             self.changed.emit(grid.id)
 
         self._background.run(

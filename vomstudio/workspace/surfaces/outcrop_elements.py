@@ -48,7 +48,7 @@ class OutcropElements:
         self._background, self._cutting = background, cutting
         self._hidden: dict[str, Mask] = {}
         self._known: tuple[OpenModel, Neighbours | Finding] | None = None
-        self._wanted: tuple[OpenModel, Callable[[], None]] | None = None
+        self._pending: tuple[OpenModel, Callable[[], None]] | None = None
 
     def looking(self) -> Looking | None:
         return self.look()
@@ -75,8 +75,8 @@ class OutcropElements:
             return Finding("model.not-open", model=model_id)
         if self._known is not None and self._known[0] is opened:
             return self._known[1]
-        wanted, self._wanted = self._wanted, (opened, then)
-        if wanted is None or wanted[0] is not opened:
+        pending, self._pending = self._pending, (opened, then)
+        if pending is None or pending[0] is not opened:
             self._background.run(
                 lambda: neighbours_of(opened.data, opened.resolution or 0.0),
                 partial(self._store, opened),
@@ -86,11 +86,11 @@ class OutcropElements:
         return None
 
     def _store(self, opened: OpenModel, result: Neighbours | Finding) -> None:
-        wanted, self._wanted = self._wanted, None
+        pending, self._pending = self._pending, None
         if any(each is opened for each in self._models.open.values()):
             self._known = (opened, result)
-            if wanted is not None:
-                wanted[1]()
+            if pending is not None:
+                pending[1]()
 
     # --- what is hidden -----------------------------------------------------------------------
     def hidden(self, model_id: str) -> Mask | None:
@@ -146,4 +146,4 @@ class OutcropElements:
         """Another project is opened."""
         self._hidden.clear()
         self._background.cancel(_NEIGHBOURS)
-        self._known = self._wanted = None
+        self._known = self._pending = None

@@ -31,9 +31,9 @@ from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.extension import ExtendedPlane, band_edges, extend, write_traces
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import Label

@@ -33,9 +33,9 @@ from vomstudio.products.surface.figure import draw_surface, in_lines
 from vomstudio.products.surface.patch import of_faces
 from vomstudio.products.surface.writing import FIELDS, write_deviations
 from vomstudio.tools.brush_stroke import record_figures
-from vomstudio.ui.common.background_reading import QtBackground
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import Label

@@ -30,10 +30,10 @@ from vomstudio.errors import GeometryError, VomError
 from vomstudio.tools.control import ControlTool
 from vomstudio.tools.known_line import KnownLineTool
 from vomstudio.ui.common import file_filters, theme
-from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.forms.copied_command import CopyCommandButton
