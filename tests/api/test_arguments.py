@@ -88,8 +88,9 @@ def test_a_number_of_sets_is_that_of_the_command(tmp_path: Path, command: Any) -
     found = vs.sets(table, exactly=1)
     assert [s.n for s in found.sets] == [s["n"] for s in told["sets"]]
     assert len(found.sets) == 1
-    with pytest.raises(vs.errors.UsageError, match="alone"):
+    with pytest.raises(vs.errors.UsageError) as error:
         vs.sets(table, exactly=2, max_sets=3)
+    assert (error.value.code, error.value.field) == ("option.conflict", "exactly")
 
 
 def test_a_model_stands_as_in_a_project(tmp_path: Path, command: Any) -> None:

@@ -375,6 +375,17 @@ def slashed(given: Any, name: str, count: int) -> str:
     return "/".join(repr(v).removesuffix(".0") for v in angles_of(given, name, count))
 
 
+def joined(values: Any, separator: str = ",") -> str:
+    """Return numbers as the command line takes them, with all digits and no exponent."""
+    return separator.join(np.format_float_positional(v, trim="-") for v in np.ravel(values))
+
+
+def plane_text(given: Any, name: str) -> str:
+    """Return a plane, as `attitude_of` takes it, as "DD/D". Raises InputError, GeometryError."""
+    plane = attitude_of(given, name)
+    return joined([plane.dip_direction_deg, plane.dip_deg], "/")
+
+
 def attitude_of(given: Any, name: str) -> Plane:
     """A plane of "DD/D", of (dip direction, dip), or of a fit. Raises InputError, GeometryError."""
     with naming(name, "dip direction", "dip"):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from vomstudio.core.operations import Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.geology.sets.set_options import SetOptions
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
@@ -18,6 +19,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.facets` takes a model of a project",
             "project command": "`facets --project` places the model; `accept` adds the facets",
+        },
+    ),
+    Operation(
+        "sets",
+        (SetOptions,),
+        function="sets",
+        window="analyse.sets_panel.SetsPanel",
+        missing={
+            "project method": "`vs.sets` takes the planes of a project",
+            "project command": "`set` writes the sets of features",
         },
     ),
 )
