@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message, as_finding
 from vomstudio.errors import InputError, VomError, VomWarning
-from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.places import no_places
 from vomstudio.io.text.column_names import plain
@@ -382,8 +382,7 @@ def joined(values: Any, separator: str = ",") -> str:
 
 def plane_text(given: Any, name: str) -> str:
     """Return a plane, as `attitude_of` takes it, as "DD/D". Raises InputError, GeometryError."""
-    plane = attitude_of(given, name)
-    return joined([plane.dip_direction_deg, plane.dip_deg], "/")
+    return exact_plane(attitude_of(given, name))
 
 
 def attitude_of(given: Any, name: str) -> Plane:

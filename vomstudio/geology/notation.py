@@ -17,6 +17,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.vectors import wrap360
@@ -74,6 +76,12 @@ class _Token:
 
 
 # Reading -------------------------------------------------------------------------------------
+
+
+def exact_plane(plane: Plane) -> str:
+    """Return dip direction/dip with all digits, as `parse_plane` reads it."""
+    angles = (plane.dip_direction_deg, plane.dip_deg)
+    return "/".join(np.format_float_positional(angle, trim="-") for angle in angles)
 
 
 def parse_plane(text: str, notation: str | None = None) -> Plane:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from vomstudio.core.operations import Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.sets.set_options import SetOptions
 
 OPERATIONS: tuple[Operation, ...] = (
@@ -29,6 +30,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.sets` takes the planes of a project",
             "project command": "`set` writes the sets of features",
+        },
+    ),
+    Operation(
+        "fractures",
+        (FractureOptions,),
+        function="fractures",
+        window="sections.fractures_panel.FracturesPanel",
+        missing={
+            "project method": "`vs.fractures` takes the traces of a project",
+            "project command": "`fractures` reads the exported traces",
         },
     ),
 )
