@@ -8,7 +8,6 @@ from typing import Any, Literal
 from vomstudio.api.checking import (
     attitude_of,
     column_of,
-    flag,
     is_path,
     items_of,
     naming,
@@ -19,11 +18,12 @@ from vomstudio.api.checking import (
     warn,
     words_of,
 )
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
 from vomstudio.geology.fold_planes import MIN_QUALITIES
 from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
-from vomstudio.geology.populations.error_weights import WEIGHTINGS
+from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
 from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
@@ -46,7 +46,7 @@ def stats(
     ----------
     table : DataFrame of orientations (any of the usual columns), the path of a file, or the two
         arrays (dip direction, dip), (n,) each, degrees
-    by : column that names the sets; None for one set ``all``
+    by : name or number of the column that groups the rows; None for one set ``all``
     directed : lines have a head and a tail and are not flipped; plunges may be negative
     weights : "error" to weight each by its own 95 % error (``total95_deg``, else
         ``max_confidence95_deg``) and the natural scatter of its set
@@ -80,11 +80,12 @@ def stats(
     >>> round(mean.trend_deg), round(mean.plunge_deg)
     (274, 50)
     """
-    if weights is not None:
-        one_of(weights, WEIGHTINGS, "weights")
-    as_vectors, column = flag(directed, "directed"), column_of(by)
+    options = options_from_arguments(
+        StatisticsOptions, by=column_of(by), directed=directed, weights=weights
+    )
     rows = rows_of(table, azimuth)
-    found = table_statistics(rows, column, as_vectors, weights)
+    with arguments_named(StatisticsOptions):
+        found = table_statistics(rows, options)
     warn(found.warnings[len(rows.warnings) :])
     return found
 

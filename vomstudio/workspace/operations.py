@@ -9,6 +9,7 @@ from __future__ import annotations
 from vomstudio.core.operations import Operation
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
+from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
 
 OPERATIONS: tuple[Operation, ...] = (
@@ -40,6 +41,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.fractures` takes the traces of a project",
             "project command": "`fractures` reads the exported traces",
+        },
+    ),
+    Operation(
+        "stats",
+        (StatisticsOptions,),
+        function="stats",
+        window="analyse.statistics_panel.StatisticsPanel",
+        missing={
+            "project method": "`vs.stats` takes the planes of a project",
+            "project command": "`stats` reads a project",
         },
     ),
 )
