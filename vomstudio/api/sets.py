@@ -10,22 +10,20 @@ from vomstudio.api.checking import (
     column_of,
     is_path,
     items_of,
-    naming,
     one_of,
     path_of,
     required_number,
-    single_number,
     warn,
     words_of,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
-from vomstudio.geology.fold_planes import MIN_QUALITIES
+from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
-from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
+from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.repeated_picks import read_picks_again
@@ -95,7 +93,7 @@ def fold(
     *,
     kind: str | None = None,
     sets: Sequence[str] | None = None,
-    domain: str | None = None,
+    by: str | None = None,
     waviness_deg: float | None = None,
     quality: Literal["good", "doubtful"] | None = None,
     only_set: str | None = None,
@@ -108,9 +106,9 @@ def fold(
     table, azimuth : as in `stats`; lines in it are left out
     kind : use planes of this kind only; of a table with kinds bedding is taken without it
     sets : the axis common to two or three of its sets, by their means
-    domain : column that names the domains, such as hanging wall and footwall: each gets its own
+    by : column that names the domains, such as hanging wall and footwall: each gets its own
         axis, and whether one serves all is tested
-    waviness_deg : how far poles of a cylindrical fold stray (standard deviation); None for the
+    waviness_deg : standard deviation of the poles of a cylindrical fold; None for the
         limits of Ramsay & Huber (1987): nine tenths within 10 degrees
     quality : worst verdict (column ``quality``) that is used; None for any
     only_set : use planes of this set only
@@ -145,24 +143,17 @@ def fold(
     (90.0, 20.0)
     """
     rows = rows_of(table, azimuth)
-    waviness = single_number(waviness_deg, "waviness_deg")
-    if quality is not None:
-        one_of(quality, MIN_QUALITIES, "quality")
-    with (
-        naming("sets", "--sets"),
-        naming("quality", "--quality"),
-        naming("only_set", "--only-set"),
-    ):
-        names = None if sets is None else checked_names([str(n) for n in items_of(sets, "sets")])
-        found = table_fold(
-            rows,
-            words_of(kind, "kind"),
-            names,
-            column_of(domain, "domain"),
-            waviness,
-            min_quality=quality,
-            only_set=words_of(only_set, "only_set"),
-        )
+    options = options_from_arguments(
+        FoldOptions,
+        kind=kind,
+        sets=None if sets is None else ",".join(map(str, items_of(sets, "sets"))),
+        only_set=only_set,
+        quality=quality,
+        by=column_of(by),
+        waviness_deg=waviness_deg,
+    )
+    with arguments_named(FoldOptions):
+        found = table_fold(rows, options)
     warn(found.warnings[len(rows.warnings) :])
     return found
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from vomstudio.core.operations import Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
@@ -51,6 +52,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.stats` takes the planes of a project",
             "project command": "`stats` reads a project",
+        },
+    ),
+    Operation(
+        "fold",
+        (FoldOptions,),
+        function="fold",
+        window="common.fold_box.FoldBox",
+        missing={
+            "project method": "`vs.fold` takes the planes of a project",
+            "project command": "`fold` reads a project",
         },
     ),
 )

@@ -13,6 +13,10 @@ TEXTS: dict[str, Entry] = {
             " {wanted} before you rely on its 95 % error."
         ),
     ),
+    "fold.too-few-sets": (
+        "error",
+        to_translate("Two or three different sets are needed, such as A,B."),
+    ),
     "slope.pairs-of-one-set": (
         "info",
         to_translate(
