@@ -20,7 +20,7 @@ CALLS: dict[str, Callable[[], Any]] = {
     "fold sets": lambda: ANY.fold(PLANES, sets=3),
     "fold waviness": lambda: ANY.fold(PLANES, waviness_deg="x"),
     "fold kind": lambda: ANY.fold(PLANES, kind=3),
-    "slope friction": lambda: ANY.slope(PLANES, (90, 70), "x"),
+    "slope friction": lambda: ANY.slope(PLANES, (90, 70), friction_deg="x"),
     "sets seed of words": lambda: ANY.sets(PLANES, seeds=[("a", 3)]),
     "sets seed of one number": lambda: ANY.sets(PLANES, seeds=[3]),
     "sets seeds": lambda: ANY.sets(PLANES, seeds=3),

@@ -10,9 +10,8 @@ from vomstudio.api.checking import (
     column_of,
     is_path,
     items_of,
-    one_of,
+    naming,
     path_of,
-    required_number,
     warn,
     words_of,
 )
@@ -23,6 +22,7 @@ from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.project.folder import is_project
@@ -161,9 +161,9 @@ def fold(
 def slope(
     table: Any,
     face: str | tuple[float, float],
+    *,
     friction_deg: float,
     lateral_deg: float = 20.0,
-    *,
     limits: Literal["curved", "straight"] = "curved",
     azimuth: Azimuth | None = None,
 ) -> TableSlope:
@@ -173,8 +173,8 @@ def slope(
     ----------
     table, azimuth : as in `stats`; lines in it are left out
     face : dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``
-    friction_deg : the friction angle, at least 0 and below 90
-    lateral_deg : how far from the slope's direction planes and direct toppling count; 90 for no
+    friction_deg : friction angle of the planes
+    lateral_deg : maximum angle of planes and direct toppling from the slope's direction; 90 for no
         limit. Wedges have none.
     limits : of planes: "curved" (small circles about the slope's strike) or "straight" (of the dip
         direction); those of direct toppling are of the trend
@@ -202,19 +202,17 @@ def slope(
     with one that strikes across it forms a wedge:
 
     >>> import vomstudio as vs
-    >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), 30)
+    >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), friction_deg=30)
     >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
     (1, 2, 1, 1)
     """
-    one_of(limits, ("curved", "straight"), "limits")
-    asked = slope_face(
-        attitude_of(face, "face"),
-        required_number(friction_deg, "friction_deg"),
-        required_number(lateral_deg, "lateral_deg"),
-        limits,
+    options = options_from_arguments(
+        SlopeOptions, friction_deg=friction_deg, lateral_deg=lateral_deg, limits=limits
     )
+    with naming("face", "--face"):
+        slope = slope_face(attitude_of(face, "face"), options)
     rows = rows_of(table, azimuth)
-    found = table_slope(rows, asked)
+    found = table_slope(rows, slope)
     warn(found.warnings[len(rows.warnings) :])
     return found
 

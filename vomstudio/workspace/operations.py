@@ -12,6 +12,7 @@ from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
+from vomstudio.geology.slope_options import SlopeOptions
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
@@ -62,6 +63,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.fold` takes the planes of a project",
             "project command": "`fold` reads a project",
+        },
+    ),
+    Operation(
+        "slope",
+        (SlopeOptions,),
+        function="slope",
+        window="analyse.slopes_panel.SlopesPanel",
+        missing={
+            "project method": "`vs.slope` takes the planes of a project",
+            "project command": "`slope` reads a project",
         },
     ),
 )

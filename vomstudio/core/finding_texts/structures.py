@@ -17,6 +17,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Two or three different sets are needed, such as A,B."),
     ),
+    "slope.horizontal-face": (
+        "error",
+        to_translate("The face is horizontal, so nothing slides out of it. Give its dip."),
+    ),
     "slope.pairs-of-one-set": (
         "info",
         to_translate(
