@@ -63,7 +63,7 @@ def test_planes_fail_where_mplstereonet_says_so(
     face = some_face(seed, limits)
     normals = in_face_frame(face, planes_to_normals(azimuth, dip))
     strike = face.plane.strike_rhr_deg
-    arguments = (strike, face.plane.dip_deg, face.friction_deg, face.lateral_deg)
+    arguments = (strike, face.plane.dip_deg, face.options.friction_deg, face.options.lateral_deg)
     for theirs, ours in (
         (kinematic_analysis.PlanarSliding(*arguments), planar_sliding(face, normals)),
         (kinematic_analysis.FlexuralToppling(*arguments), flexural_toppling(face, normals)),
@@ -84,7 +84,7 @@ def test_wedges_are_those_of_mplstereonet(
         azimuth[first] - 90, dip[first], azimuth[second] - 90, dip[second]
     )
     theirs = kinematic_analysis.WedgeSliding(
-        face.plane.strike_rhr_deg, face.plane.dip_deg, face.friction_deg
+        face.plane.strike_rhr_deg, face.plane.dip_deg, face.options.friction_deg
     )
     critical, secondary = theirs.check_failure(bearing, plunge)
     found = count_pairs(face, in_face_frame(face, planes_to_normals(azimuth, dip))[None])
@@ -117,17 +117,14 @@ def test_direct_toppling_is_counted_over_all_pairs() -> None:
             line = intersection(a, b)
             turned = (line.trend_deg - face.plane.dip_direction_deg) % 360 - 180
             steep = line.plunge_deg >= 90 - face.plane.dip_deg
-            counted += steep and abs(turned) <= face.lateral_deg
+            counted += steep and abs(turned) <= face.options.lateral_deg
     assert found.toppling[0] == counted > 0
 
 
 def test_turning_the_world_and_the_face_changes_nothing() -> None:
     azimuth, dip = many_planes(4)
     face = some_face(4, "straight")
-    turned = SlopeFace(
-        Plane(face.plane.dip_direction_deg + 30, face.plane.dip_deg),
-        face.friction_deg, face.lateral_deg, face.limits,
-    )  # fmt: skip
+    turned = SlopeFace(Plane(face.plane.dip_direction_deg + 30, face.plane.dip_deg), face.options)
     one = in_face_frame(face, planes_to_normals(azimuth, dip))
     other = in_face_frame(turned, planes_to_normals(azimuth + 30, dip))
     assert one == pytest.approx(other, abs=1e-12)
