@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from vomstudio.core.operations import Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
@@ -73,6 +74,26 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.slope` takes the planes of a project",
             "project command": "`slope` reads a project",
+        },
+    ),
+    Operation(
+        "threepoint",
+        (ThreePointOptions,),
+        function="threepoint",
+        window="sections.three_points_panel.ThreePointsPanel",
+        missing={
+            "project method": "`vs.threepoint` takes points of a project",
+            "project command": "`threepoint` reads a table of points",
+        },
+    ),
+    Operation(
+        "displacement",
+        (DisplacementOptions,),
+        function="displacement",
+        window="sections.displacement_panel.DisplacementPanel",
+        missing={
+            "project method": "`vs.displacement` takes cut-offs of a project",
+            "project command": "`displacement` reads a table of cut-offs",
         },
     ),
 )

@@ -17,6 +17,17 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Two or three different sets are needed, such as A,B."),
     ),
+    "displacement.no-bed": (
+        "error",
+        to_translate("A slip direction needs the bed whose cut-offs were measured. Give the bed."),
+    ),
+    "displacement.rake-without-strike": (
+        "error",
+        to_translate(
+            "A horizontal fault has no strike to count a rake from. Give the trend and plunge of"
+            " the slip."
+        ),
+    ),
     "slope.horizontal-face": (
         "error",
         to_translate("The face is horizontal, so nothing slides out of it. Give its dip."),
