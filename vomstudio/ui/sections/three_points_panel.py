@@ -248,7 +248,7 @@ class ThreePointsPanel(SeenPanel):
             try:
                 wrong = tr("The error of the points is a length of 0 or more.")
                 self._sigma = number_in(self.sigma, wrong) or 0.0
-                self.found = plane_of_three_points(points, self._sigma)
+                self.found = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
                 self._points = points
                 said = self._in_words(self.found)
             except VomError as error:
