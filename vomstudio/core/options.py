@@ -34,7 +34,7 @@ class Declaration:
     kind : type
         float, int, bool or str.
     default : object
-        None if the program chooses the value.
+        None if the program chooses the value, or if `is_required`.
     help : str
         One sentence without a full stop for ``--help`` and the documentation (English; translated
         where shown).
@@ -52,6 +52,8 @@ class Declaration:
         What stands for the value in ``--help``.
     decimals : int
         Decimals in a form.
+    is_required : bool
+        Whether a value has to be given.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Declaration:
     maximum: float | None = None
     metavar: str | None = None
     decimals: int = 3
+    is_required: bool = False
 
     @property
     def unit(self) -> str | None:
@@ -106,7 +109,7 @@ class Declaration:
 
 
 def option(
-    default: Any,
+    default: Any = MISSING,
     *,
     help: str,
     tip: str = "",
@@ -118,7 +121,10 @@ def option(
     metavar: str | None = None,
     decimals: int = 3,
 ) -> Any:
-    """Declare one field of an options class; see `Declaration` for the parameters."""
+    """Declare one field of an options class; see `Declaration` for the parameters.
+
+    An option without a default is required.
+    """
     stated = {
         "help": help,
         "tip": tip,
@@ -152,6 +158,7 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
                 name=each.name,
                 kind=kind,
                 default=None if each.default is MISSING else each.default,
+                is_required=each.default is MISSING,
                 **stated | {"choices": stated["choices"] or choices},
             )
         )
@@ -172,6 +179,17 @@ def check_options(options: Any) -> None:
     """Raise UsageError if a value of an options object is not allowed."""
     for each in declarations(type(options)):
         each.check(getattr(options, each.name))
+
+
+def check_exclusive(options: Any, *names: str) -> None:
+    """Raise UsageError if more than one of the options of these names is given."""
+    given = [each for each in declarations(type(options)) if each.name in names]
+    given = [each for each in given if getattr(options, each.name) != each.default]
+    if len(given) > 1:
+        raise UsageError(
+            Finding("option.conflict", option=given[0].flag, other=given[1].flag),
+            field=given[1].flag,
+        )
 
 
 def given_options(options: Any) -> Mapping[str, Any]:

@@ -10,6 +10,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{value}” is not valid. Choose one of: {choices}."),
     ),
+    "option.missing": ("error", to_translate("A value is needed, not None. Give one.")),
     "option.not-text": ("error", to_translate("Text is needed, not a value of type {type}.")),
     "option.too-small": (
         "error",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.options import option_words
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Record
 from vomstudio.geology.slopes import SlopeFace
@@ -65,7 +66,5 @@ def words_of(face: SlopeFace, table: Path) -> Words:
     return [
         "slope", table,
         ("--face", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"),
-        ("--friction", f"{face.friction_deg:g}"),
-        ("--lateral", f"{face.lateral_deg:g}"),
-        ("--limits", face.limits),
+        *option_words(face.options),
     ]  # fmt: skip

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtWidgets import (
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QLineEdit,
@@ -22,7 +22,8 @@ from vomstudio.document.records import Model, Typed
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.geology.slopes import LATERAL_DEG, SlopeFace
+from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.geology.slopes import SlopeFace
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -48,9 +49,10 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.display import usual_look
@@ -90,13 +92,8 @@ class SlopesPanel(SeenPanel):
         self.face.textChanged.connect(self._soon)
         self.take = QPushButton(tr("Take selected"))
         self.take.clicked.connect(self._take_selected)
-        self.friction = _angle("slope_friction", _FRICTION_DEG, tr("Friction angle of the planes."))
-        self.lateral = _angle(
-            "slope_lateral",
-            LATERAL_DEG,
-            tr("How far from the slope's direction planes and toppling count; 90° for no limit."),
-        )
-        self.lateral.setPrefix(tr("lateral ±"))
+        self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_FRICTION_DEG))
+        self.angles.changed.connect(self._soon)
         self.limits = ComboBox()
         self.limits.setObjectName("slope_limits")
         self.limits.addItem(tr("small circles"), "curved")
@@ -109,8 +106,6 @@ class SlopesPanel(SeenPanel):
         )
         self.limits.keep_narrow()
         self.limits.activated.connect(self._soon)
-        for box in (self.friction, self.lateral):
-            box.valueChanged.connect(self._soon)
         self.said = hint_label()
         self.said.setObjectName("slope_said")
         self.results = SlopeResults()
@@ -140,8 +135,12 @@ class SlopesPanel(SeenPanel):
         form.setVerticalSpacing(4)
         form.addRow(tr("Planes"), _row(self.of, self.copy, self.figure, wide=self.of))
         form.addRow(tr("Slope"), _row(self.at, self.face, self.take, wide=self.face))
-        angles = _row(self.friction, self.lateral, self.limits, wide=self.limits)
-        form.addRow(tr("Friction"), angles)
+        fields, labels = self.angles.fields, self.angles.labels
+        angles = _row(
+            fields["friction_deg"], labels["lateral_deg"], fields["lateral_deg"], self.limits,
+            wide=self.limits,
+        )  # fmt: skip
+        form.addRow(labels["friction_deg"], angles)
         column = narrow_column(self)
         column.addLayout(form)
         column.addWidget(self.said)
@@ -226,15 +225,13 @@ class SlopesPanel(SeenPanel):
                 "Type the attitude of the face, or select a plane that dips as it does and take it."
             )
         try:
-            face = SlopeFace(
-                parse_plane(text, self._notation),
-                self.friction.value(),
-                self.lateral.value(),
-                str(self.limits.currentData()),
-            )
+            face = SlopeFace(parse_plane(text, self._notation), self._options())
         except VomError as error:
             return error.message
         return SlopeQuestion(dict(self._studio.records), *planes, face)
+
+    def _options(self) -> SlopeOptions:
+        return replace(self.angles.options(), limits=self.limits.currentData())
 
     def _facets_question(self) -> FacetsQuestion | str:
         """Or why there is none."""
@@ -249,8 +246,7 @@ class SlopesPanel(SeenPanel):
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
             dict(studio.records), *planes, found, rows,
-            opened.data, model.to_world, self.friction.value(), self.lateral.value(),
-            str(self.limits.currentData()),
+            opened.data, model.to_world, self._options(),
         )  # fmt: skip
 
     def _at_chosen(self, *_: object) -> None:
@@ -437,15 +433,3 @@ def _button(icon: str, text: str, clicked: Callable[[], None]) -> QToolButton:
     button.setAccessibleName(text)
     button.clicked.connect(clicked)
     return button
-
-
-def _angle(name: str, value: float, tip: str) -> QDoubleSpinBox:
-    """Degrees; what cannot be is said in words."""
-    box = DoubleSpinBox()
-    box.setObjectName(name)
-    box.setDecimals(1)
-    box.setRange(0.0, 90.0)
-    box.setSuffix("°")
-    box.setValue(value)
-    box.setToolTip(tip)
-    return box

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import VomError
+from vomstudio.geology.fractures.fracture_options import FractureOptions
+from vomstudio.geology.notation import exact_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.sections.drawing_view import Mark
@@ -62,15 +64,14 @@ class GridCells:
 @dataclass(frozen=True, eq=False)
 class FractureQuestion:
     """plane : of the face, None for that of the grid, else the one that fits best; counted_in,
-    place : one of the words above with its numbers on the face; snap_m, cap : as in the command;
+    place : one of the words above with its numbers on the face; options : snap and cap;
     cells : of the grid in which is counted; crs : of World, None for a local frame"""
 
     traces: Sequence[MappedTrace]
     plane: Plane | None
     counted_in: str
     place: tuple[float, ...]
-    snap_m: float
-    cap: float | None
+    options: FractureOptions
     metric: bool
     north_known: bool
     cells: GridCells | None = None
@@ -147,7 +148,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     drawing = _drawing(q, face, lines, cells)
     place = q.place
     if q.counted_in == WINDOW and not place:
-        place = _place_around(np.concatenate(lines), q.snap_m or 0.0)
+        place = _place_around(np.concatenate(lines), q.options.snap_m)
     mark = mark_of(q.counted_in, place)
     counted = Counted()
     why = wanted_of(q.counted_in, place)
@@ -163,7 +164,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
         counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
         try:
             mapped = map_fractures(
-                FractureOrder(None, snap_m=q.snap_m, terzaghi_cap=q.cap, plane=face.plane),
+                FractureOrder(None, replace(q.options, plane=exact_plane(face.plane))),
                 lines=_shapes([trace.points for trace in q.traces]),
                 crs=q.crs,
                 counted=counted,

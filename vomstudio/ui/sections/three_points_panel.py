@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.reading import Reading
@@ -27,6 +28,7 @@ from vomstudio.document.measurement import scatter_of
 from vomstudio.document.records import Feature, Picked, get, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.geology.faults.displacement_options import ThreePointOptions
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
@@ -40,7 +42,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import LowTable, narrow_form
-from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_with_file, numbers_text
+from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file, numbers_text
 from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
@@ -246,7 +248,7 @@ class ThreePointsPanel(SeenPanel):
             try:
                 wrong = tr("The error of the points is a length of 0 or more.")
                 self._sigma = number_in(self.sigma, wrong) or 0.0
-                self.found = plane_of_three_points(points, self._sigma)
+                self.found = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
                 self._points = points
                 said = self._in_words(self.found)
             except VomError as error:
@@ -354,9 +356,9 @@ class ThreePointsPanel(SeenPanel):
             ]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-        options: list[tuple[str, Word]] = [("--sigma", sigma)] if sigma else []
+        words = option_words(ThreePointOptions(sigma))
         copy_with_file(
-            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *options]
+            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *words]
         )
 
     def _close(self) -> None:
