@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from vomstudio.core.operations import Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
@@ -94,6 +95,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.displacement` takes cut-offs of a project",
             "project command": "`displacement` reads a table of cut-offs",
+        },
+    ),
+    Operation(
+        "log",
+        (LogOptions,),
+        function="log",
+        window="sections.bed_log_panel.BedLogPanel",
+        missing={
+            "project method": "`vs.log` takes boundaries of a project",
+            "project command": "`log` reads a project",
         },
     ),
 )
