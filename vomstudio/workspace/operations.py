@@ -15,6 +15,7 @@ from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.tables.fit_options import FitOptions
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
@@ -46,6 +47,14 @@ OPERATIONS: tuple[Operation, ...] = (
             "project method": "`vs.fractures` takes the traces of a project",
             "project command": "`fractures` reads the exported traces",
         },
+    ),
+    Operation(
+        "fit",
+        (FitOptions,),
+        function="fit_planes",
+        method="fit",
+        action="fit",
+        missing={"window": "planes are fitted while they are picked"},
     ),
     Operation(
         "stats",
