@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from vomstudio.core.operations import Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.tables.fit_options import FitOptions
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
@@ -45,6 +47,14 @@ OPERATIONS: tuple[Operation, ...] = (
             "project method": "`vs.fractures` takes the traces of a project",
             "project command": "`fractures` reads the exported traces",
         },
+    ),
+    Operation(
+        "fit",
+        (FitOptions,),
+        function="fit_planes",
+        method="fit",
+        action="fit",
+        missing={"window": "planes are fitted while they are picked"},
     ),
     Operation(
         "stats",
@@ -94,6 +104,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.displacement` takes cut-offs of a project",
             "project command": "`displacement` reads a table of cut-offs",
+        },
+    ),
+    Operation(
+        "log",
+        (LogOptions,),
+        function="log",
+        window="sections.bed_log_panel.BedLogPanel",
+        missing={
+            "project method": "`vs.log` takes boundaries of a project",
+            "project command": "`log` reads a project",
         },
     ),
 )
