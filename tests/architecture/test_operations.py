@@ -32,6 +32,8 @@ def test_the_python_function_has_the_declared_parameters(operation: Operation) -
             parameter = parameters[each.name]
             assert parameter.kind is parameter.KEYWORD_ONLY
             assert parameter.default == each.default
+            if each.kind is str and each.choices is None:
+                continue  # A plane, a point or a table may be given in more forms than a text.
             written = typing.get_type_hints(getattr(vs, operation.function))[each.name]
             assert written == hints[each.name]
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from vomstudio.api.checking import flag, single_number, whole_number
@@ -39,9 +40,16 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
     """
     stated = {each.name: each for each in declarations(options)}
     checked = {name: _CHECKS[stated[name].kind](value, name) for name, value in arguments.items()}
-    try:
+    with arguments_named(options):
         return options(**checked)
+
+
+@contextmanager
+def arguments_named(options: type[Any]) -> Iterator[None]:
+    """Name the argument in place of the option of the command in errors raised inside."""
+    try:
+        yield
     except UsageError as error:
-        names = {each.flag: each.name for each in stated.values()}
+        names = {each.flag: each.name for each in declarations(options)}
         error.field = names.get(error.field or "", error.field)
         raise

@@ -17,10 +17,13 @@ from typing import Any, Literal
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
 
 _DECLARATION = "option"
 UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "px": "px", "s": "s"}
 """Suffixes of names that state the unit, with the symbols shown in forms."""
+MIN_LENGTH_M, MAX_LENGTH_M = 1e-9, 1e6
+"""Bounds of a positive length."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class Declaration:
         What stands for the value in ``--help``.
     decimals : int
         Decimals in a form.
+    empty : str
+        What a form shows for None.
     """
 
     name: str
@@ -66,6 +71,7 @@ class Declaration:
     maximum: float | None = None
     metavar: str | None = None
     decimals: int = 3
+    empty: str = to_translate("auto")
 
     @property
     def unit(self) -> str | None:
@@ -117,6 +123,7 @@ def option(
     maximum: float | None = None,
     metavar: str | None = None,
     decimals: int = 3,
+    empty: str = to_translate("auto"),
 ) -> Any:
     """Declare one field of an options class; see `Declaration` for the parameters."""
     stated = {
@@ -129,6 +136,7 @@ def option(
         "maximum": maximum,
         "metavar": metavar,
         "decimals": decimals,
+        "empty": empty,
     }
     return field(default=default, metadata={_DECLARATION: stated})
 

@@ -6,8 +6,14 @@ copied commands, option tables of the documentation and the checks of the Python
 
 from __future__ import annotations
 
-from vomstudio.core.operations import Operation
+from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+
+_OF_MODELS: dict[Door, str] = {
+    "project method": "the function takes a model of a project",
+    "project command": "`--project` of the command places the model",
+}
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
@@ -19,5 +25,13 @@ OPERATIONS: tuple[Operation, ...] = (
             "project method": "`vs.facets` takes a model of a project",
             "project command": "`facets --project` places the model; `accept` adds the facets",
         },
+    ),
+    Operation(
+        "dem",
+        (DemOptions,),
+        command_options=(DemFiles,),
+        function="dem",
+        window="sections.elevation_panel.ElevationPanel",
+        missing=_OF_MODELS,
     ),
 )

@@ -19,6 +19,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("{value} is not valid. Use a number from {minimum} to {maximum}."),
     ),
+    "option.clouds-only": (
+        "error",
+        to_translate("The model is a mesh, and {option} is for point clouds. Leave it out."),
+    ),
     "option.conflict": (
         "error",
         to_translate("{option} and {other} exclude each other. Leave out one of them."),
