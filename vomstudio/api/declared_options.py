@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from vomstudio.api.checking import flag, single_number, whole_number
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 
 Options = TypeVar("Options")
 
@@ -49,7 +49,17 @@ def arguments_named(options: type[Any]) -> Iterator[None]:
     """Name the argument in place of the option of the command in errors raised inside."""
     try:
         yield
-    except UsageError as error:
+    except InputError as error:
         names = {each.flag: each.name for each in declarations(options)}
         error.field = names.get(error.field or "", error.field)
+        values = {key: _renamed(value, names) for key, value in error.values.items()}
+        if values != error.values:
+            error.values, error.message = values, Finding(error.code, **values).message
         raise
+
+
+def _renamed(value: Any, names: dict[str, str]) -> Any:
+    """Return the argument of an option, or of each option in a tuple."""
+    if isinstance(value, tuple):
+        return tuple(_renamed(each, names) for each in value)
+    return names.get(value, value) if isinstance(value, str) else value

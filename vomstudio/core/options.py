@@ -182,6 +182,27 @@ def check_options(options: Any) -> None:
         each.check(getattr(options, each.name))
 
 
+def check_alternatives(options: Any, *names: str) -> None:
+    """Raise UsageError unless exactly one of these options is given."""
+    stated = {each.name: each for each in declarations(type(options))}
+    flags = [stated[name].flag for name in names]
+    given = [stated[name].flag for name in names if getattr(options, name) is not None]
+    if not given:
+        raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
+    if len(given) > 1:
+        raise UsageError(
+            Finding("option.conflict", option=given[1], other=given[0]), field=given[1]
+        )
+
+
+def check_requires(options: Any, name: str, other: str) -> None:
+    """Raise UsageError if an option is given without another one on which it depends."""
+    stated = {each.name: each for each in declarations(type(options))}
+    if getattr(options, name) is not None and getattr(options, other) is None:
+        flag, needed = stated[name].flag, stated[other].flag
+        raise UsageError(Finding("option.requires", option=flag, other=needed), field=flag)
+
+
 def given_options(options: Any) -> Mapping[str, Any]:
     """Return the values that differ from their defaults, by field name."""
     return {

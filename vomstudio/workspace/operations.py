@@ -9,6 +9,7 @@ from __future__ import annotations
 from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
 
 _OF_MODELS: dict[Door, str] = {
     "project method": "the function takes a model of a project",
@@ -32,6 +33,14 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(DemFiles,),
         function="dem",
         window="sections.elevation_panel.ElevationPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "section",
+        (SectionOptions,),
+        command_options=(SectionFeatures,),
+        function="section",
+        window="sections.section_panel.SectionPanel",
         missing=_OF_MODELS,
     ),
 )

@@ -71,10 +71,16 @@ class OptionFields(QObject, Generic[Options]):
             label.setBuddy(self.fields[name])
             form.addRow(label, self.fields[name])
 
-    def options(self) -> Options:
-        """Return the options that the fields show."""
+    def options(self, **others: Any) -> Options:
+        """Return the options that the fields show, with the values of others.
+
+        Raises
+        ------
+        UsageError
+            For options that exclude each other.
+        """
         values = {each.name: getattr(self._start, each.name) for each in declarations(self._class)}
-        return self._class(**values | {name: self._value(name) for name in self.fields})
+        return self._class(**values | {name: self._value(name) for name in self.fields} | others)
 
     def show_unit(self, unit: str) -> None:
         """Show this unit of length behind lengths and areas, such as m."""

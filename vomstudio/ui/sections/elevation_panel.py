@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -183,9 +183,10 @@ class ElevationPanel(QWidget):
             return None
         path = self._studio.project.find_model(model)
         assert path is not None
-        plane, options = self.plane.plane(), self.grid.options()
+        plane = self.plane.plane()
+        others: dict[str, Any] = {"plane": None if plane is None else plane_text(plane)}
         if not self.grid.fields["limit_m"].isEnabled():
-            options = replace(options, limit_m=None)
+            others["limit_m"] = None
         frame = model.frame
         return ElevationOrder(
             path,
@@ -194,7 +195,7 @@ class ElevationPanel(QWidget):
             world_crs(frame.crs, frame.unit_m),
             frame.has_metres,
             frame.has_north,
-            replace(options, plane=None if plane is None else plane_text(plane)),
+            self.grid.options(**others),
             self.also.options(),
             Path(self.target.text()).expanduser(),
         )
