@@ -317,12 +317,6 @@ def test_models_far_apart_are_refused_with_the_distance() -> None:
         compare(PointCloud(np.zeros((0, 3))), sheet(5))
 
 
-def test_lengths_that_are_none_are_refused() -> None:
-    for options in ({"radius_m": 0.0}, {"radius_m": np.nan}, {"registration_error_m": -1.0}):
-        with pytest.raises(UsageError, match="length"):
-            compare(sheet(5), sheet(5), **options)
-
-
 def test_reference_systems_are_compared() -> None:
     names = ("a.las", "b.obj")
     assert crs_doubts(None, None, names) == []

@@ -182,17 +182,24 @@ def check_options(options: Any) -> None:
         each.check(getattr(options, each.name))
 
 
-def check_alternatives(options: Any, *names: str) -> None:
-    """Raise UsageError unless exactly one of these options is given."""
-    stated = {each.name: each for each in declarations(type(options))}
-    flags = [stated[name].flag for name in names]
-    given = [stated[name].flag for name in names if getattr(options, name) is not None]
-    if not given:
-        raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
+def check_exclusive(options: Any, *names: str) -> None:
+    """Raise UsageError if more than one of the options of these names is given."""
+    given = [each for each in declarations(type(options)) if each.name in names]
+    given = [each for each in given if getattr(options, each.name) != each.default]
     if len(given) > 1:
         raise UsageError(
-            Finding("option.conflict", option=given[1], other=given[0]), field=given[1]
+            Finding("option.conflict", option=given[0].flag, other=given[1].flag),
+            field=given[1].flag,
         )
+
+
+def check_alternatives(options: Any, *names: str) -> None:
+    """Raise UsageError unless exactly one of the options of these names is given."""
+    check_exclusive(options, *names)
+    if all(getattr(options, name) is None for name in names):
+        stated = {each.name: each.flag for each in declarations(type(options))}
+        flags = [stated[name] for name in names]
+        raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
 
 
 def check_requires(options: Any, name: str, other: str) -> None:

@@ -10,6 +10,7 @@ from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
+from vomstudio.registration.distances.compare_options import CompareOptions
 
 _OF_MODELS: dict[Door, str] = {
     "project method": "the function takes a model of a project",
@@ -41,6 +42,13 @@ OPERATIONS: tuple[Operation, ...] = (
         command_options=(SectionFeatures,),
         function="section",
         window="sections.section_panel.SectionPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "compare",
+        (CompareOptions,),
+        function="compare",
+        window="registration.compare_panel.ComparePanel",
         missing=_OF_MODELS,
     ),
 )

@@ -30,6 +30,7 @@ from vomstudio.jobs.surface_tasks import (
     FieldsOrder,
     MeasurableOrder,
 )
+from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.signals import Signal
 from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
@@ -282,7 +283,7 @@ class SurfaceFields:
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
         self._submit(
-            COMPARE_MODELS, CompareOrder(standing, other, None, None, out),
+            COMPARE_MODELS, CompareOrder(standing, other, CompareOptions(), out),
             tr("Distances from {model} to {other}", model=standing.name, other=other.name),
             lambda _: self._aside(turn, model_id, shown, read),
         )  # fmt: skip
