@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
 from vomstudio.registration.distances.compare_options import CompareOptions
@@ -49,6 +50,14 @@ OPERATIONS: tuple[Operation, ...] = (
         (CompareOptions,),
         function="compare",
         window="registration.compare_panel.ComparePanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "measurable",
+        (MeasurableOptions,),
+        command_options=(MeasurableTarget,),
+        function="measurable",
+        window="surface.fields_panel.FieldsPanel",
         missing=_OF_MODELS,
     ),
 )

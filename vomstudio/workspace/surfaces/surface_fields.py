@@ -14,6 +14,7 @@ import numpy.typing as npt
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.surface_fields import KINDS, field_name
 from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
@@ -250,7 +251,8 @@ class SurfaceFields:
         x, y, z = (float(v) for v in plane.normal())
         turn = self._asked
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
-        registration = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
+        tilt = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
+        options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
         def read() -> tuple[Arrays, tuple[str, ...]]:
             with open_arrays(out) as found:
@@ -259,7 +261,7 @@ class SurfaceFields:
                 return arrays, tuple(str(each) for each in found["said"])
 
         self._submit(
-            MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), length, registration, out),
+            MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), options, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
                plane=format_plane(plane)),
             lambda _: self._aside(turn, model_id, shown, read),
