@@ -3,11 +3,33 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
+import pytest
+
 from vomstudio.core.finding_texts import TEXTS, texts_of
-from vomstudio.core.findings import as_finding
+from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.errors import InputError, VomError
+
+
+@contextmanager
+def refused(
+    code: str, kind: type[VomError] = InputError, /, **values: Any
+) -> Iterator[pytest.ExceptionInfo[VomError]]:
+    """Expect an error with a code and some of its values, such as ``column="dip"``.
+
+    The values may include the location of the cause: ``file``, ``line`` and ``field``.
+    """
+    with pytest.raises(kind) as error:
+        yield error
+    answer = error.value.as_dict()
+    expected = {name: str(x) if isinstance(x, Path) else x for name, x in values.items()}
+    assert (answer["code"], {name: answer.get(name) for name in expected}) == (code, expected), str(
+        error.value
+    )
 
 
 def messages(answer: Mapping[str, Any]) -> list[str]:
@@ -24,6 +46,11 @@ def codes(answer: Mapping[str, Any]) -> list[str]:
         each["code"] if isinstance(each, dict) else as_finding(each).code
         for each in answer["warnings"]
     ]
+
+
+def with_code(findings: Iterable[Message], code: str) -> list[Finding]:
+    """Return the findings with a code."""
+    return [each for each in map(as_finding, findings) if each.code == code]
 
 
 def shown_codes(text: str) -> set[str]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 
 PLANES: Any = ([90, 100, 95, 92, 10], [40, 42, 38, 41, 80])
 CROSS: Any = [[(0, 0), (1, 1)], [(0, 1), (1, 0)]]
@@ -20,7 +21,7 @@ CALLS: dict[str, Callable[[], Any]] = {
     "fold sets": lambda: ANY.fold(PLANES, sets=3),
     "fold waviness": lambda: ANY.fold(PLANES, waviness_deg="x"),
     "fold kind": lambda: ANY.fold(PLANES, kind=3),
-    "slope friction": lambda: ANY.slope(PLANES, (90, 70), "x"),
+    "slope friction": lambda: ANY.slope(PLANES, (90, 70), friction_deg="x"),
     "sets seed of words": lambda: ANY.sets(PLANES, seeds=[("a", 3)]),
     "sets seed of one number": lambda: ANY.sets(PLANES, seeds=[3]),
     "sets seeds": lambda: ANY.sets(PLANES, seeds=3),
@@ -88,8 +89,9 @@ def test_a_number_of_sets_is_that_of_the_command(tmp_path: Path, command: Any) -
     found = vs.sets(table, exactly=1)
     assert [s.n for s in found.sets] == [s["n"] for s in told["sets"]]
     assert len(found.sets) == 1
-    with pytest.raises(vs.errors.UsageError, match="alone"):
+    with pytest.raises(vs.errors.UsageError) as error:
         vs.sets(table, exactly=2, max_sets=3)
+    assert (error.value.code, error.value.field) == ("option.conflict", "exactly")
 
 
 def test_a_model_stands_as_in_a_project(tmp_path: Path, command: Any) -> None:
@@ -110,7 +112,7 @@ def test_a_model_stands_as_in_a_project(tmp_path: Path, command: Any) -> None:
     relief = vs.dem(model, gsd_m=0.5)
     told = command("dem", file, "--project", folder, "--gsd", 0.5, "-o", tmp_path / "dem.tif")
     assert relief.figures.highest_m == pytest.approx(told["highest_m"])
-    with pytest.raises(vs.errors.UsageError, match="stands as it does there"):
+    with refused("option.not-with-project", vs.errors.UsageError, field="--unit"):
         vs.read(file, project=folder, unit="m")
-    with pytest.raises(vs.errors.UsageError, match="No model of this project"):
+    with refused("project.other-model", vs.errors.UsageError):
         vs.read(vs.sample("sample.obj"), project=folder)

@@ -50,12 +50,15 @@ def test_what_is_no_map_is_refused() -> None:
     for scanline in ([(3, 0), (3, 0)], [(3, 0, 0), (3, 0, 4)]):
         with pytest.raises(vs.errors.GeometryError, match="no length"):
             vs.fractures(JOINTS, scanline=scanline)
-    with pytest.raises(vs.errors.UsageError, match="one of them"):
-        vs.fractures(JOINTS, area=CORNERS, circle=(0, 0, 1))
-    with pytest.raises(vs.errors.InputError, match="circle"):
-        vs.fractures(JOINTS, circle=(0, 0))
-    with pytest.raises(vs.errors.UsageError, match="set"):
-        vs.fractures(JOINTS, by=["a"])
+    for code, field, options in (
+        ("option.conflict", "circle", {"area": CORNERS, "circle": (0, 0, 1)}),
+        ("fractures.not-a-circle", "circle", {"circle": (0, 0)}),
+        ("fractures.sets-not-of-traces", "by", {"by": ["a"]}),
+        ("option.too-small", "snap_m", {"snap_m": -1}),
+    ):
+        with pytest.raises(vs.errors.UsageError) as wrong:
+            vs.fractures(JOINTS, **options)
+        assert (wrong.value.code, wrong.value.field) == (code, field)
     with pytest.raises(vs.errors.GeometryError, match="outside"):
         vs.fractures(JOINTS, circle=(100, 100, 1))
 

@@ -163,7 +163,7 @@ def test_domains_and_weights_reach_scripts() -> None:
     azimuth = [90, 91, 89, 92, 150, 151, 149, 152, 270, 271, 269, 272]
     dip = [30, 31, 29, 30, 50, 51, 49, 50, 60, 61, 59, 60]
     table = pandas.DataFrame({"dipdir": azimuth, "dip": dip, "set": list("aaaabbbbcccc")})
-    found = vs.fold(table, domain="set")
+    found = vs.fold(table, by="set")
     assert found.one_axis is not None
     assert not found.one_axis.serves_all
     assert found.valid == "no"

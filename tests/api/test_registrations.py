@@ -40,8 +40,9 @@ def test_the_object_has_the_names_of_the_command() -> None:
 
 
 def test_remarks_are_python_warnings() -> None:
-    with pytest.warns(vs.errors.VomWarning, match="no check points"):
+    with pytest.warns(vs.errors.VomWarning) as caught:
         vs.register(MODEL, WORLD)
+    assert "control.no-check-points" in [each.message.code for each in caught]
 
 
 @pytest.mark.parametrize(

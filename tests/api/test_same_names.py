@@ -33,7 +33,7 @@ PAIRS = {
     "sets": Pair("sets {table} -o {out}", lambda t, _: vs.sets(t), ("table",)),
     "slope": Pair(
         "slope {table} --face 310/75 --friction 35",
-        lambda t, _: vs.slope(t, (310, 75), 35),
+        lambda t, _: vs.slope(t, (310, 75), friction_deg=35),
         ("image",),
     ),
     "plan": Pair(

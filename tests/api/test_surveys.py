@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 from vomstudio.cli.common.output import to_json
 
 PHOTOS = vs.sample("photos")
@@ -43,7 +44,7 @@ def test_a_check_is_that_of_the_command(command: Any, three: Path) -> None:
     assert found.verdict == told["verdict"]
     assert [photo.name for photo in found.photos] == [photo["name"] for photo in told["photos"]]
     assert "Measuring photo quality" in seen
-    with pytest.raises(vs.errors.UsageError, match="positive number of metres"):
+    with refused("number.not-positive", vs.errors.UsageError, field="--distance"):
         vs.check(three, distance_m=-1)
 
 

@@ -15,7 +15,17 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 THREAD_MAKERS = frozenset(
-    {"Thread", "Timer", "ThreadPool", "ThreadPoolExecutor", "QThread", "QThreadPool"}
+    {
+        "Thread",
+        "Timer",
+        "ThreadPool",
+        "ThreadPoolExecutor",
+        "start_new_thread",
+        "QThread",
+        "QThreadPool",
+        "QRunnable",
+        "globalInstance",
+    }
 )
 WORDS_OF_A_SENTENCE = 3
 _WORD = re.compile(r"(?<![\w.-])[A-Za-z][a-z]+(?![\w.-]*[\w])")
@@ -52,6 +62,8 @@ def code_lines(source: str) -> int:
 
 def creates_threads(source: str) -> bool:
     """Whether a module calls a class that starts a thread or a pool of threads."""
+    if not any(maker in source for maker in THREAD_MAKERS):
+        return False
     return any(
         isinstance(node, ast.Call) and _name(node.func) in THREAD_MAKERS
         for node in ast.walk(ast.parse(source))

@@ -31,9 +31,9 @@ def test_the_python_function_has_the_declared_parameters(operation: Operation) -
             assert each.name in parameters, each.name
             parameter = parameters[each.name]
             assert parameter.kind is parameter.KEYWORD_ONLY
-            assert parameter.default == each.default
+            assert parameter.default == (parameter.empty if each.is_required else each.default)
             if each.kind is str and each.choices is None:
-                continue  # A plane, a point or a table may be given in more forms than a text.
+                continue  # Python also takes planes, points and files in other forms.
             written = typing.get_type_hints(getattr(vs, operation.function))[each.name]
             assert written == hints[each.name]
 

@@ -154,5 +154,5 @@ def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> N
     other.write_text("0 0 0\n1 0 0\n0 1 0\n1 1 1\n")
     ran = run("dem", other, "-o", tmp_path / "e.tif", *asked)
     assert ran.code == 2
-    assert "No model of this project" in ran.json["error"]["message"]
+    assert ran.json["error"]["code"] == "project.other-model"
     assert not (tmp_path / "e.tif").exists()

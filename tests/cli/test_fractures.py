@@ -230,24 +230,24 @@ def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "code"),
     [
-        ["--snap", "-1"],
-        ["--snap", "nan"],
-        ["--circle", "1,2"],
-        ["--circle", "1,2,0"],
-        ["--circle", "1,2,inf"],
-        ["--strikes", "north"],
-        ["--terzaghi-cap", "0.5"],
-        ["--circle", "0,0,3", "--area", "a.gpkg"],
-        ["--circle", "0,0,3"],  # outside the map
-        ["--plot", "p.doc"],
+        (["--snap", "-1"], "option.too-small"),
+        (["--snap", "nan"], "option.too-small"),
+        (["--circle", "1,2"], "fractures.not-a-circle"),
+        (["--circle", "1,2,0"], "fractures.not-a-circle"),
+        (["--circle", "1,2,inf"], "fractures.not-a-circle"),
+        (["--strikes", "north"], "fractures.not-a-strike-range"),
+        (["--strikes", "0-10", "--by", "set"], "option.conflict"),
+        (["--terzaghi-cap", "0.5"], "option.too-small"),
+        (["--circle", "0,0,3", "--area", "a.gpkg"], "option.conflict"),
+        (["--circle", "0,0,3"], "geometry"),  # outside the map
+        (["--plot", "p.doc"], "usage"),
     ],
 )
-def test_wrong_wishes_are_refused(run, tmp_path: Path, words: list[str]) -> None:
-    ran = run("fractures", save(tmp_path / "t.gpkg", ladder()), *words)
-    assert ran.code == 2
-    assert ran.said
+def test_wrong_wishes_are_refused(run, tmp_path: Path, words: list[str], code: str) -> None:
+    ran = run("fractures", save(tmp_path / "t.gpkg", ladder()), *words, "--json")
+    assert (ran.code, ran.json["error"]["code"]) == (2, code)
 
 
 def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ def test_gimbals_turn_the_model(run, model: Path) -> None:
     errors = told["rotation_error_95_deg"]
     assert errors["about_up"] == pytest.approx(19.6, abs=0.2)
     assert errors["about_east"] < 0.1
-    assert any("doubted" in said for said in messages(told))
+    assert "attitude.from-drone" in codes(told)
     sure = run("register", model, "--attitudes", folder, "--north-sigma", "2", "--json").json
     assert sure["rotation_error_95_deg"]["about_up"] == pytest.approx(3.92, abs=0.1)
 
@@ -266,14 +266,16 @@ def test_a_compass_that_is_off_is_told_by_what_else_is_known(
     told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
                "--json").json  # fmt: skip
     assert off_deg(told) < 0.1
-    assert any("turned by +15.0°" in said for said in messages(told))
+    (turn,) = (w for w in told["warnings"] if w["code"] == "registration.north-turned")
+    assert turn["turn_deg"] == pytest.approx(15.0, abs=0.1)
     phones(folder, VIEWS, 90.0, "T")
     told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
                "--json").json  # fmt: skip
     assert [p["yaw_deg"] for p in told["attitudes"]] == pytest.approx([-90.0] * 9, abs=0.1)
     for photo in told["attitudes"]:
         assert (photo["pitch_deg"], photo["roll_deg"]) == pytest.approx((0, 0), abs=0.1)
-    assert any("quarter" in said and "Add -90°" in said for said in messages(told))
+    (turn,) = (w for w in told["warnings"] if w["code"] == "registration.north-quarter-turn")
+    assert turn["correction_deg"] == -90.0
 
 
 def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
@@ -282,9 +284,8 @@ def test_one_compass_that_was_wrong_is_left_out(run, model: Path) -> None:
     for number, view in enumerate(VIEWS):
         phones(folder, [view], 40.0 if number == 3 else float(rng.normal() * 2.0), "T")
     told = run("register", model, "--attitudes", folder, "--json").json
-    (said,) = [s for s in messages(told) if "left out" in s]
-    assert "IMG_03.jpg" in said
-    assert "+40°" in said
+    (yaws,) = (w for w in told["warnings"] if w["code"] == "attitude.yaw-left-out")
+    assert (yaws["photos"], yaws["off_deg"]) == (["IMG_03.jpg"], 40)
     assert off_deg(told) < 3.0
 
 
@@ -313,13 +314,13 @@ def test_one_photo_that_was_turned_is_told_by_its_vertical(run, model: Path) -> 
     odd = [portrait(v) if number == 4 else v for number, v in enumerate(VIEWS)]
     folder = phones(model.parent / "photos", odd)
     told = run("register", model, "--attitudes", folder, "--json").json
-    (said,) = [s for s in messages(told) if "left out" in s]
-    assert "IMG_04.jpg" in said
-    assert any("would agree if the photos were turned by 90°" in s for s in messages(told))
+    named = {w["code"]: w for w in told["warnings"]}
+    assert named["attitude.verticals-left-out"]["photos"] == ["IMG_04.jpg"]
+    assert named["attitude.verticals-turned"]["turns_deg"] == [90]
     np.testing.assert_allclose(up_of(told), TURN[2], atol=1e-5)
     phones(folder, [portrait(v) for v in VIEWS])
     told = run("register", model, "--attitudes", folder, "--json").json
-    assert any("turned by 90°. Check" in said for said in messages(told))
+    assert "attitude.turned-photos" in codes(told)
 
 
 # --- tables ---------------------------------------------------------------------------------------
@@ -465,6 +466,6 @@ def test_a_magnetic_table_without_a_day_is_taken_as_it_is_and_said(
     table = write("\n".join(rows))
     told = run("register", model, "--attitudes", table, "--json").json
     assert off_deg(told) < 1e-4
-    assert any("place or day is not known" in said for said in messages(told))
+    assert "north.not-corrected" in codes(told)
     corrected = run("register", model, "--attitudes", table, "--declination", "5", "--json").json
     assert off_deg(corrected) == pytest.approx(5.0, abs=1e-3)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.io.photos import camera_files as files
 from tests.io.photos.photo_maker import at, text, write_photo
-from tests.messages import codes, messages
+from tests.messages import codes
 from tests.registrations import TURN
 
 Array = npt.NDArray[np.float64]
@@ -145,7 +145,8 @@ def test_geo_txt_in_another_crs_is_converted(run, write: Write, model: Path) -> 
     assert "EPSG:32633" in ran.said
     told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
     assert off_deg(told) < 0.01
-    assert any("no geoid model is installed" in said for said in messages(told))
+    (heights,) = (w for w in told["warnings"] if w["code"] == "cameras.heights")
+    assert heights["geoid_m"] is None
     stated = write("# EPSG:4326\n" + table_of(degrees(THERE), "photo,x,y,z", 9), "in.csv")
     again = run("register", model, "--cameras", stated, "--crs", "EPSG:32633", "--json").json
     np.testing.assert_allclose(again["matrix"], told["matrix"], rtol=1e-6)
@@ -189,10 +190,10 @@ def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -
         write_photo(folder / view.name, seed=number, main={0x0110: text("A")}, gps=gps)
     told = run("register", model, "--cameras", folder, "--crs", "EPSG:32633", "--json").json
     assert off_deg(told) < 0.1
-    said = messages(told)
-    assert any("IMG_05" in s and "without a height" in s for s in said)
-    assert any("IMG_04" in s and "something else" in s for s in said)
-    assert any("above the sea, as the photos say" in s for s in said)
+    named = {each["code"]: each for each in told["warnings"]}
+    assert named["cameras.without-height"]["photos"] == ["IMG_05.jpg"]
+    assert named["cameras.other-heights"]["photos"] == ["IMG_04.jpg"]
+    assert named["cameras.heights"]["reference"] == "above the sea"
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,8 @@ def test_its_error_can_be_stated_and_it_is_combined(run) -> None:
         ("1,2,3,4,5", "six numbers"),
         ("1,2,3,4,5,nan", "six numbers"),
         ("1,2,3,1,2,3", "at one place"),
-        ("1,2,3,4,5,6,0", "between 0 and 45"),
+        ("1,2,3,4,5,6,0", "not a positive number"),
+        ("1,2,3,4,5,6,46", "from 0 to 45"),
         ("1,2,3,4,5,6,1e-200", "no accuracy"),
     ],
 )

@@ -117,19 +117,21 @@ def test_seeds_and_the_most_sets(run, write, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code"),
     [
-        (["--seeds", "north"], "no plane"),
-        (["--seeds", "10/95"], "no plane"),
-        (["--seeds", "10/50,10/50"], "less than 1 degree"),
-        (["--seeds", "10/50,90/50", "--max-sets", "1"], "more sets"),
-        (["--max-sets", "0"], "At least one"),
+        (["--seeds", "north"], "sets.seed-not-a-plane"),
+        (["--seeds", "10/95"], "sets.seed-not-a-plane"),
+        (["--seeds", "10/50,10/50"], "sets.equal-seeds"),
+        (["--seeds", "10/50,90/50", "--max-sets", "1"], "sets.too-many-seeds"),
+        (["--max-sets", "0"], "option.too-small"),
+        (["--exactly", "2", "--max-sets", "3"], "option.conflict"),
+        (["--exactly", "63"], "sets.too-many"),
     ],
 )
-def test_wrong_wishes_are_refused(run, write, tmp_path, words: list[str], said: str) -> None:
-    ran = run("sets", write(table()), "-o", tmp_path / "o.csv", *words)
+def test_wrong_wishes_are_refused(run, write, tmp_path, words: list[str], code: str) -> None:
+    ran = run("sets", write(table()), "-o", tmp_path / "o.csv", *words, "--json")
     assert ran.code == 2
-    assert said in ran.said
+    assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, words[0])
     assert not (tmp_path / "o.csv").exists()
 
 

@@ -92,7 +92,7 @@ def test_the_interface_gives_what_the_command_prints(run, write) -> None:
     path = write(TABLE)
     ran = run("slope", path, "--face", "100/70", "--friction", 30, "--lateral", 15, "--json")
     for face in ("100/70", (100, 70)):
-        found = vs.slope(path, face, 30, 15)
+        found = vs.slope(path, face, friction_deg=30, lateral_deg=15)
         assert found.planar.share == ran.json["planar"]["share"]
         assert found.as_dict()["wedge"] == ran.json["wedge"]
 
@@ -100,7 +100,7 @@ def test_the_interface_gives_what_the_command_prints(run, write) -> None:
 def test_five_thousand_planes_are_looked_at_pair_by_pair() -> None:
     generator = np.random.default_rng(5)
     azimuth, dip = generator.uniform(0, 360, 5000), generator.uniform(1, 89, 5000)
-    found = vs.slope((azimuth, dip), (90, 70), 30)
+    found = vs.slope((azimuth, dip), (90, 70), friction_deg=30)
     assert found.wedge.of == 5000 * 4999 // 2
 
 
@@ -125,6 +125,7 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
     from matplotlib.figure import Figure
 
     from vomstudio.geology.orientation import planes_to_poles
+    from vomstudio.geology.slope_options import SlopeOptions
     from vomstudio.geology.stereonet import project
     from vomstudio.geology.table_slopes import slope_face, table_slope
     from vomstudio.io.text.orientation_reading import orientations_of
@@ -135,7 +136,7 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
     azimuth, dip = generator.uniform(0, 360, 300), generator.uniform(1, 89, 300)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
     table = orientations_of(table_of_cells(("dipdir", "dip"), cells, "t"))
-    face = slope_face("120/75", 30.0)
+    face = slope_face("120/75", SlopeOptions(30.0))
     found = table_slope(table, face)
     planar, _, flexural, _ = draw_slope(Figure((6, 7)), table, face, found)
     places = project(planes_to_poles(azimuth, dip))
@@ -152,4 +153,4 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
 @pytest.mark.parametrize("face", [(100,), 100, (100, 70, 3), ("east", 70), (100, 120), (100, 0)])
 def test_a_face_that_is_none_is_refused_by_the_interface(face) -> None:
     with pytest.raises((vs.errors.InputError, vs.errors.UsageError, vs.errors.GeometryError)):
-        vs.slope(([90], [45]), face, 30)
+        vs.slope(([90], [45]), face, friction_deg=30)

@@ -80,7 +80,7 @@ def test_repeats_are_dropped_in_order() -> None:
 
 @pytest.mark.parametrize("code", TEXTS)
 def test_codes_and_texts_follow_the_rules_of_the_catalogue(code: str) -> None:
-    assert re.fullmatch(r"[a-z]+(\.[a-z-]+)?", code)
+    assert re.fullmatch(r"[a-z]+(-[a-z]+)*(\.[a-z-]+)?", code)
     for text in texts_of(code):
         assert len(re.sub(r"\{[^}]*\}", "", text).split()) <= 25
         assert code == "uncoded" or SENTENCE.fullmatch(text), text

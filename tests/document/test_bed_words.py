@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.document.test_edits import MODEL, TRACE
+from tests.messages import refused
 from vomstudio.document import edits
 from vomstudio.document.bed_words import describe_bed, in_words
 from vomstudio.document.codec import decode_edit, encode_edit
@@ -40,13 +41,13 @@ def test_a_bed_has_one_description_and_none_once_it_is_empty() -> None:
     }  # fmt: skip
     records = after(records, describe_bed(records, "line", "#0", "chert", ""))
     assert [bed for bed in records["line"].beds if bed[0] == "#0"] == [("#0", "chert", "")]
-    with pytest.raises(DocumentError, match="so already"):
+    with refused("edit.no-change", DocumentError):
         describe_bed(records, "line", "#0", "chert", "")
     for key in ("#0", "#2", TRACE.id):
         records = after(records, describe_bed(records, "line", key, "", ""))
     assert records["line"] == LINE
     for id_ in ("gone", MODEL.id):
-        with pytest.raises(DocumentError, match="Take one"):
+        with refused("bed.no-line", DocumentError):
             describe_bed(records, id_, "#0", "chert", "")
 
 

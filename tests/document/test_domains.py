@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
+from tests.messages import refused
 from vomstudio.document.domains import domain_names, part_by_plane
 from vomstudio.document.edits import set_attributes
 from vomstudio.document.kinds.trace import Trace
@@ -61,9 +61,9 @@ def test_an_upright_fault_has_sides() -> None:
 
 
 def test_parting_needs_a_plane_and_something_to_part() -> None:
-    with pytest.raises(DocumentError, match="Select a plane"):
+    with refused("domain.no-plane", DocumentError):
         parted(records(), "m")
-    with pytest.raises(DocumentError, match="No feature changes"):
+    with refused("edit.no-change", DocumentError):
         parted(records(FEATURES[0]))
 
 

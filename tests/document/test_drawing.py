@@ -13,6 +13,7 @@ import pytest
 
 from tests.document.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import (
@@ -489,12 +490,13 @@ def test_an_area_is_that_of_its_ring():
 
 
 def test_too_few_points_are_said_so():
-    for kind, few, why in (
-        ("area", 2, "An area needs at least 3 points."),
-        ("distance", 1, "A length needs 2 points."),
-        ("polyline", 1, "A length needs 2 points."),
-        ("thickness", 1, "A length needs 2 points."),
+    for kind, few, minimum in (
+        ("area", 2, 3),
+        ("distance", 1, 2),
+        ("polyline", 1, 2),
+        ("thickness", 1, 2),
     ):
+        why = Finding("feature.too-few-points", count=1, minimum=minimum)
         found = seen(dimension(kind, *SQUARE[:few])).measured
         assert (found.problem, found.dimension) == (why, None)
         assert kind_of(ONE_OF_EACH["dimension"]).headline(found) is None

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.messages import refused
 from vomstudio.document import edits, grid_edits, repeats
 from vomstudio.document.codec import decode, encode
 from vomstudio.document.kinds.lineation import Lineation
@@ -51,7 +52,7 @@ def test_a_grid_is_laid_marked_renamed_and_removed() -> None:
     last.swap(now)
     last.inverse().swap(now)
     assert now["g"] == grid
-    with pytest.raises(DocumentError, match="1 feature"):
+    with refused("model.in-use", DocumentError, count=1):
         edits.remove_model(now, "m")
     grid_edits.remove_grid(now, "g").swap(now)
     edits.remove_model(now, "m").swap(now)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import refused
 from tests.samples import HASH, ONE_OF_EACH, bed
 from vomstudio.document import catalogue, edits
 from vomstudio.document.figures import Subject
@@ -102,9 +103,9 @@ def test_attributes_of_all_kinds_are_merged_in_the_order_of_each():
 
 def test_only_what_a_kind_lets_be_changed_is_changed(session):
     session.apply(edits.add_trace(session.records, bed("t1")))
-    with pytest.raises(DocumentError, match="has no vertices"):
+    with refused("feature.no-attribute", DocumentError, attribute="vertices"):
         edits.set_attributes(session.records, ["t1"], vertices=())
-    with pytest.raises(DocumentError, match="has no slip"):
+    with refused("feature.no-attribute", DocumentError, attribute="slip"):
         edits.set_attributes(session.records, ["t1"], slip="normal")
 
 

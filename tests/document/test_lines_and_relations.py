@@ -13,6 +13,7 @@ import pytest
 from tests.document.conftest import MODEL
 from tests.samples import placed
 from tests.tiers import first_in_default_tier
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
@@ -237,9 +238,9 @@ def test_the_error_of_a_thickness_holds_the_truth_in_95_of_100(apart):
 
 def test_a_thickness_without_its_plane_says_why():
     gone = measured(world(thickness([[0, 0, 0], [0, 0, 1]])), "d1")
-    assert "was deleted" in gone.problem
+    assert gone.problem == Finding("thickness.plane-lost")
     none = measured(world(thickness([[0, 0, 0], [0, 0, 1]], "")), "d1")
-    assert "Choose one" in none.problem
+    assert none.problem == Finding("thickness.no-plane")
 
 
 # --- what rests on a trace that tells no plane ----------------------------------------------------

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from tests.messages import refused
 from vomstudio.document import photo_edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.photo_edits import PointState
@@ -69,7 +70,7 @@ def test_photos_come_with_their_points_marks_and_masks(there: Records) -> None:
 
 
 def test_no_photos_come_under_an_id_that_exists(there: Records) -> None:
-    with pytest.raises(DocumentError, match="cliff photos is already in the project"):
+    with refused("record.exists", DocumentError, name="cliff photos"):
         photo_edits.add_photo_set(there, SET)
 
 
@@ -161,7 +162,7 @@ def test_photos_that_are_not_there_are_refused(there: Records) -> None:
         lambda: photo_edits.locate_photos(there, "s9", "there"),
         lambda: photo_edits.set_masks(there, point(there, "A").id, {}, "x"),
     ):
-        with pytest.raises(DocumentError, match="no longer in the project"):
+        with refused("record.missing", DocumentError):
             call()
     place = photo_edits.locate_photos(there, "s1", "there")
     assert place.after == {"s1": replace(SET, path="there")}
@@ -187,5 +188,5 @@ def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -
     assert photo_edits.reconstruction_in(records, "nowhere") is None
     assert photo_edits.registration_by(records, "k3").id == "g3"  # type: ignore[union-attr]
     assert photo_edits.registration_by(records, "k9") is None
-    with pytest.raises(DocumentError, match="no longer in the project"):
+    with refused("record.missing", DocumentError):
         photo_edits.add_reconstruction(records, replace(first, photo_set_id="s9"), by)

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.lineation import Lineation
 from vomstudio.document.kinds.patch import Patch
@@ -115,9 +117,15 @@ def test_the_summary_tells_the_median_and_what_has_no_counterpart():
     own |= {r.id: r for r in readings}
     ids = [r.id for r in readings]
     picks = nearest_picks(own, Measurements())
-    assert "median difference to the nearest pick 6°" in summary(ids[:3], picks)
-    assert "3 of which can be compared" in summary(ids, picks)
-    assert "there is no pick" in summary(["f"], picks)
+    assert _compared(summary(ids[:3], picks)) == (3, 3, pytest.approx(6.0))
+    assert _compared(summary(ids, picks)) == (4, 3, pytest.approx(6.0))
+    assert summary(["f"], picks) == Finding("readings.no-picks", count=1)
+
+
+def _compared(finding: Finding) -> tuple[int, int, float]:
+    assert finding.code == "readings.compared"
+    values = finding.values
+    return values["count"], values["compared"], values["median_deg"]
 
 
 # --- edits -----------------------------------------------------------------------------------
@@ -135,7 +143,7 @@ def test_readings_and_their_new_types_are_one_edit():
 
 
 def test_a_type_that_is_there_already_is_refused():
-    with pytest.raises(DocumentError, match="already"):
+    with refused("name.taken", DocumentError):
         edits.add_readings(records(), [reading(1, 2)], [FeatureType("x", "bedding", "#000000")])
     with pytest.raises(DocumentError):
         edits.add_readings(records(), [])
@@ -209,13 +217,9 @@ def test_the_summary_counts_in_words():
         return NearestPick("a", "B01", angle, None)
 
     picks = {"r1": pick(4.0), "r2": pick(7.4), "r3": pick(20.0)}
-    assert summary(["r1"], picks) == "1 reading, 4° from the nearest pick."
-    assert summary(["r1", "r2", "r3"], picks) == (
-        "3 readings, median difference to the nearest pick 7°."
-    )
-    assert summary(["r1", "x"], picks) == (
-        "2 readings, 1 of which can be compared; median difference to the nearest pick of the same "
-        "type 4°."
-    )
-    assert summary([], {}).startswith("0 readings; there are no picks")
-    assert summary(["x"], picks).startswith("1 reading; there is no pick")
+    one = summary(["r1"], picks)
+    assert one.message == "1 reading, 4° from the nearest pick of its type."
+    assert _compared(summary(["r1", "r2", "r3"], picks)) == (3, 3, 7.4)
+    assert _compared(summary(["r1", "x"], picks)) == (2, 1, 4.0)
+    assert summary([], {}) == Finding("readings.no-picks", count=0)
+    assert summary(["x"], picks) == Finding("readings.no-picks", count=1)

@@ -6,6 +6,7 @@ import logging
 
 import pytest
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.failures.error_collector import QUIET_S, ErrorCollector, Failure
 
@@ -59,7 +60,7 @@ def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(
     clock.now += QUIET_S + 0.1
     collector.report(mistake())
     assert [failure.count for failure in heard] == [1, 5]
-    assert "5 times" in heard[1].sentence
+    assert "5 times" in heard[1].text
 
 
 @pytest.mark.expects_log
@@ -101,13 +102,15 @@ def test_an_error_that_cannot_be_put_into_words_is_told_of(collector, heard):
 
 @pytest.mark.expects_log
 @pytest.mark.parametrize(
-    ("error", "words"),
+    ("error", "code", "words"),
     [
-        (InputError("is not a model", file="cliff.obj"), "cliff.obj: is not a model"),
-        (MemoryError(), "Memory is full"),
-        (mistake(), "ValueError in test_error_collector.py"),
+        (InputError(Finding("file.missing"), file="cliff.obj"), "file.missing", "cliff.obj"),
+        (InputError("is not a model", file="cliff.obj"), "uncoded", "cliff.obj: is not a model"),
+        (MemoryError(), "program.memory-full", ""),
+        (mistake(), "program.internal-error", "ValueError in test_error_collector.py"),
     ],
 )
-def test_the_sentence_says_what_is_known(collector, heard, error, words):
+def test_the_failure_states_what_is_known(collector, heard, error, code, words):
     collector.report(error)
-    assert words in heard[0].sentence
+    assert heard[0].finding.code == code
+    assert words in heard[0].text

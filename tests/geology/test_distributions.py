@@ -351,6 +351,7 @@ def test_what_is_not_defined_is_null_with_a_reason(v: np.ndarray, directed: bool
 
 
 def test_weights_without_errors_are_refused() -> None:
+    from vomstudio.geology.populations.statistics_options import StatisticsOptions
     from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import orientations_of
     from vomstudio.io.text.tables import table_of_cells
@@ -359,7 +360,7 @@ def test_weights_without_errors_are_refused() -> None:
         table_of_cells(["dipdir", "dip"], [["10", "20"], ["30", "40"]], Path("t.csv"))
     )
     with pytest.raises(UsageError, match="total95_deg"):
-        table_statistics(table, weights="error")
+        table_statistics(table, StatisticsOptions(weights="error"))
 
 
 @pytest.mark.parametrize("n", first_in_default_tier([5, 7], 1))

@@ -10,6 +10,7 @@ import pytest
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, facet_slopes
 from vomstudio.geology.orientation import Plane, normals_to_planes
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import SlopeFace
 from vomstudio.geology.table_slopes import table_slope
 from vomstudio.io.text.orientation_reading import read_orientations
@@ -45,10 +46,10 @@ def test_a_facet_is_the_single_slope_of_its_attitude(planes, lateral: float, lim
         FacetFace("v", Plane(100.0, 90.0)),
         FacetFace("w", Plane(280.0, 90.0)),
     ]
-    found = facet_slopes(table, facets, 30.0, lateral, limits)
+    found = facet_slopes(table, facets, SlopeOptions(30.0, lateral, limits))
     assert [f.id for f in found.facets] == [f.id for f in facets]
     for facet, each in zip(facets, found.facets, strict=True):
-        single = table_slope(table, SlopeFace(facet.plane, 30.0, lateral, limits))
+        single = table_slope(table, SlopeFace(facet.plane, SlopeOptions(30.0, lateral, limits)))
         for mode in MODES:
             one, other = getattr(each, mode), getattr(single, mode)
             assert (one.critical, one.of, one.share) == (other.critical, other.of, other.share)
@@ -74,10 +75,10 @@ def test_nothing_slides_out_of_a_face_on_the_face_itself(tmp_path) -> None:
         FacetFace(f"f{i}", Plane(float(a), float(d)), overhangs=False)
         for i, (a, d) in enumerate(zip(azimuth, dip, strict=True))
     ]
-    found = facet_slopes(read("all.csv", rows), facets, 30.0, 20.0, "curved")
+    found = facet_slopes(read("all.csv", rows), facets, SlopeOptions(30.0, 20.0, "curved"))
     for i, (facet, each) in enumerate(zip(facets, found.facets, strict=True)):
         others = read(f"without{i}.csv", rows[:i] + rows[i + 1 :])
-        single = table_slope(others, SlopeFace(facet.plane, 30.0, 20.0, "curved"))
+        single = table_slope(others, SlopeFace(facet.plane, SlopeOptions(30.0, 20.0, "curved")))
         for mode in MODES:
             one, other = getattr(each, mode), getattr(single, mode)
             assert (one.critical, one.of, one.share) == (other.critical, other.of, other.share)
@@ -88,7 +89,7 @@ def test_a_facet_is_counted_as_mplstereonet_does(planes, mplstereonet: Any) -> N
 
     table, azimuth, dip = planes
     facet = some_facets()[0]
-    (each,) = facet_slopes(table, [facet], 28.0, 20.0, "curved").facets
+    (each,) = facet_slopes(table, [facet], SlopeOptions(28.0, 20.0, "curved")).facets
     plane = facet.plane
     arguments = (plane.strike_rhr_deg, plane.dip_deg, 28.0, 20.0)
     for theirs, ours in (
@@ -116,8 +117,8 @@ def test_turning_the_world_changes_no_share(planes, tmp_path) -> None:
         FacetFace(f.id, Plane((f.plane.dip_direction_deg + 30) % 360, f.plane.dip_deg))
         for f in facets
     ]
-    one = facet_slopes(table, facets, 30.0, 20.0, "curved")
-    other = facet_slopes(read_orientations(path), turned, 30.0, 20.0, "curved")
+    one = facet_slopes(table, facets, SlopeOptions(30.0, 20.0, "curved"))
+    other = facet_slopes(read_orientations(path), turned, SlopeOptions(30.0, 20.0, "curved"))
     for mode in MODES:
         assert one.shares(mode) == pytest.approx(other.shares(mode), abs=1e-9)
 
@@ -126,7 +127,7 @@ def test_an_overhang_is_a_vertical_face_that_looks_the_other_way(planes) -> None
     table, *_ = planes
     over = FacetFace("a", Plane(40.0, 80.0), overhangs=True)
     upright = FacetFace("b", Plane(220.0, 90.0), overhangs=False)
-    found = facet_slopes(table, [over, upright], 30.0, 20.0, "curved")
+    found = facet_slopes(table, [over, upright], SlopeOptions(30.0, 20.0, "curved"))
     one, other = found.facets
     assert one.face == other.face
     assert one.wedge == other.wedge
@@ -136,10 +137,10 @@ def test_an_overhang_is_a_vertical_face_that_looks_the_other_way(planes) -> None
 def test_what_is_no_slope_is_skipped_and_said(planes) -> None:
     table, *_ = planes
     flat, steep = FacetFace("flat", Plane(0.0, 0.0)), FacetFace("steep", Plane(10.0, 88.0))
-    found = facet_slopes(table, [flat, steep], 30.0, 20.0, "curved")
+    found = facet_slopes(table, [flat, steep], SlopeOptions(30.0, 20.0, "curved"))
     assert [each["id"] for each in found.skipped] == ["flat"]
     assert any("good as vertical" in said for said in found.warnings)
     with pytest.raises(GeometryError):
-        facet_slopes(table, [flat], 30.0, 20.0, "curved")
+        facet_slopes(table, [flat], SlopeOptions(30.0, 20.0, "curved"))
     with pytest.raises(UsageError, match="friction"):
-        facet_slopes(table, [steep], 95.0, 20.0, "curved")
+        facet_slopes(table, [steep], SlopeOptions(95.0, 20.0, "curved"))

@@ -9,6 +9,7 @@ import pytest
 
 import vomstudio as vs
 from vomstudio.errors import UsageError
+from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter, choose_planes
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.table_folds import table_fold
@@ -67,7 +68,7 @@ def test_a_table_states_how_many_planes_are_not_good_and_can_leave_them_out(
     assert (every.n, every.used, every.not_good) == (12, 11, 3)
     (finding,) = [w for w in every.warnings if getattr(w, "code", "") == "fold.planes-not-good"]
     assert finding.values == {"not_good": 3, "used": 11}
-    good = table_fold(rows, min_quality="good")
+    good = table_fold(rows, FoldOptions(quality="good"))
     assert (good.used, good.not_good, len(good.left_out)) == (8, 0, 2)
     assert not good.warnings
     beta = fold_axis(rows.dip_direction_deg[:8], rows.dip_deg[:8]).beta

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from tests.tiers import first_in_default_tier
-from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
+from vomstudio.geology.orientation import normals_to_planes, planes_to_poles
 from vomstudio.geology.sets.axial_mixture import (
     clusters_from_seeds,
     groups_by_chance,
     propose_clusters,
 )
 from vomstudio.geology.sets.proposals import spacing_along
+from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.statistics import orientation_tensor
 
 Set = tuple[float, float, float, int]
@@ -101,11 +102,11 @@ def test_the_cone_of_a_set_among_clutter_holds_its_mean() -> None:
     from vomstudio.geology.sets.proposals import sets_among
 
     held, sets = [], [(40.0, 70.0, 50.0, 40), (130.0, 85.0, 50.0, 40), (250.0, 15.0, 50.0, 40)]
-    seeds = [Plane(of[0], of[1]) for of in sets]
+    seeds = SetOptions(seeds=",".join(f"{of[0]}/{of[1]}" for of in sets))
     for seed in range(60):
         chance = np.random.default_rng(seed)
         poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(60, chance)])
-        for of, one in zip(sets, sets_among(poles, seeds=seeds).sets, strict=True):
+        for of, one in zip(sets, sets_among(poles, seeds).sets, strict=True):
             mean = planes_to_poles(one.dip_direction_deg, one.dip_deg).ravel()
             off = np.degrees(np.arccos(min(1.0, abs(mean @ planes_to_poles(*of[:2]).ravel()))))
             held.append(off <= (one.cone95_deg or 0.0))
@@ -164,12 +165,12 @@ def test_a_number_that_is_asked_for_is_met_as_far_as_sets_can_be_told_apart() ->
     sets = CASES["three"][0]
     poles = np.vstack([*(cluster(of, chance) for of in sets), scatter(60, chance)])
     for k in (1, 2, 3, 5):
-        found = sets_among(poles, exactly=k)
+        found = sets_among(poles, SetOptions(exactly=k))
         assert len(found.sets) == k
         assert sum(s.n for s in found.sets) + found.unassigned == len(poles)
     assert not found.warnings
     # One direction cannot be two sets.
-    alike = sets_among(planes_to_poles([90.0] * 9, [45.0] * 9), exactly=2)
+    alike = sets_among(planes_to_poles([90.0] * 9, [45.0] * 9), SetOptions(exactly=2))
     assert len(alike.sets) == 1
     assert "can be told apart, not 2" in alike.warnings[0]
 

@@ -15,8 +15,8 @@ from vomstudio.geology.orientation import (
     normals_to_planes,
     planes_to_normals,
 )
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import (
-    LIMITS,
     SlopeFace,
     count_pairs,
     direct_toppling,
@@ -51,10 +51,10 @@ def some_face(seed: int, limits: str) -> SlopeFace:
     dip = float(generator.integers(35, 90))
     friction = float(generator.integers(10, int(dip)))
     azimuth, lateral = float(generator.integers(0, 360)), float(generator.integers(5, 80))
-    return SlopeFace(Plane(azimuth, dip), friction, lateral, limits)
+    return SlopeFace(Plane(azimuth, dip), SlopeOptions(friction, lateral, limits))
 
 
-@pytest.mark.parametrize("limits", LIMITS)
+@pytest.mark.parametrize("limits", ["curved", "straight"])
 @pytest.mark.parametrize("seed", range(12))
 def test_planes_fail_where_mplstereonet_says_so(
     kinematic_analysis: Any, seed: int, limits: str
@@ -63,7 +63,7 @@ def test_planes_fail_where_mplstereonet_says_so(
     face = some_face(seed, limits)
     normals = in_face_frame(face, planes_to_normals(azimuth, dip))
     strike = face.plane.strike_rhr_deg
-    arguments = (strike, face.plane.dip_deg, face.friction_deg, face.lateral_deg)
+    arguments = (strike, face.plane.dip_deg, face.options.friction_deg, face.options.lateral_deg)
     for theirs, ours in (
         (kinematic_analysis.PlanarSliding(*arguments), planar_sliding(face, normals)),
         (kinematic_analysis.FlexuralToppling(*arguments), flexural_toppling(face, normals)),
@@ -84,7 +84,7 @@ def test_wedges_are_those_of_mplstereonet(
         azimuth[first] - 90, dip[first], azimuth[second] - 90, dip[second]
     )
     theirs = kinematic_analysis.WedgeSliding(
-        face.plane.strike_rhr_deg, face.plane.dip_deg, face.friction_deg
+        face.plane.strike_rhr_deg, face.plane.dip_deg, face.options.friction_deg
     )
     critical, secondary = theirs.check_failure(bearing, plunge)
     found = count_pairs(face, in_face_frame(face, planes_to_normals(azimuth, dip))[None])
@@ -99,7 +99,7 @@ def lines(face: SlopeFace, *given: tuple[float, float]) -> np.ndarray:
 
 def test_blocks_topple_about_steep_intersections_into_the_face() -> None:
     """Hudson & Harrison 1997, fig. 18.6: from 90 less the dip of the face to 90, into the face."""
-    face = SlopeFace(Plane(90, 70), 30, 20)
+    face = SlopeFace(Plane(90, 70), SlopeOptions(30, 20))
     given = lines(face, (270, 20), (270, 19), (290, 25), (291, 25), (90, 85), (0, 90), (310, 61))
     found = direct_toppling(face, given)
     assert found.critical.tolist() == [True, False, True, False, False, True, False]
@@ -117,17 +117,14 @@ def test_direct_toppling_is_counted_over_all_pairs() -> None:
             line = intersection(a, b)
             turned = (line.trend_deg - face.plane.dip_direction_deg) % 360 - 180
             steep = line.plunge_deg >= 90 - face.plane.dip_deg
-            counted += steep and abs(turned) <= face.lateral_deg
+            counted += steep and abs(turned) <= face.options.lateral_deg
     assert found.toppling[0] == counted > 0
 
 
 def test_turning_the_world_and_the_face_changes_nothing() -> None:
     azimuth, dip = many_planes(4)
     face = some_face(4, "straight")
-    turned = SlopeFace(
-        Plane(face.plane.dip_direction_deg + 30, face.plane.dip_deg),
-        face.friction_deg, face.lateral_deg, face.limits,
-    )  # fmt: skip
+    turned = SlopeFace(Plane(face.plane.dip_direction_deg + 30, face.plane.dip_deg), face.options)
     one = in_face_frame(face, planes_to_normals(azimuth, dip))
     other = in_face_frame(turned, planes_to_normals(azimuth + 30, dip))
     assert one == pytest.approx(other, abs=1e-12)
@@ -135,13 +132,13 @@ def test_turning_the_world_and_the_face_changes_nothing() -> None:
 
 
 def test_a_vertical_plane_topples_whichever_way_it_is_written() -> None:
-    face = SlopeFace(Plane(90, 70), 30)
+    face = SlopeFace(Plane(90, 70), SlopeOptions(30))
     normals = in_face_frame(face, planes_to_normals([90, 270], [90, 90]))
     assert flexural_toppling(face, normals).critical.all()
 
 
 def test_limits_themselves_are_critical() -> None:
-    face = SlopeFace(Plane(90, 70), 30)
+    face = SlopeFace(Plane(90, 70), SlopeOptions(30))
     normals = in_face_frame(face, planes_to_normals([90, 90, 90, 90], [30, 70, 29.999, 70.001]))
     assert planar_sliding(face, normals).critical.tolist() == [True, True, False, False]
     wedges = wedge_sliding(face, lines(face, (90, 30), (90, 70), (90, 29.999), (90, 70.001)))
@@ -149,12 +146,12 @@ def test_limits_themselves_are_critical() -> None:
 
 
 def test_a_horizontal_plane_does_not_slide_even_without_friction() -> None:
-    face = SlopeFace(Plane(0, 70), 0, 90)
+    face = SlopeFace(Plane(0, 70), SlopeOptions(0, 90))
     assert not planar_sliding(face, in_face_frame(face, planes_to_normals([0], [0]))).critical.any()
 
 
 def test_parallel_planes_have_no_intersection() -> None:
-    face = SlopeFace(Plane(90, 70), 30)
+    face = SlopeFace(Plane(90, 70), SlopeOptions(30))
     normals = in_face_frame(face, planes_to_normals([90, 90, 180], [45, 45, 45]))
     found = count_pairs(face, normals[None])
     assert (found.of[0], found.parallel[0]) == (2, 1)
@@ -176,7 +173,7 @@ def test_intersections_of_many_planes_take_little_memory() -> None:
 
 def test_a_wedge_daylights_where_it_is_flatter_than_the_face_in_its_direction() -> None:
     """The apparent dip of the face along the trend of the wedge is the limit (Hoek & Bray 1981)."""
-    face = SlopeFace(Plane(120, 65), 20)
+    face = SlopeFace(Plane(120, 65), SlopeOptions(20))
     for turn in (0, 30, 60):
         apparent = np.degrees(np.arctan(np.tan(np.radians(65)) * np.cos(np.radians(turn))))
         given = lines(face, (120 + turn, apparent - 0.01), (120 + turn, apparent + 0.01))
@@ -198,13 +195,14 @@ def test_a_wedge_daylights_where_it_is_flatter_than_the_face_in_its_direction() 
 )
 def test_angles_that_cannot_be_are_refused(face, friction, lateral, field) -> None:
     with pytest.raises(UsageError) as refused:
-        slope_face(face, friction, lateral)
+        slope_face(face, SlopeOptions(friction, lateral))
     assert refused.value.field == field
 
 
 def test_another_form_of_limits_is_refused() -> None:
-    with pytest.raises(UsageError, match="curved, straight"):
-        SlopeFace(Plane(90, 70), 30, 20, "round")
+    with pytest.raises(UsageError) as refused:
+        SlopeFace(Plane(90, 70), SlopeOptions(30, 20, "round"))
+    assert refused.value.code == "option.not-a-choice"
     with pytest.raises(GeometryError):
         Plane(90, 120)
 

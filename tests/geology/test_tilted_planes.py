@@ -10,6 +10,7 @@ from scipy.stats import norm
 
 from vomstudio.geology.intersections import intersection_line, uncertain_plane
 from vomstudio.geology.orientation import Plane
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.table_slopes import slope_face, table_slope
 from vomstudio.io.text.orientation_reading import orientations_of
 from vomstudio.io.text.tables import table_of_cells
@@ -26,14 +27,18 @@ def table(rows, names=ERRORS, comments=()):
 @pytest.mark.parametrize("dip", [28.0, 30.0, 33.0, 67.0, 71.0])
 def test_the_probability_of_a_plane_is_that_of_its_dip(dip: float) -> None:
     """Its dip strays by 5 degrees (95 %, joint), its strike hardly: between 30 and 70 it slides."""
-    found = table_slope(table([(90.0, dip, 5.0, 0.01, 90.0)]), slope_face("90/70", 30.0))
+    found = table_slope(
+        table([(90.0, dip, 5.0, 0.01, 90.0)]), slope_face("90/70", SlopeOptions(30.0))
+    )
     sigma = 5.0 / CHI
     expected = norm.cdf(70, dip, sigma) - norm.cdf(30, dip, sigma)
     assert found.planar.probability == pytest.approx(expected, abs=0.02)
 
 
 def test_a_strike_that_strays_leaves_the_dip_alone() -> None:
-    found = table_slope(table([(90.0, 32.0, 5.0, 0.01, 0.0)]), slope_face("90/70", 30.0))
+    found = table_slope(
+        table([(90.0, 32.0, 5.0, 0.01, 0.0)]), slope_face("90/70", SlopeOptions(30.0))
+    )
     assert found.planar.probability == pytest.approx(1.0, abs=0.01)
 
 
@@ -57,13 +62,15 @@ def test_the_probability_of_a_wedge_is_that_of_its_line() -> None:
         line.min_confidence95_deg * float(down @ across),
     )
     friction = line.line.plunge_deg + 0.4 * semi / CHI
-    found = table_slope(table(rows), slope_face("90/89", friction))
+    found = table_slope(table(rows), slope_face("90/89", SlopeOptions(friction)))
     assert found.wedge.critical == 0
     assert found.wedge.probability == pytest.approx(norm.sf(0.4), abs=0.02)
 
 
 def test_without_errors_there_is_no_probability() -> None:
-    found = table_slope(table([(90.0, 45.0), (30.0, 60.0)], ERRORS[:2]), slope_face("90/70", 30.0))
+    found = table_slope(
+        table([(90.0, 45.0), (30.0, 60.0)], ERRORS[:2]), slope_face("90/70", SlopeOptions(30.0))
+    )
     modes = (found.planar, found.wedge, found.flexural_toppling, found.direct_toppling)
     assert [mode.probability for mode in modes] == [None] * 4
     assert found.draws is None
@@ -71,7 +78,7 @@ def test_without_errors_there_is_no_probability() -> None:
 
 def test_planes_without_an_error_are_exact_and_counted() -> None:
     rows = [(90.0, 30.0, 5.0, 5.0, 0.0), (90.0, 45.0, None, None, None)]
-    found = table_slope(table(rows), slope_face("90/70", 30.0))
+    found = table_slope(table(rows), slope_face("90/70", SlopeOptions(30.0)))
     assert found.planar.probability == pytest.approx(0.75, abs=0.02)
     assert (found.with_error, found.n) == (1, 2)
     assert any("1 plane is not known" in said for said in found.warnings)
@@ -79,13 +86,15 @@ def test_planes_without_an_error_are_exact_and_counted() -> None:
 
 def test_the_same_table_gives_the_same_probability() -> None:
     given = table([(90.0, 31.0, 5.0, 3.0, 20.0), (20.0, 60.0, 8.0, 2.0, 110.0)])
-    face = slope_face("90/70", 30.0)
+    face = slope_face("90/70", SlopeOptions(30.0))
     assert table_slope(given, face) == table_slope(given, face)
 
 
 def test_the_total_error_widens_that_of_the_fit() -> None:
     names = (*ERRORS, "total95_deg")
-    found = table_slope(table([(90.0, 33.0, 3.0, 3.0, 0.0, 5.0)], names), slope_face("90/70", 30.0))
+    found = table_slope(
+        table([(90.0, 33.0, 3.0, 3.0, 0.0, 5.0)], names), slope_face("90/70", SlopeOptions(30.0))
+    )
     assert found.planar.probability == pytest.approx(norm.cdf(3.0 / (5.0 / CHI)), abs=0.01)
 
 
@@ -94,7 +103,8 @@ def test_a_registration_tilts_its_planes_together() -> None:
     wedge is critical in half of the draws, and planar shares are those of the dip."""
     names = ("dip_direction", "dip", "registration_error_deg", "model")
     found = table_slope(
-        table([(90.0, 33.0, 5.0, "a"), (90.0, 33.0, 5.0, "a")], names), slope_face("90/70", 30.0)
+        table([(90.0, 33.0, 5.0, "a"), (90.0, 33.0, 5.0, "a")], names),
+        slope_face("90/70", SlopeOptions(30.0)),
     )
     assert found.planar.probability == pytest.approx(norm.cdf(3.0 / (5.0 / CHI)), abs=0.02)
     # Turned together, parallel planes stay parallel: there is still no intersection.
@@ -113,7 +123,8 @@ def test_a_registration_tilts_its_planes_together() -> None:
 def test_tables_that_say_less_have_probabilities_too(names, row) -> None:
     """Without the rake of the larger error it may be that of the dip."""
     found = table_slope(
-        table([(90.0, 33.0, *row)], ("dip_direction", "dip", *names)), slope_face("90/70", 30.0)
+        table([(90.0, 33.0, *row)], ("dip_direction", "dip", *names)),
+        slope_face("90/70", SlopeOptions(30.0)),
     )
     assert found.planar.probability == pytest.approx(norm.cdf(3.0 / (5.0 / CHI)), abs=0.01)
 
@@ -122,7 +133,8 @@ def test_an_error_of_the_dip_direction_alone_turns_the_plane_about_the_vertical(
     """At the edge of a straight lateral limit half of the drawn planes are inside."""
     names = ("dip_direction", "dip", "dip_error_deg", "dip_direction_error_deg")
     found = table_slope(
-        table([(112.0, 45.0, 0.001, 5.0)], names), slope_face("90/70", 30.0, 20.0, "straight")
+        table([(112.0, 45.0, 0.001, 5.0)], names),
+        slope_face("90/70", SlopeOptions(30.0, 20.0, "straight")),
     )
     expected = norm.cdf(-2.0 / (5.0 / CHI))
     assert found.planar.probability == pytest.approx(expected, abs=0.02)

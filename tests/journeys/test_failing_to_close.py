@@ -146,13 +146,13 @@ def test_a_dialog_that_fails_on_closing_closes(window, qtbot, monkeypatch):
     dialog = PlannerDialog(window, window.studio, window.survey)
     dialog.show()
     qtbot.waitExposed(dialog)
-    whole = dialog._background.close
+    whole = dialog._background.stop
 
     def half() -> None:
         whole()
         fail()
 
-    monkeypatch.setattr(dialog._background, "close", half)
+    monkeypatch.setattr(dialog._background, "stop", half)
     with pytest.raises(RuntimeError, match=WORDS):
         QTest.keyClick(dialog, Qt.Key.Key_Escape)
     # It is deleted once it is closed.

@@ -19,8 +19,7 @@ from vomstudio.failures import crashes, exception_hooks, log
 from vomstudio.io.settings import read_settings
 from vomstudio.jobs.job import Job, Nothing
 from vomstudio.ui.common import qt_messages
-from vomstudio.ui.common.background_reading import Background
-from vomstudio.ui.common.worker_thread import WorkerThread
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.shell.failure_notices import FailureNotices, compose_report
 from vomstudio.ui.shell.main_window import MainWindow
 
@@ -163,18 +162,18 @@ def test_an_error_in_a_thread_is_shown_and_the_window_lives(window):
 
 def test_a_worker_thread_goes_on_after_an_error_of_one_piece(window):
     done = threading.Event()
-    pieces = [mistake, done.set]
-    worker = WorkerThread("pieces", lambda: pieces.pop(0) if pieces else None)
-    worker.wake()
+    worker = QtBackground(window, "pieces", threads=1)
+    worker.run(mistake, print)
+    worker.run(done.set, print)
     assert done.wait(5.0)
-    worker.close()
+    worker.stop()
     is_said(window)
     is_logged("in the thread pieces")
 
 
 def test_an_error_in_work_beside_the_window_is_shown_and_nothing_is_handed_over(window):
     handed = []
-    Background(window).run(mistake, handed.append)
+    QtBackground(window).run(mistake, handed.append)
     is_said(window)
     is_logged("OurMistake")
     assert handed == []

@@ -30,6 +30,7 @@ from tests.small_disk import failing_disk, fill, small_disk
 from vomstudio.document.records import Mask
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import NAME, read_replay
+from vomstudio.io.project.journal_failures import is_lost
 from vomstudio.io.project.verify import verify
 
 pytestmark = [pytest.mark.full, pytest.mark.usefixtures("new_window")]
@@ -65,7 +66,8 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     assert "in memory only" in window.windowTitle()
     driver.keep_picture(window, f"ground-{picture}")
     # Saving is not said where nothing is saved.
-    if studio.project.trouble and not studio.project.trouble.lost:
+    failure = studio.project.write_failure
+    if failure is not None and not is_lost(failure):
         driver.key(window, Qt.Key.Key_S, driver.CTRL)
         assert "elsewhere" in window.message_bar.text
         assert studio.session.dirty
@@ -104,7 +106,7 @@ def test_the_folder_goes_away(window, outcrop, tmp_path, monkeypatch, how):
         Project.create(older).close()
         shutil.rmtree(folder)
         shutil.copytree(older, folder)
-    words = "has taken its place" if how == "replaced" else "no longer there"
+    words = "was replaced" if how == "replaced" else "no longer exists"
     said_and_saved(window, words, tmp_path / "rescued.vom", monkeypatch, how.replace(" ", "-"))
     if how == "deleted":
         assert not folder.exists(), "it is not made again"
@@ -205,4 +207,4 @@ def test_every_file_becomes_shorter_under_the_window(window, outcrop, tmp_path, 
             if path.is_file() and path.name != "lock":
                 os.truncate(path, path.stat().st_size // 3)
     driver.drag(window.viewport, QPoint(300, 300), QPoint(500, 350))
-    said_and_saved(window, "taken its place", tmp_path / "rescued.vom", monkeypatch, "shorter")
+    said_and_saved(window, "was replaced", tmp_path / "rescued.vom", monkeypatch, "shorter")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.messages import with_code
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.geometry.cameras import Intrinsics, View
@@ -54,10 +55,10 @@ def bent(curvature: float, seed: int = 3) -> Evidence:
 @pytest.mark.parametrize("curvature", [0.0004, -0.0004])
 def test_a_bent_model_is_named_by_its_gimbals(curvature: float) -> None:
     """2 c r at 71 m, the corner, is 3.2 degrees."""
-    texts = map(str, register(bent(curvature)).warnings)
-    said = next(text for text in texts if "verticals of" in text)
-    assert "bowed: by the verticals of 36 photos" in said
-    side = float(said.split("differ by ")[1].split("°")[0])
+    bowed = with_code(register(bent(curvature)).warnings, "registration.bowed")
+    (finding,) = [each for each in bowed if each.values["source"] == "verticals"]
+    assert finding.values["n"] == 36
+    side = finding.values["side_deg"]
     assert side == pytest.approx(np.degrees(2 * 0.0004 * np.hypot(50, 50)), abs=0.25)
 
 
@@ -88,10 +89,10 @@ def test_a_dome_is_told_from_a_dish(source: str, curvature: float, word: str) ->
             good = over_ground() + rng.normal(0, 0.05, (36, 3))
             positions = replace(evidence.positions, places=good)
             evidence = replace(evidence, attitudes=None, positions=positions)
-    said = next(text for text in map(str, register(evidence).warnings) if "is bowed" in text)
-    assert ("verticals" in said) == (source == "verticals")
-    assert f"(a {word})" in said
-    assert ("below it" in said) == (word == "dome")
+    finding, *_ = with_code(register(evidence).warnings, "registration.bowed")
+    assert finding.values["source"] == ("verticals" if source == "verticals" else "residuals")
+    assert f"(a {word})" in finding.values["where"]
+    assert ("below it" in finding.values["where"]) == (word == "dome")
 
 
 @pytest.mark.parametrize(("curvature", "azimuth"), [(0.0004, 217), (-0.0004, 37)])
@@ -101,11 +102,10 @@ def test_a_wall_says_towards_where_its_edges_bend(curvature: float, azimuth: int
     along = np.cross([0.0, 0.0, 1.0], w)
     along /= np.linalg.norm(along)
     turned = np.column_stack([along, np.cross(w, along), w])
-    said = next(
-        text for text in register(bent_points(curvature, 16, turned)).warnings if "is bowed" in text
-    )
-    assert f"on its side towards {azimuth:03d}" in said
+    placed = register(bent_points(curvature, 16, turned))
+    (finding,) = with_code(placed.warnings, "registration.bowed")
+    assert finding.values["where"].endswith(f"{azimuth:03d}")
 
 
 def test_a_straight_model_is_not() -> None:
-    assert not [text for text in register(bent(0.0)).warnings if "bowed" in text]
+    assert not with_code(register(bent(0.0)).warnings, "registration.bowed")

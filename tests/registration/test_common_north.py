@@ -7,7 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.benchmarks.bench_registration import Case, _compass, outcome
-from vomstudio.registration.observations import Azimuths, Directions, Points
+from tests.messages import with_code
+from vomstudio.core.findings import Finding
+from vomstudio.registration.observations import COMPASS, Azimuths, Directions, Points
 from vomstudio.registration.placing import place
 
 TURN = Rotation.from_euler("zyx", [70.0, 10.0, -6.0], degrees=True).as_matrix()
@@ -32,24 +34,24 @@ def points(rng, n: int = 5, noise: float = 0.01):
     return Points([f"P{i}" for i in range(n)], model, world, np.full((n, 3), max(noise, 1e-3)))
 
 
-def turns_named(placed) -> list[str]:
-    return [text for text in placed.warnings if "All compass readings are turned" in text]
+def turns_named(placed) -> list[Finding]:
+    return with_code(placed.warnings, "registration.north-turned")
 
 
 @pytest.mark.parametrize("off", [-35.0, -9.0, 4.0, 9.0, 20.0])
 def test_the_angle_is_named_where_points_know_north_with_its_sign(off) -> None:
     rng = np.random.default_rng(1)
     placed = place([points(rng), planes(rng, 8, off)])
-    (text,) = turns_named(placed)
-    told = float(text.split("turned by ")[1].split("°")[0])
-    assert told == pytest.approx(off, abs=2.5)
+    (finding,) = turns_named(placed)
+    assert finding.values["kind"] == COMPASS
+    assert finding.values["turn_deg"] == pytest.approx(off, abs=2.5)
     assert not placed.blunders, "none of the readings is wrong beside the others"
 
 
 def test_without_noise_it_is_found_to_a_hundredth() -> None:
     rng = np.random.default_rng(1)
     placed = place([points(rng, noise=0.0), planes(rng, 6, 12.34, noise_deg=0.0)])
-    assert "+12.3°" in turns_named(placed)[0]
+    assert turns_named(placed)[0].values["turn_deg"] == pytest.approx(12.34, abs=0.01)
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.messages import refused, with_code
 from vomstudio.errors import Cancelled, GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -14,7 +15,7 @@ from vomstudio.registration.distances import m3c2
 from vomstudio.registration.distances.cloud_distance import CloudSides
 from vomstudio.registration.distances.comparison import compare, statistics
 from vomstudio.registration.distances.mesh_distance import MeshSides
-from vomstudio.registration.overlap import crs_doubts
+from vomstudio.registration.overlap import crs_findings
 from vomstudio.registration.surface_points import surface_points
 
 Array = npt.NDArray[np.float64]
@@ -89,7 +90,7 @@ def test_points_beyond_the_edge_have_no_distance_and_those_before_it_do() -> Non
     assert np.isfinite(found.distances).tolist() == inside.tolist()
     assert (found.n, found.beyond) == (42 * 42, 62 * 62 - 42 * 42)
     assert found.median_m == pytest.approx(0.02)
-    assert any("counterpart" in said for said in found.warnings)
+    assert with_code(found.warnings, "comparison.partial")
 
 
 def test_the_side_is_that_of_the_winding() -> None:
@@ -255,7 +256,7 @@ def test_a_tilt_shows_in_precision_and_not_in_accuracy() -> None:
     found = compare(PointCloud(model), PointCloud(bench), radius_m=0.3)
     assert found.mean_m == pytest.approx(0.0, abs=1e-3)
     assert found.std_m == pytest.approx(4.0 * np.tan(turn) / np.sqrt(12), rel=0.06)
-    assert any("--registration-error" in said for said in found.warnings)
+    assert with_code(found.warnings, "comparison.error-assumed")
 
 
 def test_large_faces_get_points_and_that_is_said() -> None:
@@ -266,7 +267,7 @@ def test_large_faces_get_points_and_that_is_said() -> None:
     assert np.ptp(points[:, 2]) == 0.0
     found = compare(PointCloud(grid(41) + [0, 0, 0.2]), ground, radius_m=0.5)
     assert found.mean_m == pytest.approx(0.2)
-    assert any("large" in said for said in found.warnings)
+    assert with_code(found.warnings, "comparison.large-faces")
 
 
 def test_too_few_points_tell_no_level() -> None:
@@ -277,7 +278,7 @@ def test_too_few_points_tell_no_level() -> None:
     assert found.mean_m == pytest.approx(0.1)
     assert found.lod95_m is None
     assert found.significant_share is None
-    assert any("fewer than" in said for said in found.warnings)
+    assert with_code(found.warnings, "comparison.few-points")
 
 
 def test_files_with_odd_contents() -> None:
@@ -309,26 +310,28 @@ def test_statistics_by_hand() -> None:
 
 
 def test_models_far_apart_are_refused_with_the_distance() -> None:
-    with pytest.raises(GeometryError, match=r"do not overlap: they lie 4\.[0-9]+e\+06 m apart"):
+    with refused("reference.no-overlap", GeometryError):
         compare(PointCloud(grid(5)), PointCloud(grid(5) + FAR))
-    with pytest.raises(GeometryError, match="No point of the model lies opposite"):
+    with refused("comparison.no-overlap", GeometryError):
         compare(PointCloud(grid(5) + [3.0, 0, 0]), sheet(21))
-    with pytest.raises(GeometryError, match="has no points"):
+    with refused("comparison.no-points", GeometryError):
         compare(PointCloud(np.zeros((0, 3))), sheet(5))
 
 
 def test_reference_systems_are_compared() -> None:
     names = ("a.las", "b.obj")
-    assert crs_doubts(None, None, names) == []
-    assert crs_doubts("EPSG:32633", "EPSG:32633", names) == []
-    assert "b.obj states no coordinate" in crs_doubts("EPSG:32633", None, names)[0]
-    with pytest.raises(UsageError, match=r"UTM zone 33N, b\.obj in WGS 84 / UTM zone 32N"):
-        crs_doubts("EPSG:32633", "EPSG:32632", names)
+    assert crs_findings(None, None, names) == []
+    assert crs_findings("EPSG:32633", "EPSG:32633", names) == []
+    (finding,) = crs_findings("EPSG:32633", None, names)
+    assert (finding.code, finding.values["bare"]) == ("crs.taken-over", "b.obj")
+    zones = {"crs": "WGS 84 / UTM zone 33N", "other": "WGS 84 / UTM zone 32N"}
+    with refused("crs.different", UsageError, second="b.obj", **zones):
+        crs_findings("EPSG:32633", "EPSG:32632", names)
     from pyproj import CRS
 
-    assert crs_doubts("EPSG:32633", CRS.from_epsg(32633).to_wkt("WKT1_ESRI"), names) == []
-    (said,) = crs_doubts("EPSG:32633+5773", "EPSG:32633+3855", names)
-    assert "heights" in said
+    assert crs_findings("EPSG:32633", CRS.from_epsg(32633).to_wkt("WKT1_ESRI"), names) == []
+    (finding,) = crs_findings("EPSG:32633+5773", "EPSG:32633+3855", names)
+    assert finding.code == "crs.other-heights"
 
 
 def test_it_can_be_cancelled() -> None:

@@ -7,9 +7,13 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.messages import with_code
 from tests.registrations import TURN
+from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.registration.observations import (
+    COMPASS,
+    YAW,
     Attitudes,
     Azimuths,
     Directions,
@@ -22,7 +26,11 @@ from vomstudio.registration.placing import Placed, place
 
 Array = npt.NDArray[np.float64]
 ORIGIN = np.array([576_700.0, 5_188_160.0, 160.0])
-SIGNS = {"turned": "against what else", "yaws": "The yaws are off", "fit": "residuals are"}
+TURNS = ("registration.north-turned", "registration.north-quarter-turn")
+
+
+def north_turns(placed: Placed) -> list[Finding]:
+    return [each for code in TURNS for each in with_code(placed.warnings, code)]
 
 
 def points(rng: np.random.Generator, n: int, stated: bool = False) -> Points:
@@ -97,18 +105,19 @@ def test_level_lines_that_are_wrong_do_not_tilt_good_points(n: int, wrong: float
 
 
 @pytest.mark.parametrize("n", [4, 6, 10])
-@pytest.mark.parametrize(
-    ("wrong", "word"), [(30.0, "declination"), (90.0, "Add -90°"), (180.0, "other end")]
-)
+@pytest.mark.parametrize(("wrong", "correction"), [(30.0, None), (90.0, -90.0), (180.0, -180.0)])
 def test_an_azimuth_that_is_wrong_is_named_and_does_not_turn_good_points(
-    n: int, wrong: float, word: str
+    n: int, wrong: float, correction: float | None
 ) -> None:
     rng = np.random.default_rng(n)
     placed = place([points(rng, n), azimuth(rng, wrong)])
     assert held(placed)
     assert abs(placed.scale - 1.0) < 0.01
-    (said,) = [w for w in map(str, placed.warnings) if SIGNS["turned"] in w]
-    assert word in said
+    (finding,) = north_turns(placed)
+    assert finding.values["kind"] == COMPASS
+    assert (finding.code == TURNS[1]) == (correction is not None)
+    if correction is not None:
+        assert (finding.values["correction_deg"] - correction) % 360.0 == 0.0
 
 
 @pytest.mark.parametrize("stated", [False, True])
@@ -119,7 +128,8 @@ def test_strikes_that_were_read_as_dip_directions_are_named_beside_points(
     rng = np.random.default_rng(n)
     placed = place([points(rng, n), planes(rng, 90.0, stated)])
     assert held(placed)
-    assert any("strikes may have been read" in str(w) for w in placed.warnings)
+    (finding,) = north_turns(placed)
+    assert (finding.code, finding.values["kind"]) == (TURNS[1], COMPASS)
 
 
 @pytest.mark.parametrize("wrong", [5.0, 15.0, 175.0])
@@ -128,9 +138,9 @@ def test_yaws_that_are_off_alike_are_named_and_the_points_stand(wrong: float) ->
         rng = np.random.default_rng(seed)
         placed = place([points(rng, 6), yaws(rng, wrong)])
         assert held(placed)
-        (said,) = [w for w in map(str, placed.warnings) if SIGNS["yaws"] in w]
-        assert ("side of the camera" in said) == (wrong > 90.0)
-        assert "without their north" in said
+        (finding,) = north_turns(placed)
+        assert finding.values["kind"] == YAW
+        assert (finding.code == TURNS[1]) == (wrong > 90.0)
 
 
 @pytest.mark.full
@@ -148,7 +158,9 @@ def test_what_agrees_is_seldom_called_contradictory() -> None:
         for kinds in every:
             placed = place(kinds)
             assert held(placed)
-            said += any(sign in w for w in placed.warnings for sign in SIGNS.values())
+            named = north_turns(placed)
+            named += with_code(placed.warnings, "registration.residuals-large")
+            said += bool(named)
     assert said <= 3
 
 
@@ -161,4 +173,4 @@ def test_a_scale_that_is_kept_stands_against_points_that_fit_well_alone() -> Non
     for others in ([], [levels(rng, 0.0)]):
         placed = place([twice, kept, *others])
         assert placed.scale == pytest.approx(1.0, abs=0.01)
-        assert any("scale that is kept is contradicted" in str(said) for said in placed.warnings)
+        assert with_code(placed.warnings, "registration.scale-contradicted")

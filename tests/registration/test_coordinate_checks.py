@@ -7,6 +7,7 @@ import numpy.typing as npt
 import pytest
 from pyproj import Transformer
 
+from tests.messages import refused, with_code
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.registration import coordinate_checks as checks
 from vomstudio.registration.observations import Points
@@ -65,7 +66,8 @@ def test_two_labels_exchanged_are_told_from_one_wrong_point() -> None:
     wrong = world.copy()
     wrong[[1, 4]] = world[[4, 1]]
     (said,) = checks.swapped_label_findings(LABELS, model, wrong)
-    assert said.startswith("P1 and P4 look exchanged")
+    assert said.code == "control.swapped-labels"
+    assert (said.values["first"], said.values["second"]) == ("P1", "P4")
     world[3, 0] += 5.0
     assert checks.swapped_label_findings(LABELS, model, world) == []
 
@@ -136,7 +138,7 @@ def test_a_system_that_does_not_suit_the_place_is_replaced() -> None:
 
 def test_a_table_of_another_frame_than_the_model_is_refused() -> None:
     model, world = site()
-    with pytest.raises(GeometryError, match="far off the model"):
+    with refused("registration.off-model", GeometryError):
         checks.require_on_model(model, world)
     checks.require_on_model(model, None)
 
@@ -144,7 +146,8 @@ def test_a_table_of_another_frame_than_the_model_is_refused() -> None:
 def test_a_model_that_knows_its_place_is_not_moved_far_in_silence() -> None:
     _, world = site()
     (said,) = checks.relocation_findings(world, world + [457_000.0, 0.0, 0.0], "EPSG:32615")
-    assert "457" in said
+    assert said.code == "registration.moved"
+    assert said.values["distance_km"] == pytest.approx(457.0, abs=0.5)
 
 
 def test_a_model_that_knows_its_place_is_not_turned_in_silence() -> None:
@@ -152,24 +155,25 @@ def test_a_model_that_knows_its_place_is_not_turned_in_silence() -> None:
     middle = world.mean(axis=0)
     turned = (world - middle) @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     (said,) = checks.relocation_findings(world, middle + turned, "EPSG:32615")
-    assert "turns the model by 90°" in said
+    assert (said.code, said.values["turn_deg"]) == ("registration.turned", pytest.approx(90.0))
 
 
 def test_cameras_that_look_up_and_positions_that_are_noise_are_told() -> None:
     down = np.tile([0.0, 0.0, -1.0], (5, 1))
     assert checks.view_direction_findings(down) == []
     assert checks.view_direction_findings(np.tile([0.0, 1.0, 0.0], (5, 1))) == []
-    assert "upside down" in checks.view_direction_findings(-down)[0]
+    assert checks.view_direction_findings(-down)[0].code == "cameras.look-up"
     _, world = site()
     (said,) = checks.position_noise_findings(world, world + [60.0, 0.0, 0.0])
-    assert "60 m" in said
+    assert (said.code, said.values["error_m"]) == ("cameras.noise", pytest.approx(60.0))
 
 
 def test_heights_that_were_not_measured_are_named() -> None:
     rng = np.random.default_rng(4)
     model = rng.uniform(-20, 20, (6, 3))
     level = np.column_stack([model[:, :2], np.full(6, 320.0)])
-    assert "All heights are 320" in checks.constant_height_findings(model, level)[0]
+    (finding,) = checks.constant_height_findings(model, level)
+    assert (finding.code, finding.values["height"]) == ("control.constant-heights", 320.0)
     # Points on flat ground are at one height.
     flat = model * [1.0, 1.0, 0.0]
     assert checks.constant_height_findings(flat, flat + [0.0, 0.0, 320.0]) == []
@@ -194,7 +198,7 @@ def test_accuracies_in_another_unit_are_doubted() -> None:
     there = model + rng.normal(0.0, 0.01, model.shape)
     for sigma, doubted in ((10.0, True), (0.01, False), (0.03, False)):
         found = register_points(model, there, np.full(model.shape, sigma))
-        assert any("another unit" in str(said) for said in found.warnings) is doubted
+        assert bool(with_code(found.warnings, "registration.residuals-small")) is doubted
 
 
 def test_two_mistakes_that_hide_each_other_are_both_named() -> None:
@@ -226,8 +230,9 @@ def test_points_numbered_in_another_order_are_named(order: list[int]) -> None:
     labels = [f"P{i}" for i in range(1, 9)]
     control = Points(labels, model, world[order], np.full(model.shape, np.nan))
     (said,) = checks.point_findings(control, labels, control.world)
-    assert "another order" in said
-    assert f"P1 had the coordinates of P{order.index(0) + 1}" in said
+    assert said.code == "control.other-order"
+    assert said.values["first"] == "P1"
+    assert said.values["second"] == f"P{order.index(0) + 1}"
     right = Points(labels, model, world, np.full(model.shape, np.nan))
     assert checks.point_findings(right, labels, world) == []
 
@@ -237,7 +242,7 @@ def test_two_points_at_one_place_are_named() -> None:
     world[3] = world[1]
     labels = [f"P{i}" for i in range(len(world))]
     (said,) = checks.coincident_point_findings(labels, world)
-    assert said.startswith("P1, P3")
+    assert (said.code, said.values["labels"]) == ("control.same-coordinates", ("P1", "P3"))
 
 
 def test_a_web_map_is_no_system_for_lengths() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.messages import with_code
 from vomstudio.core.findings import as_finding
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import Placed, place
@@ -38,7 +39,7 @@ def shares(rho: float) -> tuple[np.ndarray, float, float]:
         stated = placed.rotation_error_95_deg
         assert stated is not None
         inside += off <= np.array([stated.about_east, stated.about_north, stated.about_up], float)
-        bowed += any("bowed" in str(each) for each in placed.warnings)
+        bowed += bool(with_code(placed.warnings, "registration.bowed"))
         drifted += any(as_finding(each).code == "cameras.drift" for each in placed.warnings)
     return inside / RUNS, bowed / RUNS, drifted / RUNS
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.bench_registration import few_planes, named_shares
+from tests.messages import with_code
 from tests.tiers import first_in_default_tier
 from vomstudio.registration.placing import place
 
@@ -23,7 +24,8 @@ def test_a_strike_read_as_dip_direction_is_named_with_the_placement_without_it(
     assert first.label == readings.wrong
     assert [blunder.label for blunder in placed.blunders] == [readings.wrong]
     assert first.azimuth_off_deg == -added
-    assert any(readings.wrong in text and "--without" in text for text in placed.warnings)
+    (finding,) = with_code(placed.warnings, "registration.suspect")
+    assert finding.values["label"] == readings.wrong
     again = place([readings.rest])
     turned = np.array(again.matrix)[:3, :3] @ np.array(placed.matrix)[:3, :3].T
     angle = np.degrees(np.arccos((np.trace(turned) - 1.0) / 2.0))

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import refused, with_code
 from tests.registrations import TURN
 from vomstudio.errors import UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar, read_scale_bars
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.length_evidence import lengths_of, said_of_lengths
+from vomstudio.registration.length_evidence import length_findings, lengths_of
 
 
 def survey(n: int, seed: int, noise: float, stated: bool = False) -> Pairs:
@@ -28,22 +29,27 @@ def length(pairs: Pairs, first: int, second: int) -> float:
 
 
 @pytest.mark.parametrize(
-    ("n", "times", "said"),
+    ("n", "times", "unit"),
     [
-        *((n, 1 / 0.3048, "in feet") for n in (3, 4, 12)),
-        *((n, 100.0, "in centimetres") for n in (3, 8)),
+        *((n, 1 / 0.3048, "feet") for n in (3, 4, 12)),
+        *((n, 100.0, "centimetres") for n in (3, 8)),
         (4, 1000.0, "millimetres"),
-        *((n, 1.2, "again") for n in (5, 8, 12)),
+        *((n, 1.2, None) for n in (5, 8, 12)),
     ],
 )
-def test_a_length_that_the_points_contradict_is_named(n: int, times: float, said: str) -> None:
+def test_a_length_that_the_points_contradict_is_named(
+    n: int, times: float, unit: str | None
+) -> None:
     pairs = survey(n, n, 0.02)
     bars = [ScaleBar("P0", "P1", length(pairs, 0, 1) * times)]
-    told = register(Evidence(pairs=pairs, bars=bars)).warnings
-    assert any("P0 - P1" in one and said in one for one in told)
+    code = "length.contradicted" if unit is None else "length.other-unit"
+    (finding,) = with_code(register(Evidence(pairs=pairs, bars=bars)).warnings, code)
+    names = {"labels": ("P0 - P1",), "unit": unit} if unit else {"label": "P0 - P1"}
+    assert names.items() <= finding.values.items()
     ends = tuple(pairs.model[0]), tuple(pairs.model[1])
     line = Segment(*ends, length(pairs, 0, 1) * times)  # type: ignore[arg-type]
-    assert any(said in one for one in said_of_lengths([], [line], pairs))
+    (finding,) = length_findings([], [line], pairs)
+    assert (finding.code, finding.values.get("unit")) == (code, unit)
 
 
 def test_sound_lengths_are_not_named() -> None:
@@ -57,29 +63,30 @@ def test_sound_lengths_are_not_named() -> None:
         bars = [
             ScaleBar(f"P{i}", f"P{i + 1}", true[i] * (1 + 0.005 * rng.normal())) for i in range(2)
         ]
-        named += bool(said_of_lengths(bars, [], pairs))
+        named += bool(length_findings(bars, [], pairs))
     assert named <= 2
 
 
 def test_a_bar_whose_label_is_written_otherwise_is_refused_with_the_nearest() -> None:
-    with pytest.raises(UsageError, match=r"p1 \(P1\?\)"):
+    with refused("length.unknown-point", UsageError, label="p1 (P1?)"):
         register(Evidence(pairs=survey(4, 1, 0.02), bars=[ScaleBar("P0", "p1", 3.0)]))
 
 
-@pytest.mark.parametrize(("row", "said"), [("P0,Q", "Q, which is not"), ("P1,P0", "one place")])
-def test_a_wrong_bar_is_named_by_file_and_line(tmp_path: Path, row: str, said: str) -> None:
+@pytest.mark.parametrize(
+    ("row", "code"), [("P0,Q", "length.unknown-point"), ("P1,P0", "line.one-place")]
+)
+def test_a_wrong_bar_is_named_by_file_and_line(tmp_path: Path, row: str, code: str) -> None:
     path = tmp_path / "bars.csv"
     path.write_text(f"from,to,length_m,use\nP0,P2,3,check\nP2,P3,3,\n{row},3,\n")
     pairs = survey(4, 1, 0.02)
     pairs.model[1] = pairs.model[0]
-    with pytest.raises(UsageError, match=said) as refusal:
+    with refused(code, UsageError, file=path, line=4):
         lengths_of(read_scale_bars(path), [], pairs)
-    assert (refusal.value.file, refusal.value.line) == (str(path), 4)
 
 
 def test_several_lengths_of_one_unit_are_told_together() -> None:
     pairs = survey(8, 1, 0.02)
     bars = [ScaleBar(f"P{i}", f"P{i + 1}", length(pairs, i, i + 1) / 0.3048) for i in range(3)]
-    (said,) = said_of_lengths(bars, [], pairs)
-    assert "P0 - P1, P1 - P2, P2 - P3" in said
-    assert "feet" in said
+    (finding,) = length_findings(bars, [], pairs)
+    assert finding.values["labels"] == ("P0 - P1", "P1 - P2", "P2 - P3")
+    assert finding.values["unit"] == "feet"

@@ -8,14 +8,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.messages import refused
 from tests.registrations import TURN
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.registration.marks.mark_checks import (
+    name_findings,
     nearest,
     require_pixels_of_photos,
-    said_of_names,
 )
 
 Array = npt.NDArray[np.float64]
@@ -60,7 +61,7 @@ def survey(kind: str, seed: int, noise: float = 0.5, world_noise: float = 0.01):
 
 @pytest.mark.parametrize("kind", ["arc", "strip"])
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "named"),
     [
         (lambda x, y: (x / 2, y / 2), "multiplied by 2."),
         (lambda x, y: (x * 2, y * 2), "multiplied by 0.5."),
@@ -76,13 +77,13 @@ def survey(kind: str, seed: int, noise: float = 0.5, world_noise: float = 0.01):
     ],
 )
 def test_pixels_that_are_counted_otherwise_are_named(
-    kind: str, change: Callable[[float, float], tuple[float, float]], said: str
+    kind: str, change: Callable[[float, float], tuple[float, float]], named: str
 ) -> None:
     views, marks, world = survey(kind, 3)
     wrong = [(label, photo, *change(x, y)) for label, photo, x, y in marks]
-    with pytest.raises(GeometryError, match="do not fit the photos") as failure:
+    with refused("control.other-pixels", GeometryError) as failure:
         require_pixels_of_photos(wrong, views, world)
-    assert said in failure.value.message
+    assert named in f"{failure.value.values['change']}."
 
 
 @pytest.mark.parametrize("kind", first_in_default_tier(["arc", "strip"], 1))
@@ -98,15 +99,17 @@ def test_names_that_do_not_meet_are_told_with_the_nearest() -> None:
     views, marks, _ = survey("arc", 1)
     points = [f"P{i:02d}" for i in range(8)]
     strange = [("P00", "DSC_00.jpg", 1.0, 1.0), *marks]
-    photos, labels, unseen = said_of_names(points, strange, views)
-    assert "DSC_00.jpg (IMG_00.jpg?)" in photos
-    assert "P0 (P00?)" in labels
-    assert "P07" in unseen
-    assert said_of_names([f"P{i}" for i in range(8)], marks, views) == []
+    photos, labels, few = name_findings(points, strange, views)
+    assert photos.code == "control.photos-without-pose"
+    assert photos.values["photos"] == ("DSC_00.jpg (IMG_00.jpg?)",)
+    assert labels.code == "control.without-coordinates"
+    assert "P0 (P00?)" in labels.values["labels"]
+    assert few.code == "control.few-marks"
+    assert "P07" in few.values["labels"]
+    assert name_findings([f"P{i}" for i in range(8)], marks, views) == []
     once = [mark for mark in marks if mark[0] != "P3" or mark[1] == "IMG_02.jpg"]
-    (said,) = said_of_names([f"P{i}" for i in range(8)], once, views)
-    assert "one photo" in said
-    assert "P3" in said
+    (few,) = name_findings([f"P{i}" for i in range(8)], once, views)
+    assert (few.code, few.values["labels"]) == ("control.few-marks", ("P3",))
 
 
 @pytest.mark.parametrize("name", ["p 7", "P07", "P_7", "P-007"])

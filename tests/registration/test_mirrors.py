@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.messages import with_code
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.doubts.comparing import left_over
@@ -66,9 +67,9 @@ def test_what_tips_over_a_model_whose_vertical_is_known_is_told() -> None:
     # In one plane exactly no residual tells a plane from its mirror image.
     model, world = ground(3, 0.0, 0.0, 1)
     evidence = Evidence(pairs=pairs_of(model, world[:, [1, 0, 2]]), up=UP)
-    assert any("upside down" in said for said in register(evidence).warnings)
+    assert with_code(register(evidence).warnings, "registration.upside-down")
     evidence = Evidence(pairs=pairs_of(model, world), up=UP)
-    assert not any("upside down" in said for said in register(evidence).warnings)
+    assert not with_code(register(evidence).warnings, "registration.upside-down")
 
 
 def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> None:
@@ -77,14 +78,14 @@ def test_a_model_of_unknown_vertical_is_told_of_where_points_leave_it_open() -> 
     labels = [str(i) for i in range(6)]
     nothing = np.full((6, 3), np.nan)
 
-    def said(pair: tuple[Array, Array], rotation: Array) -> list[str]:
+    def codes(pair: tuple[Array, Array], rotation: Array) -> list[str]:
         model, world = pair
         points = Points(labels, model, world @ rotation.T, nothing)
-        return tipping_findings(rotation, None, points)
+        return [finding.code for finding in tipping_findings(rotation, None, points)]
 
-    assert "upside down" in said(flat, over)[0]
-    assert said(deep, over) == []
-    assert said(flat, np.eye(3)) == []
+    assert codes(flat, over) == ["registration.upside-down-or-mirror"]
+    assert codes(deep, over) == []
+    assert codes(flat, np.eye(3)) == []
 
 
 def test_the_upward_direction_may_be_any_in_the_model() -> None:

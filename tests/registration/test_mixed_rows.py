@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 from pyproj import Transformer
 
+from tests.messages import with_code
 from vomstudio.errors import GeometryError
 from vomstudio.registration.coordinate_checks import find_misplaced_points, misreading_findings
 from vomstudio.registration.doubts.heights import missing_height_findings
@@ -73,7 +74,7 @@ def test_half_of_the_rows_exchanged_without_a_system() -> None:
     model, world = site(0)
     wrong = changed(world + ORIGIN, [1, 3, 5, 6], exchanged)
     (found,), which = find_misplaced_points(LABELS, model, wrong, None)
-    assert "either of" in found
+    assert found.code == "control.group-swapped"
     assert not which.any()
     # A model in map coordinates tells it by itself.
     (found,), which = find_misplaced_points(LABELS, model + ORIGIN, wrong, None)
@@ -132,7 +133,8 @@ def test_heights_that_stand_for_none(none: float) -> None:
     assert missing_height_findings(LABELS, model, world) == []
     world[[1, 4, 6], 2] = none
     (found,) = missing_height_findings(LABELS, model, world)
-    assert found.startswith("The heights of P2, P5, P7 stand for none")
+    assert found.code == "control.missing-heights"
+    assert found.values["labels"] == ("P2", "P5", "P7")
     # A local zero is a height like any other.
     model, world = site(5, noise=0.0)
     world[:, 2] -= world[3, 2]
@@ -161,8 +163,6 @@ def test_heights_in_another_unit(times: float, unit: str) -> None:
 def test_more_spread_is_no_help_where_nothing_fits() -> None:
     model, world = site(3)
     found = register_points(model, world[np.random.default_rng(1).permutation(8)])
-    said = " ".join(map(str, found.warnings))
-    assert "of how far they reach" in said
-    assert "Spread the points wider" not in said
+    assert with_code(found.warnings, "registration.points-nowhere")
     with pytest.raises(GeometryError):
         register_points(model[:2], world[:2])

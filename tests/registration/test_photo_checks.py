@@ -7,11 +7,13 @@ import numpy.typing as npt
 import pytest
 
 from tests.io.photos.camera_files import ring
-from vomstudio.errors import GeometryError, InputError
+from tests.messages import refused, with_code
+from vomstudio.core.findings import Message
+from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register
-from vomstudio.registration.level_evidence import away_deg, said_of_level_lines
+from vomstudio.registration.level_evidence import away_deg, level_line_findings
 from vomstudio.registration.marks.mark_errors import Marks
 from vomstudio.registration.marks.wrong_marks import agreeing
 
@@ -47,12 +49,14 @@ def test_wrong_marks_and_those_outside_of_their_photo_do_not_place_a_point() -> 
     ]
     marks[2] = ("A", VIEWS[2].name, 9_999.0, 100.0)
     marks[5] = ("A", VIEWS[5].name, marks[5][2] + 400.0, marks[5][3])
-    said: list[str] = []
+    findings: list[Message] = []
     evidence = Evidence(views={view.name: view for view in VIEWS})
-    places = marked_places(evidence, marks, said)
+    places = marked_places(evidence, marks, findings)
     np.testing.assert_allclose(places["A"][0], PLACE, atol=1e-3)
-    assert any(VIEWS[2].name in one and "outside" in one for one in said)
-    assert any(VIEWS[5].name in one and "contradicts" in one for one in said)
+    (outside,) = with_code(findings, "control.mark-outside")
+    assert outside.values["photo"] == VIEWS[2].name
+    (wrong,) = with_code(findings, "control.wrong-mark")
+    assert wrong.values["photo"] == VIEWS[5].name
 
 
 def wall_view(turn_deg: float) -> View:
@@ -69,22 +73,20 @@ def test_a_line_on_a_wall_runs_away_by_the_turn_of_the_camera(turn: float) -> No
     view = wall_view(turn)
     ends = view.project(np.array([[-3.0, 0.0, 5.0], [3.0, 0.0, 5.0]]))
     assert away_deg(view, ends, wall) == pytest.approx(turn, abs=1.5)
-    said = said_of_level_lines([view.name], [view], ends[None], wall)
-    assert bool(said) == (turn > 2.0)
+    findings = level_line_findings([view.name], [view], ends[None], wall)
+    assert [each.code for each in findings] == (["level.away"] if turn > 2.0 else [])
     # The axis of the photo, and a horizon above the wall.
     low = wall[wall[:, 2] < 4]
     for line in ([[10.0, 1500.0], [3990.0, 1500.0]], [[10.0, 20.0], [3990.0, 31.0]]):
-        assert said_of_level_lines([view.name], [view], np.array([line]), low) == []
+        assert level_line_findings([view.name], [view], np.array([line]), low) == []
 
 
 @pytest.mark.parametrize("end", [(-50_000.0, 100.0), (100.0, 90_000.0), (4_500.0, 20.0)])
 def test_a_level_line_that_ends_outside_its_photo_is_refused(end: tuple[float, float]) -> None:
     view = wall_view(10.0)
     line = np.array([[[900.0, 100.0], end]])
-    with pytest.raises(InputError, match=view.name) as failure:
-        said_of_level_lines([view.name], [view], line, None)
-    assert f"{end[0]:.0f}" in failure.value.message
-    assert "4000 x 3000" in failure.value.message
+    with refused("level.outside", x2=end[0], y2=end[1], width=4000, height=3000):
+        level_line_findings([view.name], [view], line, None)
 
 
 def test_upright_lines_given_as_level_ones_are_named() -> None:
@@ -92,20 +94,20 @@ def test_upright_lines_given_as_level_ones_are_named() -> None:
     names = [f"{turn}" for turn in (-30, 0, 40)]
     views = [wall_view(float(turn)) for turn in (-30, 0, 40)]
     columns = np.tile([[2000.0, 100.0], [2000.0, 2900.0]], (3, 1, 1))
-    (said,) = said_of_level_lines(names, views, columns, None)
-    assert "upright, not level" in said
-    assert "-30, 0, 40" in said
+    (finding,) = level_line_findings(names, views, columns, None)
+    assert (finding.code, finding.values["photos"]) == ("level.upright", tuple(names))
     rows = np.tile([[100.0, 1500.0], [3900.0, 1500.0]], (3, 1, 1))
-    assert said_of_level_lines(names, views, rows, None) == []
-    (said,) = said_of_level_lines(names[:1], views[:1], columns[:1], None)
-    assert "portrait" in said
-    (said,) = said_of_level_lines(names, views, np.array([rows[0], rows[1], columns[2]]), None)
-    assert "in 40 run up" in said
+    assert level_line_findings(names, views, rows, None) == []
+    (finding,) = level_line_findings(names[:1], views[:1], columns[:1], None)
+    assert finding.code == "level.portrait"
+    mixed = np.array([rows[0], rows[1], columns[2]])
+    (finding,) = level_line_findings(names, views, mixed, None)
+    assert finding.values["photos"] == ("40",)
     quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     held = [
         View(v.name, v.intrinsics, quarter @ v.rotation, quarter @ v.translation) for v in views
     ]
-    assert said_of_level_lines(names, held, columns, None) == []
+    assert level_line_findings(names, held, columns, None) == []
 
 
 def test_positions_that_are_all_the_same_say_so() -> None:
@@ -114,5 +116,5 @@ def test_positions_that_are_all_the_same_say_so() -> None:
     places[1:, 2] = 0.0
     positions = Positions(names, places, False, np.full((9, 3), np.nan))
     evidence = Evidence(views={view.name: view for view in VIEWS}, positions=positions)
-    with pytest.raises(GeometryError, match="all 9 photos are the same"):
+    with refused("gps-equal", GeometryError):
         register(evidence)

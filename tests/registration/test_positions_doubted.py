@@ -7,6 +7,8 @@ import numpy.typing as npt
 import pytest
 from pyproj import Transformer
 
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.registration.camera_positions import cameras_that_fit
 from vomstudio.registration.doubts.heights import constant_height_findings
@@ -26,10 +28,10 @@ def cameras(seed: int, noise: float = 0.5) -> tuple[Array, Array]:
     return model, ORIGIN + model + chance.normal(size=model.shape) * noise
 
 
-def told(model: Array, world: Array) -> tuple[str, list[str]]:
+def told(model: Array, world: Array) -> tuple[list[Finding], list[Finding]]:
     nothing = np.full(world.shape, np.nan)
     _, wrong, gone = cameras_that_fit(PHOTOS[: len(model)], model, world, nothing, alone=True)
-    return " ".join(wrong), gone
+    return wrong, gone
 
 
 @pytest.mark.full
@@ -49,8 +51,9 @@ def test_heights_that_are_all_alike_are_named(height: float) -> None:
     for seed in range(5):
         model, world = cameras(seed)
         world[:, 2] = height
-        said, gone = told(model, world)
-        assert f"All heights are {height:g}" in said
+        (finding,), gone = told(model, world)
+        assert finding.code == "control.constant-heights"
+        assert finding.values["height"] == height
         assert gone == []
 
 
@@ -65,8 +68,8 @@ def test_photos_named_in_another_order_are_named() -> None:
     for seed in range(5):
         model, world = cameras(seed)
         for order in (world[::-1], np.roll(world, 1, axis=0)):
-            said, gone = told(model, order)
-            assert "named in another order" in said
+            (finding,), gone = told(model, order)
+            assert (finding.code, finding.values["photos"]) == ("control.other-order", True)
             assert gone == []
         # The first photo has no position, and the last position no photo.
         found = other_order(model[1:], world[:-1])
@@ -87,8 +90,7 @@ def test_degrees_are_not_called_one_place(latitude_first: bool) -> None:
     longitude, latitude = back.transform(world[:, 0], world[:, 1])
     columns = [latitude, longitude] if latitude_first else [longitude, latitude]
     for heights in (world[:, 2], np.full(12, 320.0)):
-        with pytest.raises(GeometryError, match="look like degrees") as raised:
+        with refused("frame.maybe-degrees", GeometryError):
             told(model, np.column_stack([*columns, heights]))
-        assert "--crs" in str(raised.value)
-    with pytest.raises(GeometryError, match="are the same"):
+    with refused("gps-equal", GeometryError):
         told(model, np.tile(ORIGIN, (12, 1)))

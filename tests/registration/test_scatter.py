@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.tiers import first_in_default_tier
-from vomstudio.registration.scatter import scale_warning, scatter_of
+from vomstudio.registration.scatter import scale_findings, scatter_of
 from vomstudio.registration.similarity import fit_similarity
 
 REPEATS = 400
@@ -84,8 +84,10 @@ def test_stated_accuracies_that_the_residuals_contradict_are_not_believed() -> N
 
 
 def test_a_scale_known_badly_is_told_with_its_error() -> None:
-    assert scale_warning(0.004) == ""
-    assert "6.0 % (95 %)" in scale_warning(0.06 / 1.96)
+    assert scale_findings(0.004) == []
+    (finding,) = scale_findings(0.06 / 1.96)
+    assert finding.code == "registration.weak-scale"
+    assert finding.values["error95_percent"] == pytest.approx(6.0)
 
 
 def test_a_receiver_that_drifts_is_recognised_where_the_order_is_known() -> None:

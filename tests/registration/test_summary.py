@@ -7,6 +7,7 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 
+from tests.messages import with_code
 from vomstudio.document.records import Frame, Registration, RegistrationPoint
 from vomstudio.registration.summary import summary_of
 
@@ -35,11 +36,11 @@ def test_every_way_of_registering_is_told(method: str) -> None:
 
 
 def test_points_beside_a_fit_to_another_model_are_judged_by_its_surfaces() -> None:
-    by_points = summary_of(registration("points")).warnings
-    assert any("fewer than four" in said for said in by_points)
-    assert any("No check points" in said for said in by_points)
-    fitted = summary_of(registration("reference")).warnings
-    assert not any("control points" in said or "check points" in said for said in fitted)
+    by_points = {each.code for each in summary_of(registration("points")).warnings}
+    judged = {"control.no-redundancy", "control.no-check-points"}
+    assert judged <= by_points
+    fitted = {each.code for each in summary_of(registration("reference")).warnings}
+    assert not judged & fitted
 
 
 def test_errors_beyond_all_turns_are_no_figures() -> None:
@@ -50,6 +51,6 @@ def test_errors_beyond_all_turns_are_no_figures() -> None:
     model = np.array([[0, 0, 0], [12, 0.3, 2.3], [3, -0.3, 4], [12, 0.1, 0]], float)
     world = model.copy()
     world[3] = model[0]
-    said = " ".join(map(str, register_points(model, world).warnings))
-    assert "as good as unknown" in said
-    assert "turned by about" not in said
+    warnings = register_points(model, world).warnings
+    assert with_code(warnings, "registration.rotation-unknown")
+    assert not with_code(warnings, "registration.weak-rotation")

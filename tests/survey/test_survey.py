@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.messages import refused
 from vomstudio.errors import UsageError
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 
@@ -21,5 +22,5 @@ def test_twice_the_distance_doubles_it_and_twice_the_focal_length_halves_it():
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
 def test_what_is_not_positive_is_named(bad):
-    with pytest.raises(UsageError, match="focal length"):
+    with refused("number.not-positive", UsageError):
         ground_sampling_distance(13.2, bad, 30.0, 5472)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.document.conftest import MODEL, MemoryJournal
 from tests.tools.fakes import Context, event
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.journal import replay
 from vomstudio.document.kinds.trace import Trace
@@ -142,8 +143,8 @@ def test_what_is_finished_too_early_is_kept_when_the_way_has_come(tool, context)
 def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, context):
     clicks(tool, A, B)
     ((_, _, _, _, answer),) = context.paths.asked
-    answer("The way-points are on parts that do not hang together.")
-    assert context.said[-1].startswith("The way-points")
+    answer(Finding("model.not-open"))
+    assert context.said[-1].code == "model.not-open"
     assert not tool.searching
     assert np.array_equal(context.shown[-1].path, [A, B])
 
@@ -263,8 +264,9 @@ def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
     tool.pointer(in_photo("a.jpg", A))
     tool.pointer(in_photo("a.jpg", B))
     ((_, _, ends, _, answer),) = context.paths.asked
-    answer(Way(bowed(ends), said="The photo a.jpg does not show both way-points."))
-    assert context.said == ["The photo a.jpg does not show both way-points."]
+    finding = Finding("photo.not-showing", photo="a.jpg")
+    answer(Way(bowed(ends), said=finding))
+    assert context.said == [finding]
     assert tool.votes is None
 
 

@@ -8,8 +8,10 @@ from dataclasses import replace
 import pytest
 
 from tests.document.conftest import MODEL, MemoryJournal
+from tests.messages import refused
 from tests.samples import bed
 from tests.tools.fakes import Context, event
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.journal import replay
 from vomstudio.document.kinds.dimension import Dimension
@@ -91,13 +93,14 @@ def test_the_type_for_planes_is_not_that_of_lines(line, context):
 
 def test_one_click_is_no_line(line, context):
     clicks(line, STRIA[:1])
-    assert "pick 1 more" in line.why_not_finish()
+    few = Finding("feature.too-few-points", count=1, minimum=2)
+    assert line.why_not_finish() == few
     assert line.finish() is None
     assert line.open
     clicks(line, STRIA[:1])
     assert line.finish() is None, "two clicks at one place"
     assert line.open
-    assert "same place" in context.said[-1]
+    assert "same place" in str(context.said[-1])
 
 
 def test_the_reading_follows_the_cursor_from_the_first_click_on(line, context):
@@ -173,7 +176,7 @@ def test_a_line_is_continued_and_keeps_what_was_changed_beside_it(line, context)
 
 
 def test_only_a_line_is_continued_by_the_line_tool(line, context):
-    with pytest.raises(DocumentError, match="cannot continue a feature of this kind"):
+    with refused("tool.other-kind", DocumentError):
         line.continue_feature("f1")
     assert not line.open
 
@@ -211,8 +214,9 @@ def test_lines_and_areas_end_with_enter_and_say_what_they_lack(measure, context,
         assert (why is None) == (count >= points), why
         if count < points:
             assert measure.finish() is None
-            assert f"At least {points} points are needed" in context.said[-1]
-            assert f"pick {points - count} more" in context.said[-1]
+            few = Finding("feature.too-few-points", count=points - count, minimum=points)
+            assert why == few
+            assert context.said[-1].code == "feature.too-few-points"
     measure.finish()
     (found,) = of(context, Dimension)
     assert found.vertices == tuple(tuple(map(float, p)) for p in ring)
@@ -243,11 +247,11 @@ def test_the_ring_of_an_area_is_closed_and_its_handles_are_the_vertices(measure,
 
 def test_a_thickness_wants_a_plane_and_says_so(measure, context):
     measure.choose(kind="thickness")
-    assert "Choose the plane" in measure.hint()
+    assert measure.hint() == Finding("thickness.no-plane").message
     clicks(measure, [(0, 0, 0), (0, 0, 2)])
     assert measure.open, "nothing to be measured across"
     assert measure.finish() is None
-    assert "Choose the plane" in context.said[-1]
+    assert context.said[-1].code == "thickness.no-plane"
     measure.choose(plane_id="f1")
     assert any(r.startswith("Thickness ") and " ± " in r for r in context.shown[-1].reading)
     assert context.shown[-1].patch is not None
@@ -277,7 +281,7 @@ def test_another_kind_keeps_the_clicks(measure, context):
 def test_two_clicks_at_one_place_are_no_distance(measure, context):
     clicks(measure, [(1, 1, 1), (1, 1, 1)])
     assert of(context, Dimension) == []
-    assert "All points coincide" in context.said[-1]
+    assert context.said[-1].code == "tool.coincident-points"
     clicks(measure, [(1, 1, 2)])
     assert of(context, Dimension)[0].vertices == ((1.0, 1.0, 1.0), (1.0, 1.0, 2.0))
 
@@ -299,7 +303,7 @@ def test_a_measurement_stays_on_one_model(measure, context):
     clicks(measure, [(0, 0, 0)])
     clicks(measure, [(1, 0, 0)], model_id="m2")
     assert measure.open
-    assert "lies on one model" in context.said[-1]
+    assert context.said[-1] == Finding("tool.other-model")
 
 
 # --- drafts ------------------------------------------------------------------------------------
@@ -366,17 +370,17 @@ def test_damaged_drafts_are_refused_politely(context, cls):
 @pytest.mark.parametrize("cls", [LineTool, MeasureTool])
 def test_a_click_that_cannot_be_written_is_not_there(context, cls):
     tool = cls(context)
-    context.journal.refuse = DocumentError("disk full")
+    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
     clicks(tool, STRIA[:1])
     assert not tool.open
     context.journal.refuse = None
     clicks(tool, STRIA[:1])
-    context.journal.refuse = DocumentError("disk full")
+    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
     clicks(tool, STRIA[1:2])
     assert tool.vertices == STRIA[:1]
     tool.cancel()
     assert tool.open
-    assert "disk full" in context.said[-1]
+    assert context.said[-1].code == "journal.disk-full"
 
 
 def test_the_attributes_of_a_closed_project_are_forgotten(line: LineTool, context: Context) -> None:

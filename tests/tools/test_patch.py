@@ -9,8 +9,10 @@ import pytest
 
 from tests.document.conftest import MODEL, MemoryJournal
 from tests.geometry.test_brush import centre_of, grid
+from tests.messages import refused
 from tests.samples import placed
 from tests.tools.fakes import Context
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.patch import Patch
@@ -184,7 +186,7 @@ def test_a_click_is_a_stroke_of_one_place(tool, context):
     assert ids(patches(context)[0]) == within((1.0, 1.0))
     tool.pointer(at(Pointer.CLICK, (1.0, 1.0), button=Button.RIGHT))
     tool.pointer(at(Pointer.CLICK, None))
-    assert "no surface under the cursor" in context.said[-1]
+    assert context.said[-1] == Finding("tool.no-surface")
     assert len(patches(context)) == 1
 
 
@@ -280,7 +282,7 @@ def test_giving_up_a_new_patch_deletes_it_and_undo_brings_it_back(tool, context)
     tool.cancel()
     assert patches(context) == []
     assert tool.current is None
-    assert "Undo restores it" in context.said[-1]
+    assert context.said[-1].code == "feature.discarded"
     context.session.undo()
     assert len(patches(context)) == 1
 
@@ -331,7 +333,7 @@ def test_type_and_set_chosen_while_a_new_patch_is_painted_become_its_own(tool, c
 
 @pytest.mark.parametrize("id_", ["m1", "gone"])
 def test_only_patches_can_be_taken_up(tool, id_):
-    with pytest.raises(DocumentError, match="Only a patch"):
+    with refused("tool.other-kind", DocumentError):
         tool.continue_patch(id_)
 
 
@@ -339,7 +341,7 @@ def test_a_patch_without_its_model_cannot_be_taken_up(tool, context):
     stroke(tool, (1.0, 1.0))
     tool.finish()
     context.surfaces.clear()
-    with pytest.raises(DocumentError, match="not open"):
+    with refused("model.not-open", DocumentError):
         tool.continue_patch(patches(context)[0].id)
 
 
@@ -350,7 +352,7 @@ def test_another_models_surface_is_refused_with_a_hint(tool, context):
     stroke(tool, (2.0, 1.0), (2.1, 1.0), (2.2, 1.0), model_id="m2")
     assert len(context.journal.kept) == rows
     assert len(context.said) == said + 1
-    assert "another model" in context.said[-1]
+    assert context.said[-1] == Finding("tool.other-model")
     assert not tool.open
 
 
@@ -364,7 +366,7 @@ def test_a_stroke_that_strays_onto_another_model_leaves_it_alone(tool, context):
 def test_there_is_nothing_to_take_away_from_at_first(tool, context):
     stroke(tool, (1.0, 1.0), ctrl=True)
     assert patches(context) == []
-    assert "no patch to erase from" in context.said[-1]
+    assert context.said[-1] == Finding("tool.no-patch")
 
 
 def test_what_cannot_be_written_is_not_done(tool, context):
@@ -374,7 +376,7 @@ def test_what_cannot_be_written_is_not_done(tool, context):
     context.journal.refuse = TargetError("the disk is full")
     stroke(tool, (2.0, 1.0))
     assert ids(tool.current) == within((1.0, 1.0))
-    assert "the disk is full" in context.said[-1]
+    assert "the disk is full" in str(context.said[-1])
     assert not tool.open
 
 

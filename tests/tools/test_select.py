@@ -8,6 +8,7 @@ import pytest
 from tests.document.conftest import MODEL, MemoryJournal
 from tests.extraction.test_selecting import looking, sheet
 from tests.tools.test_patch import WithSurface
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.session import Session
@@ -78,15 +79,15 @@ def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
     tool.set_way("rectangle")
     drag(tool, 1, 1, 2, 2)
     assert tool.chosen is None
-    assert "Nothing that is seen" in context.said[-1]
+    assert context.said[-1] == Finding("selection.nothing-inside", through=False)
     tool.set_through(True)
     drag(tool, 1, 1, 2, 2)
-    assert "No centre" in context.said[-1]
+    assert context.said[-1] == Finding("selection.nothing-inside", through=True)
     drag(tool, 100, 100, 200, 200, ctrl=True)
-    assert "Nothing is chosen yet" in context.said[-1]
+    assert context.said[-1] == Finding("selection.empty")
     tool.set_way("lasso")
     tool.pointer(event(Pointer.CLICK, 100, 100))
-    assert "draw around" in context.said[-1]
+    assert context.said[-1] == Finding("selection.hold-button")
     tool.set_way("polygon")
     for x in (100.0, 200.0):
         tool.pointer(event(Pointer.CLICK, x, 100.0))
@@ -113,15 +114,15 @@ def test_a_piece_follows_the_wheel_and_one_undo_takes_it_back(tool, context):
     tool.pointer(event(Pointer.WHEEL, ctrl=True, turns=1.0))
     assert tool.count == 0
     tool.pointer(event(Pointer.CLICK))
-    assert "no surface under" in context.said[-1]
+    assert context.said[-1] == Finding("tool.no-surface")
 
 
 def test_thresholds_that_take_nothing_or_everything_are_said(tool, context):
     tool.set_tolerance(angle_deg=1.0, distance=1e-4)
     tool.pointer(event(Pointer.CLICK, face=800))
-    assert "Nothing beside it" in context.said[-1]
+    assert context.said[-1] == Finding("growth.isolated")
     tool.set_tolerance(angle_deg=90.0, distance=100.0)
-    assert "whole model" in context.said[-1]
+    assert context.said[-1] == Finding("growth.whole-model")
     assert tool.chosen.mask.all()
 
 
@@ -147,7 +148,8 @@ def test_far_too_many_are_no_patch(tool, context, monkeypatch):
     monkeypatch.setattr("vomstudio.tools.select.MOST_IN_PATCH", 100)
     tool.changes.everything()
     assert tool.finish() is None
-    assert "too many for a patch" in context.said[-1]
+    assert context.said[-1].code == "selection.too-many"
+    assert context.said[-1].values["maximum"] == 100
     assert tool.open
 
 
@@ -155,7 +157,7 @@ def test_no_shape_is_drawn_over_a_photo(tool, context):
     tool.set_way("rectangle")
     tool.pointer(PointerEvent(Pointer.DRAG_START, 10, 10, Button.LEFT, in_photo=True))
     assert not tool.drawing
-    assert "over the outcrop" in context.said[-1]
+    assert context.said[-1] == Finding("selection.not-in-photo")
 
 
 def test_rings_inversion_hiding_and_cutting(tool, context):
@@ -201,9 +203,9 @@ def test_by_field_and_by_colour(tool, context):
     tool.changes.by_field("elevation", low, high)
     assert np.array_equal(tool.chosen.mask, (height >= low) & (height <= high))
     tool.changes.by_field("elevation", 1e6, 2e6)
-    assert "Nothing has such a value" in context.said[-1]
+    assert context.said[-1] == Finding("selection.no-such-value")
     tool.changes.by_colour(10.0)
-    assert "no colours" in context.said[-1]
+    assert "no colours" in str(context.said[-1])
 
 
 def test_a_model_that_goes_takes_what_is_chosen_with_it(tool, context):

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from tests.document.conftest import MODEL, MemoryJournal
+from tests.messages import refused
 from tests.samples import ZIGZAG
 from tests.tools.fakes import Context, event
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.journal import replay
 from vomstudio.document.kinds.trace import Trace
@@ -97,7 +99,7 @@ def test_other_buttons_and_clicks_beside_the_outcrop_add_nothing(tool, context):
     tool.pointer(event(at=ZIGZAG[2], button=Button.RIGHT))
     tool.pointer(event(at=None))
     assert tool.vertices == ZIGZAG[:2]
-    assert "no surface under the cursor" in context.said[-1]
+    assert context.said[-1] == Finding("tool.no-surface")
 
 
 def test_every_click_is_in_the_journal_before_it_is_shown(tool, context):
@@ -206,13 +208,13 @@ def test_a_point_on_another_model_is_refused_with_the_reason(tool, context):
     clicks(tool, ZIGZAG[:3])
     tool.pointer(event(at=ZIGZAG[3], model_id="m2"))
     assert tool.vertices == ZIGZAG[:3]
-    assert "another model" in context.said[-1]
+    assert context.said[-1] == Finding("tool.other-model")
 
 
 def test_a_model_that_is_gone_begins_nothing(tool, context):
     tool.pointer(event(at=ZIGZAG[0], model_id="gone"))
     assert not tool.open
-    assert "removed from the project" in context.said[-1]
+    assert context.said[-1] == Finding("model.removed")
 
 
 @pytest.mark.parametrize("points", [LINE[:1], LINE[:2], LINE, [LINE[0]] * 4], ids=str)
@@ -281,7 +283,7 @@ def test_a_cancelled_continuation_leaves_the_trace_as_it_was(tool, context, old)
 
 def test_only_one_trace_is_open_at_a_time(tool, context, old):
     clicks(tool, ZIGZAG[:2])
-    with pytest.raises(DocumentError, match=r"Finish it .* or cancel it"):
+    with refused("feature.open", DocumentError):
         tool.continue_feature(old.id)
     assert tool.vertices == ZIGZAG[:2]
 
@@ -401,13 +403,13 @@ def test_a_draft_whose_type_is_gone_keeps_its_clicks(tool, context):
 
 # --- a journal that cannot be written ------------------------------------------------------------
 def test_a_click_that_cannot_be_written_is_not_there(tool, context):
-    context.journal.refuse = DocumentError("disk full")
+    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
     clicks(tool, ZIGZAG[:1])
     assert not tool.open
-    assert context.said == ["disk full"]
+    assert [each.code for each in context.said] == ["journal.disk-full"]
     context.journal.refuse = None
     clicks(tool, ZIGZAG[:2])
-    context.journal.refuse = DocumentError("disk full")
+    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
     tool.pointer(event(at=ZIGZAG[2]))
     tool.insert_vertex(ZIGZAG[3])
     tool.delete_vertex(0)
@@ -429,12 +431,12 @@ def test_a_click_that_cannot_be_written_is_not_there(tool, context):
 
 def test_a_trace_that_cannot_be_finished_or_cancelled_on_disk_stays_open(tool, context):
     clicks(tool)
-    context.journal.refuse = DocumentError("disk full")
+    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
     assert tool.finish() is None
     assert tool.open
     tool.cancel()
     assert tool.open
-    assert context.said == ["disk full", "disk full"]
+    assert [each.code for each in context.said] == ["journal.disk-full"] * 2
     context.journal.refuse = None
     assert tool.finish() is not None
 

@@ -64,7 +64,7 @@ def found(studio):
         ("kind!=reading", []),
         ("dip_deg>31", ["east", "crack"]),
         ("pole_trend_deg:180..210", ["crack"]),
-        ("geometry:line", ["axis"]),
+        ("element:line", ["axis"]),
         ("350/30", ["north"]),
         ('"west limb"', ["north"]),
         ("", ["north", "east", "crack", "axis"]),

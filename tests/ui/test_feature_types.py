@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import click
+from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType
@@ -102,7 +103,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
 def test_a_name_that_is_taken_is_refused_and_the_old_one_stays(studio, dialog):
     dialog.select("joint")
     type_name(dialog, "fault")
-    assert "A feature type Fault exists already" in dialog.says.text()
+    assert "name.taken" in shown_codes(dialog.says.text())
     assert dialog.name.text() == "Joint"
     assert "Joint" in kinds(studio)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vomstudio.cli.common.entry import main
+from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import Axes
 from vomstudio.products.section.trace_map import write_map
@@ -35,7 +36,7 @@ def question(face: Plane, counted_in: str, place: tuple[float, ...]) -> Fracture
         ends = [(x, y), (x + 7, y)] if k < 3 else [(x, y), (x, y + 4)]
         points = np.array([AT + a * right + b * up for a, b in ends])
         traces.append(MappedTrace(f"t{k}", f"T{k}", "level" if k < 3 else "up", "#000000", points))
-    return FractureQuestion(traces, face, counted_in, place, 0.0, None, True, True)
+    return FractureQuestion(traces, face, counted_in, place, FractureOptions(), True, True)
 
 
 def answered(face: Plane, counted_in: str = WINDOW, place: tuple[float, ...] = ()):

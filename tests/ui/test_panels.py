@@ -116,7 +116,7 @@ def test_an_empty_name_is_refused_with_the_reason_and_the_old_one_stays(window, 
     add_bed(studio, "t1", "first")
     model = window.table.model
     assert not model.setData(model.index(0, 0), "   ")
-    assert "needs a name" in studio.notices[-1].text
+    assert studio.notices[-1].code == "name.empty"
     assert shown(window) == ["first"]
     window.tree._items["t1"].setText(0, " ")
     assert window.tree._items["t1"].text(0) == "first"

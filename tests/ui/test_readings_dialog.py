@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QDialogButtonBox
 
 from tests import driver
+from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from tests.ui.test_panels import column
 from vomstudio.document.kinds.reading import Reading
@@ -158,7 +159,7 @@ def test_an_azimuth_that_can_be_either_waits_for_the_user(window, studio, tmp_pa
     dialog = ask(window, path)
     choose(dialog._north, "grid")
     assert not ok(dialog).isEnabled()
-    assert "strike and dip direction cannot be told apart" in dialog._says.text()
+    assert shown_codes(dialog._says.text()) == {"reading.notation-missing"}
     choose(dialog._notation, "strike/dip")
     assert dialog._column_roles[0].currentText() == "Strike (right-hand)"
     QTest.mouseClick(ok(dialog), driver.LEFT)

@@ -14,6 +14,7 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import DocumentError
 from vomstudio.geology.common_turns import together
+from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.ui.analyse.set_candidates import Candidates, propose
 from vomstudio.ui.analyse.sets_panel import SetsPanel
 
@@ -97,7 +98,7 @@ def test_the_cone_holds_the_error_of_the_registration() -> None:
     nowhere = np.full((80, 3), np.nan)
     ids = tuple(map(str, range(80)))
     of = Candidates(ids, poles, nowhere, turns, frozenset(), (), replacing=False)
-    made = propose(of, 1, ())
+    made = propose(of, SetOptions(exactly=1))
     own = made.sets[0].cone95_deg
     assert made.sets[0].n == 80
     assert made.cones_deg[0] == pytest.approx(math.hypot(own, math.sqrt(5.991)), rel=0.02)

@@ -6,7 +6,7 @@ import queue
 import time
 from collections.abc import Callable
 
-from vomstudio.workspace.owner_thread import Call
+from vomstudio.studio.owner_thread import Call
 
 
 class LoopTimer:

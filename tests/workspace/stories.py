@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.workspace.loop import Loop
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.document.registration_frames import is_same_registration
@@ -148,7 +149,8 @@ def draft(folder: Path) -> None:
     again.work.projects.open(target)
     assert again.work.tools.active_name == "trace"
     assert len(again.work.tools.of(TraceTool).vertices) == count
-    assert any(f"with {count} points was restored" in notice.text for notice in again.said)
+    restored = Finding("tool.draft-restored", count=count)
+    assert any(notice.message == restored for notice in again.said)
     assert again.work.worth_asking
     again.wait(lambda: again.work.models.open, "the model")
     again.work.history.undo()
@@ -202,7 +204,7 @@ def died(folder: Path) -> None:
     assert work.models.open == {}
     (notice,) = desk.said
     assert notice.level == "error"
-    assert "ended unexpectedly" in notice.text
+    assert notice.code == "job.worker-died"
     desk.open_sample()
     work.close()
 

@@ -84,7 +84,7 @@ def test_the_record_is_that_of_the_command() -> None:
 
     record = registered([*LEVEL, PLUMB, AZIMUTH, LENGTH])
     order = RegisterOrder(
-        "-", level=[text(known) for known in LEVEL], plumb=[text(PLUMB)], azimuth=[text(AZIMUTH)],
+        "-", level=[text(known) for known in LEVEL], plumb=[text(PLUMB)], bearing=[text(AZIMUTH)],
         scale=[text(LENGTH)],
     )  # fmt: skip
     placed = register_model(order, None).placed

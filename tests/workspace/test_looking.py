@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import UsageError
@@ -38,8 +40,9 @@ def test_a_strike_slip_is_seen_whole_down_the_dip() -> None:
 
 
 def test_no_slip_is_answered_in_words() -> None:
-    assert isinstance(across_slip(NOTHING), str)
-    assert isinstance(across_slip(slipped(Plane(120.0, 70.0), Plane(120.0, 70.0).pole())), str)
+    assert across_slip(NOTHING) == Finding("selection.no-slip")
+    upright = slipped(Plane(120.0, 70.0), Plane(120.0, 70.0).pole())
+    assert across_slip(upright) == Finding("slip.across-plane")
 
 
 def test_two_planes_meet_in_the_line_of_the_textbook() -> None:
@@ -82,7 +85,7 @@ def test_saved_views_come_back_in_order_and_are_replaced_by_name() -> None:
     ]
     views.delete("face")
     assert [view.name for view in views.all()] == ["along beta"]
-    with pytest.raises(UsageError, match="name"):
+    with refused("view.name-length", UsageError, field="name"):
         views.save(SavedView("   ", {}, None))
 
 

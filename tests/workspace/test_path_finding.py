@@ -12,6 +12,7 @@ import pytest
 from tests.extraction.planes_by_construction import grid_mesh
 from tests.workspace.loop import Loop
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.studio.background import Background
 from vomstudio.workspace.path_finding import PathFinding
 
 A, B, C = (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), (2.0, 0.0, 0.0)
@@ -30,7 +31,7 @@ def paths(loop: Loop) -> PathFinding:
         np.concatenate([flat.faces, flat.faces + len(flat.vertices)]),
     )
     models: Any = SimpleNamespace(open={"m": SimpleNamespace(data=apart)})
-    return PathFinding(models, loop.post)
+    return PathFinding(models, Background(loop.post, "path finding", threads=1))
 
 
 def ended() -> bool:
@@ -72,9 +73,9 @@ def test_what_cannot_be_followed_is_answered_in_a_sentence(loop: Loop, paths: Pa
     paths.follow("m", "dark", (A, B), live=False, answer=found.append)
     paths.follow("gone", "dark", (A, B), live=False, answer=found.append)
     assert loop.run_until(lambda: len(found) == 3 and ended(), 20.0)
-    assert sum("do not hang together" in said for said in found) == 1
-    assert sum("no colours" in said for said in found) == 1
-    assert sum("not loaded" in said for said in found) == 1
+    assert sum("do not hang together" in each.message for each in found) == 1
+    assert sum("no colours" in each.message for each in found) == 1
+    assert sum(each.code == "model.not-open" for each in found) == 1
 
 
 def test_after_a_project_is_closed_nothing_is_searched_for(loop: Loop, paths: PathFinding) -> None:

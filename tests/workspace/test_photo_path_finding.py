@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 from tests.extraction.test_photo_following import Wall, clicks, wall, written
+from tests.messages import refused
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.rays.raytree import RayTree
@@ -74,15 +75,15 @@ def test_what_the_photo_cannot_say_is_refused_in_a_sentence(scene, tmp_path) -> 
     made, _ = scene
     photos, paths, ends = photos_of(scene), PhotoPaths(), clicks(made)[[0, 1]]
     beside = np.array([ends[0], [900.0, 0.0, 0.0]])
-    with pytest.raises(GeometryError, match="does not show both way-points"):
+    with refused("photo.not-showing", GeometryError):
         paths.way(photos, "p0.png", "dark", beside, live=False)
     with pytest.raises(UsageError, match="no cost"):
         paths.way(photos, "p0.png", "curvature", ends, live=False)
     gone = ModelPhotos("m", "wall", photos.views, tmp_path)
-    with pytest.raises(GeometryError, match="was not found"):
+    with refused("photo.file-missing", GeometryError):
         paths.way(gone, "p0.png", "dark", ends, live=False)
     nowhere = ModelPhotos("m", "wall", photos.views, None)
-    with pytest.raises(GeometryError, match="was not found"):
+    with refused("photo.file-missing", GeometryError):
         paths.way(nowhere, "p0.png", "dark", ends, live=False)
 
 

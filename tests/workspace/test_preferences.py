@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from vomstudio.io.settings import Settings, read_settings, settings_path
+from vomstudio.studio.owner_thread import Call
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import Call
 from vomstudio.workspace.preferences import Preferences
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Message, as_finding
 from vomstudio.errors import InputError, VomError, VomWarning
-from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.places import no_places
 from vomstudio.io.text.column_names import plain
@@ -373,6 +373,16 @@ def slashed(given: Any, name: str, count: int) -> str:
     if isinstance(given, str):
         return given
     return "/".join(repr(v).removesuffix(".0") for v in angles_of(given, name, count))
+
+
+def joined(values: Any, separator: str = ",") -> str:
+    """Return numbers as the command line takes them, with all digits and no exponent."""
+    return separator.join(np.format_float_positional(v, trim="-") for v in np.ravel(values))
+
+
+def plane_text(given: Any, name: str) -> str:
+    """Return a plane, as `attitude_of` takes it, as "DD/D". Raises InputError, GeometryError."""
+    return exact_plane(attitude_of(given, name))
 
 
 def attitude_of(given: Any, name: str) -> Plane:

@@ -10,11 +10,12 @@ from vomstudio.api.checking import warn
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.findings import Finding
 from vomstudio.progress import CancelToken
 from vomstudio.registration.distances import comparison
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.distances.comparison import Comparison
-from vomstudio.registration.overlap import crs_doubts
+from vomstudio.registration.overlap import crs_findings
 from vomstudio.words import tr
 
 
@@ -73,9 +74,9 @@ def compare(
     )
     report = told(progress, cancel)
     first, second = placed(model, "model"), placed(benchmark, "benchmark")
-    said: list[str] = []
+    findings: list[Finding] = []
     if not (is_array(model) or is_array(benchmark)):
-        said = crs_doubts(first[1], second[1], (tr("The model"), tr("the benchmark")))
+        findings = crs_findings(first[1], second[1], (tr("The model"), tr("the benchmark")))
     error = options.registration_error_m
     if error is None and options.m3c2_m is not None:
         error = first[2]
@@ -86,7 +87,7 @@ def compare(
         registration_error_m=error,
         progress=report,
     )
-    warn([*said, *found.warnings])
+    warn([*findings, *found.warnings])
     return found
 
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from vomstudio.api.checking import flag, single_number, whole_number
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, VomError
 
 Options = TypeVar("Options")
 
@@ -40,16 +40,19 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
     """
     stated = {each.name: each for each in declarations(options)}
     checked = {name: _CHECKS[stated[name].kind](value, name) for name, value in arguments.items()}
+    for name, value in checked.items():
+        if value is None and (stated[name].is_required or stated[name].default is not None):
+            raise InputError(Finding("option.missing"), field=name)
     with arguments_named(options):
         return options(**checked)
 
 
 @contextmanager
 def arguments_named(options: type[Any]) -> Iterator[None]:
-    """Name the argument in place of the option of the command in errors raised inside."""
+    """Name the Python argument in errors that name an option of the command line."""
     try:
         yield
-    except InputError as error:
+    except VomError as error:
         names = {each.flag: each.name for each in declarations(options)}
         error.field = names.get(error.field or "", error.field)
         values = {key: _renamed(value, names) for key, value in error.values.items()}

@@ -11,22 +11,22 @@ import numpy.typing as npt
 
 from vomstudio.api.checking import (
     angles_of,
-    attitude_of,
     flag,
     is_path,
     items_of,
+    joined,
     maybe_path,
-    naming,
     numbers,
     path_of,
-    required_number,
-    single_number,
+    plane_text,
     warn,
     words_of,
 )
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
 from vomstudio.api.tables import dataframe_crs
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
 from vomstudio.words import tr
@@ -40,7 +40,7 @@ def fractures(
     scanline: Any = None,
     snap_m: float = 0.0,
     by: str | Sequence[str] | None = None,
-    strikes: Sequence[tuple[float, float]] = (),
+    strikes: Sequence[tuple[float, float]] | None = None,
     terzaghi_cap: float | None = None,
     layer: str | None = None,
     plane: Any = None,
@@ -64,10 +64,10 @@ def fractures(
     circle : (x, y, radius) in metres, in place of an area; (x, y, z, radius) on a plane
     scanline : path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place
         of an area
-    snap_m : how far ends may miss a trace that they abut on, metres
+    snap_m : maximum distance of an end from the trace on which it abuts, metres
     by : attribute of the file that names sets, or the set of each trace
     strikes : ranges of strike (from, to), degrees, clockwise, each a set
-    terzaghi_cap : the largest Terzaghi weight, None for none
+    terzaghi_cap : maximum Terzaghi weight, None for none
     layer : of the traces, where their file has several
     plane : on which lines with heights are analysed: "DD/D", (dip direction, dip) or a PlaneFit;
         (0, 0) is the map
@@ -102,28 +102,32 @@ def fractures(
     (0.875, 2, 1)
     """
     picture, replace = maybe_path(plot, "plot"), flag(force, "force")
-    order = FractureOrder(
-        traces=_path(traces, "traces"),
-        area=_path(area, "area"),
-        circle=None if circle is None else _circle(circle),
-        scanline=_path(scanline, "scanline"),
-        snap_m=required_number(snap_m, "snap_m"),
-        set_column=by if isinstance(by, str) else None,
-        strikes=tuple(_range(pair) for pair in items_of(strikes, "strikes")),
-        terzaghi_cap=single_number(terzaghi_cap, "terzaghi_cap"),
+    options = options_from_arguments(
+        FractureOptions,
+        area=_file(area, "area"),
+        circle=None if circle is None else joined(numbers(circle, "circle")),
+        scanline=_file(scanline, "scanline"),
+        snap_m=snap_m,
+        by=by if isinstance(by, str) else None,
+        strikes=None if strikes is None else _ranges(strikes),
+        terzaghi_cap=terzaghi_cap,
         layer=_layer(layer, traces),
-        plane=None if plane is None else attitude_of(plane, "plane"),
-        frame=frame_options(crs, up, unit, to_crs),
+        plane=None if plane is None else plane_text(plane, "plane"),
     )
-    with frame_arguments_named(), naming("plane", "--plane"), naming("by", "--by"):
+    order = FractureOrder(
+        None if _file(traces, "traces") is None else path_of(traces, "traces"),
+        options,
+        frame_options(crs, up, unit, to_crs),
+    )
+    with frame_arguments_named(), arguments_named(FractureOptions):
         mapped = map_fractures(
             order,
             lines=None if order.traces is not None else _shapes(traces, "traces"),
             crs=dataframe_crs(traces),
-            area=None if area is None or order.area is not None else _areas(area),
+            area=None if area is None or options.area is not None else _areas(area),
             scanlines=(
                 None
-                if scanline is None or order.scanline is not None
+                if scanline is None or options.scanline is not None
                 else _shapes([scanline], "scanline")
             ),
             sets=_sets_of(by),
@@ -144,9 +148,10 @@ def _draw(mapped: Mapped, plot: Path, force: bool) -> None:
         write_fractures(temporary, mapped, format=format_)
 
 
-def _range(given: Any) -> tuple[float, float]:
-    low, high = angles_of(given, "strikes", 2)
-    return low, high
+def _ranges(given: Any) -> str | None:
+    """Return ranges of strikes as the command takes them, None without ranges."""
+    pairs = [angles_of(pair, "strikes", 2) for pair in items_of(given, "strikes")]
+    return ",".join(joined(pair, "-") for pair in pairs) or None
 
 
 def _sets_of(by: Any) -> list[str] | None:
@@ -162,18 +167,9 @@ def _layer(given: Any, traces: Any) -> str | None:
     return words_of(given, "layer")
 
 
-def _path(given: Any, name: str) -> Path | None:
-    return path_of(given, name) if is_path(given) else None
-
-
-def _circle(circle: Any) -> tuple[float, ...]:
-    values = numbers(circle, "circle").ravel()
-    if values.shape not in ((3,), (4,)):
-        raise InputError(
-            tr("A circle is given as (x, y, radius) or (x, y, z, radius), in metres."),
-            field="circle",
-        )
-    return tuple(values.tolist())
+def _file(given: Any, name: str) -> str | None:
+    """Return the path of a file as a text, None for anything else."""
+    return str(path_of(given, name)) if is_path(given) else None
 
 
 def _areas(area: Any) -> npt.NDArray[np.object_]:

@@ -11,18 +11,20 @@ from vomstudio.api.checking import (
     flag,
     is_path,
     numbers,
+    plane_text,
     refuse_rows,
     required_number,
-    single_number,
     warn,
 )
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
 from vomstudio.api.tables import text_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
-from vomstudio.geology.faults.displacement import Errors
+from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
+from vomstudio.geology.notation import exact_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import no_places
 from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
@@ -85,25 +87,21 @@ def displacement(
     >>> round(found.mean_net_m, 2), round(found.mean_heave_m, 2)
     (10.0, 5.0)
     """
-    plane = attitude_of(fault, "fault")
-    if slip is not None and rake_deg is not None:
-        raise UsageError(tr("Give the slip by its rake or by trend and plunge."), field="slip")
-    rake = single_number(rake_deg, "rake_deg")
-    line = None if slip is None else Line(*angles_of(slip, "slip", 2))
-    options = frame_options(crs, up, unit, to_crs)
-    with frame_arguments_named():
-        read = read_pairs(_table(pairs, 6, "pairs"), options)
-    errors = Errors(
-        required_number(sigma_m, "sigma_m"),
-        required_number(fault_error_deg, "fault_error_deg"),
-        required_number(bed_error_deg, "bed_error_deg"),
-        required_number(rake_error_deg, "rake_error_deg"),
+    options = options_from_arguments(
+        DisplacementOptions,
+        fault=plane_text(fault, "fault"),
+        bed=None if bed is None else plane_text(bed, "bed"),
+        rake_deg=rake_deg,
+        slip=None if slip is None else exact_line(Line(*angles_of(slip, "slip", 2))),
+        sigma_m=sigma_m,
+        fault_error_deg=fault_error_deg,
+        bed_error_deg=bed_error_deg,
+        rake_error_deg=rake_error_deg,
     )
-    found = displacements(
-        read.names, read.points[:, :3], read.points[:, 3:], plane,
-        bed=None if bed is None else attitude_of(bed, "bed"), rake_deg=rake, slip=line,
-        errors=errors,
-    )  # fmt: skip
+    with frame_arguments_named():
+        read = read_pairs(_table(pairs, 6, "pairs"), frame_options(crs, up, unit, to_crs))
+    with arguments_named(DisplacementOptions):
+        found = displacements(read.names, read.points[:, :3], read.points[:, 3:], options)
     found = replace(found, warnings=(*read.warnings, *found.warnings))
     warn(found.warnings)
     return found
@@ -151,11 +149,13 @@ def threepoint(
     >>> round(found.dip_direction_deg), round(found.dip_deg, 1), round(found.dip_error_deg, 1)
     (90, 26.6, 1.5)
     """
-    sigma = required_number(sigma_m, "sigma_m")
-    options = frame_options(crs, up, unit, to_crs)
+    options = options_from_arguments(ThreePointOptions, sigma_m=sigma_m)
+    frame = frame_options(crs, up, unit, to_crs)
     with frame_arguments_named():
-        read = read_boundaries(_table(points, 3, "points"), options)
-    found = plane_of_three_points(read.points, sigma).of_table(read.dropped, read.warnings)
+        read = read_boundaries(_table(points, 3, "points"), frame)
+    found = plane_of_three_points(read.points, options.sigma_m).of_table(
+        read.dropped, read.warnings
+    )
     warn(found.warnings)
     return found
 

@@ -154,7 +154,7 @@ class Project:
         try:
             untouched = self._recovered and session.top == self._opened_at
             # Where its place is gone or full it was said when that was met.
-            if session.dirty and not untouched and desk.project.trouble is None:
+            if session.dirty and not untouched and desk.project.write_failure is None:
                 session.discard_unsaved()
         finally:
             desk.project.close()

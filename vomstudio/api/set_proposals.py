@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import attitude_of, items_of, numbers, warn, whole_number
+from vomstudio.api.checking import items_of, joined, numbers, plane_text, warn
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
-from vomstudio.errors import UsageError
 from vomstudio.geology.sets.proposals import SetProposal, propose_sets
-from vomstudio.geology.sets.scanline import checked_scanline
+from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.io.gate.point_tables import read_places
 from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,7 +34,7 @@ def sets(
     *,
     max_sets: int | None = None,
     exactly: int | None = None,
-    seeds: Sequence[tuple[float, float] | str] = (),
+    seeds: Sequence[tuple[float, float] | str] | None = None,
     scanline: Any = None,
     azimuth: Azimuth | None = None,
 ) -> ProposedSets:
@@ -45,10 +44,10 @@ def sets(
     ----------
     table : DataFrame of orientations, the path of a file, or two arrays (dip direction, dip), (n,)
         each, degrees; lines in it are left out
-    max_sets : sets looked for at most; None for 8
-    exactly : this number of sets, however well they part; without ``max_sets`` and ``seeds``
-    seeds : (dip direction, dip) or "DD/D" of a plane of each set, in place of a proposed number
-    scanline : (2, 3) ends of a straight line, World, m, along which spacing is told too
+    max_sets : maximum number of proposed sets; None for 8
+    exactly : this number of sets, at most that of the planes; excludes ``max_sets`` and ``seeds``
+    seeds : (dip direction, dip) or "DD/D" of one plane of each set, in place of a number
+    scanline : (2, 3) ends of a straight line, World, m, along which spacing is reported too
     azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
 
     Returns
@@ -81,19 +80,18 @@ def sets(
     ([('S1', 7, 89), ('S2', 6, 33)], 0)
     """
     rows = rows_of(table, azimuth)
-    planes = tuple(attitude_of(seed, "seeds") for seed in items_of(seeds, "seeds"))
-    most, wanted = whole_number(max_sets, "max_sets"), whole_number(exactly, "exactly")
-    if wanted is not None and (planes or most is not None):
-        raise UsageError(
-            tr("This number stands alone: leave out the seeds and the largest number."),
-            field="exactly",
-        )
-    line = None if scanline is None else checked_scanline(numbers(scanline, "scanline"))
+    given = [] if seeds is None else items_of(seeds, "seeds")
+    options = options_from_arguments(
+        SetOptions,
+        max_sets=max_sets,
+        exactly=exactly,
+        seeds=",".join(plane_text(seed, "seeds") for seed in given) or None,
+        scanline=None if scanline is None else joined(numbers(scanline, "scanline")),
+    )
     placed = read_places(rows)
     places = None if placed is None else placed.points
-    found = propose_sets(
-        rows, most=most, exactly=wanted, seeds=planes, pieces=pieces_of(rows, places), scanline=line
-    )
+    with arguments_named(SetOptions):
+        found = propose_sets(rows, options, pieces=pieces_of(rows, places))
     # A table that was handed over keeps its own columns.
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
     frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)

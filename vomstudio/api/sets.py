@@ -8,24 +8,22 @@ from typing import Any, Literal
 from vomstudio.api.checking import (
     attitude_of,
     column_of,
-    flag,
     is_path,
     items_of,
     naming,
-    one_of,
     path_of,
-    required_number,
-    single_number,
     warn,
     words_of,
 )
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
-from vomstudio.geology.fold_planes import MIN_QUALITIES
+from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
-from vomstudio.geology.populations.error_weights import WEIGHTINGS
+from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
-from vomstudio.geology.table_folds import TableFold, checked_names, table_fold
+from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
 from vomstudio.io.project.folder import is_project
 from vomstudio.io.project.repeated_picks import read_picks_again
@@ -46,7 +44,7 @@ def stats(
     ----------
     table : DataFrame of orientations (any of the usual columns), the path of a file, or the two
         arrays (dip direction, dip), (n,) each, degrees
-    by : column that names the sets; None for one set ``all``
+    by : name or number of the column that groups the rows; None for one set ``all``
     directed : lines have a head and a tail and are not flipped; plunges may be negative
     weights : "error" to weight each by its own 95 % error (``total95_deg``, else
         ``max_confidence95_deg``) and the natural scatter of its set
@@ -80,11 +78,12 @@ def stats(
     >>> round(mean.trend_deg), round(mean.plunge_deg)
     (274, 50)
     """
-    if weights is not None:
-        one_of(weights, WEIGHTINGS, "weights")
-    as_vectors, column = flag(directed, "directed"), column_of(by)
+    options = options_from_arguments(
+        StatisticsOptions, by=column_of(by), directed=directed, weights=weights
+    )
     rows = rows_of(table, azimuth)
-    found = table_statistics(rows, column, as_vectors, weights)
+    with arguments_named(StatisticsOptions):
+        found = table_statistics(rows, options)
     warn(found.warnings[len(rows.warnings) :])
     return found
 
@@ -94,7 +93,7 @@ def fold(
     *,
     kind: str | None = None,
     sets: Sequence[str] | None = None,
-    domain: str | None = None,
+    by: str | None = None,
     waviness_deg: float | None = None,
     quality: Literal["good", "doubtful"] | None = None,
     only_set: str | None = None,
@@ -107,9 +106,9 @@ def fold(
     table, azimuth : as in `stats`; lines in it are left out
     kind : use planes of this kind only; of a table with kinds bedding is taken without it
     sets : the axis common to two or three of its sets, by their means
-    domain : column that names the domains, such as hanging wall and footwall: each gets its own
+    by : column that names the domains, such as hanging wall and footwall: each gets its own
         axis, and whether one serves all is tested
-    waviness_deg : how far poles of a cylindrical fold stray (standard deviation); None for the
+    waviness_deg : standard deviation of the poles of a cylindrical fold; None for the
         limits of Ramsay & Huber (1987): nine tenths within 10 degrees
     quality : worst verdict (column ``quality``) that is used; None for any
     only_set : use planes of this set only
@@ -144,24 +143,17 @@ def fold(
     (90.0, 20.0)
     """
     rows = rows_of(table, azimuth)
-    waviness = single_number(waviness_deg, "waviness_deg")
-    if quality is not None:
-        one_of(quality, MIN_QUALITIES, "quality")
-    with (
-        naming("sets", "--sets"),
-        naming("quality", "--quality"),
-        naming("only_set", "--only-set"),
-    ):
-        names = None if sets is None else checked_names([str(n) for n in items_of(sets, "sets")])
-        found = table_fold(
-            rows,
-            words_of(kind, "kind"),
-            names,
-            column_of(domain, "domain"),
-            waviness,
-            min_quality=quality,
-            only_set=words_of(only_set, "only_set"),
-        )
+    options = options_from_arguments(
+        FoldOptions,
+        kind=kind,
+        sets=None if sets is None else ",".join(map(str, items_of(sets, "sets"))),
+        only_set=only_set,
+        quality=quality,
+        by=column_of(by),
+        waviness_deg=waviness_deg,
+    )
+    with arguments_named(FoldOptions):
+        found = table_fold(rows, options)
     warn(found.warnings[len(rows.warnings) :])
     return found
 
@@ -169,9 +161,9 @@ def fold(
 def slope(
     table: Any,
     face: str | tuple[float, float],
+    *,
     friction_deg: float,
     lateral_deg: float = 20.0,
-    *,
     limits: Literal["curved", "straight"] = "curved",
     azimuth: Azimuth | None = None,
 ) -> TableSlope:
@@ -181,8 +173,8 @@ def slope(
     ----------
     table, azimuth : as in `stats`; lines in it are left out
     face : dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``
-    friction_deg : the friction angle, at least 0 and below 90
-    lateral_deg : how far from the slope's direction planes and direct toppling count; 90 for no
+    friction_deg : friction angle of the planes
+    lateral_deg : maximum angle of planes and direct toppling from the slope's direction; 90 for no
         limit. Wedges have none.
     limits : of planes: "curved" (small circles about the slope's strike) or "straight" (of the dip
         direction); those of direct toppling are of the trend
@@ -210,19 +202,17 @@ def slope(
     with one that strikes across it forms a wedge:
 
     >>> import vomstudio as vs
-    >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), 30)
+    >>> found = vs.slope(([100, 170], [45, 70]), (100, 70), friction_deg=30)
     >>> found.planar.critical, found.planar.of, found.wedge.critical, found.wedge.of
     (1, 2, 1, 1)
     """
-    one_of(limits, ("curved", "straight"), "limits")
-    asked = slope_face(
-        attitude_of(face, "face"),
-        required_number(friction_deg, "friction_deg"),
-        required_number(lateral_deg, "lateral_deg"),
-        limits,
+    options = options_from_arguments(
+        SlopeOptions, friction_deg=friction_deg, lateral_deg=lateral_deg, limits=limits
     )
+    with naming("face", "--face"):
+        slope = slope_face(attitude_of(face, "face"), options)
     rows = rows_of(table, azimuth)
-    found = table_slope(rows, asked)
+    found = table_slope(rows, slope)
     warn(found.warnings[len(rows.warnings) :])
     return found
 

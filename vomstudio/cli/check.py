@@ -82,7 +82,7 @@ def _in_words(report: SurveyReport) -> str:
         heads = (tr("photo"), tr("GSD"), tr("blur"), tr("views"), tr("overlap"))
         lines = [text_tables.table(heads, ("", unit, "px", "", "%"), rows), ""]
     for finding in report.findings:
-        lines.append(f"{finding.severity}: {finding.text}")
+        lines.append(f"{finding.severity}: {finding.message}")
     lines += ["", report.verdict]
     lines += [tr("Next time: {advice}", advice=advice) for advice in report.next_time]
     return "\n".join(lines)

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.reconstruction_file import placing_error_m
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.registration.distances.comparison import compare
-    from vomstudio.registration.overlap import crs_doubts
+    from vomstudio.registration.overlap import crs_findings
     from vomstudio.workspace.world_models import read_beside, read_in_world
 
     options = options_from(args, CompareOptions)
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings: list[Message] = [
         *(as_finding(warning).of_file(name)
           for name, one in zip(names, (model, benchmark), strict=True) for warning in one.warnings),
-        *crs_doubts(model.crs, benchmark.crs, names),
+        *crs_findings(model.crs, benchmark.crs, names),
     ]  # fmt: skip
     if not (model.metric or benchmark.metric):
         warnings.append(

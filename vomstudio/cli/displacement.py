@@ -7,11 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.angles import line_of, plane_of
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.geology.faults.displacement_options import DisplacementOptions
 from vomstudio.words import tr
 
 
@@ -25,43 +26,20 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "pairs", metavar="PAIRS", help=tr("table of a point on each side, in metres")
     )
-    parser.add_argument("--fault", metavar="DD/D", required=True, help=tr("attitude of the fault"))
-    parser.add_argument(
-        "--bed",
-        metavar="DD/D",
-        help=tr("attitude of the bed, where the points are cut-offs of one"),
-    )
-    slip = parser.add_mutually_exclusive_group()
-    slip.add_argument("--rake", type=float, metavar="DEG", help=tr("rake of the slip lineation"))
-    slip.add_argument("--slip", metavar="T/P", help=tr("trend and plunge of the slip lineation"))
-    for option, of in (
-        ("--sigma", tr("standard deviation of each coordinate, in metres")),
-        ("--fault-error", tr("half-angle of the fault's 95 %% cone, in degrees")),
-        ("--bed-error", tr("half-angle of the bed's 95 %% cone, in degrees")),
-        ("--rake-error", tr("95 %% error of the rake, in degrees")),
-    ):
-        parser.add_argument(option, type=float, default=0.0, metavar="N", help=of)
+    add_options(parser, DisplacementOptions)
     add_frame(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geology.faults.displacement import Errors
     from vomstudio.geology.faults.displacement_pairs import displacements
     from vomstudio.io.gate.point_tables import read_pairs
 
-    fault = plane_of(args.fault, "--fault")
-    bed = None if args.bed is None else plane_of(args.bed, "--bed")
-    slip = None if args.slip is None else line_of(args.slip, "--slip")
+    options = options_from(args, DisplacementOptions)
     progress = report_reading(args, args.pairs)
     pairs = read_pairs(args.pairs, frame_options(args))
-    names, points = pairs.names, pairs.points
     progress.stage(tr("Computing displacements"))
     with numbers_of(args.pairs):
-        found = displacements(
-            names, points[:, :3], points[:, 3:], fault, bed=bed, rake_deg=args.rake,
-            slip=slip,
-            errors=Errors(args.sigma, args.fault_error, args.bed_error, args.rake_error),
-        )  # fmt: skip
+        found = displacements(pairs.names, pairs.points[:, :3], pairs.points[:, 3:], options)
     found = replace(found, warnings=(*pairs.warnings, *found.warnings))
     result = found.as_dict()
     out.result(result)

@@ -13,7 +13,9 @@ from vomstudio.cli.common.arguments import (
     add_command,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -26,54 +28,19 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "fold", run, help_=tr("Pi-plane, fold axis beta and its verdict")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
-    parser.add_argument(
-        "--kind",
-        help=tr("use planes of this kind only (default bedding, if the table has kinds)"),
-    )
-    parser.add_argument(
-        "--sets",
-        metavar="A,B[,C]",
-        help=tr("the axis common to these sets (hanging wall, footwall, fault), by their means"),
-    )
-    parser.add_argument("--only-set", metavar="SET", help=tr("use planes of this set only"))
-    parser.add_argument(
-        "--quality",
-        choices=("good", "doubtful"),
-        help=tr("leave out planes with a worse verdict (column quality)"),
-    )
-    parser.add_argument(
-        "--by",
-        metavar="COLUMN",
-        help=tr("give each domain of this column its own axis, and test whether one serves all"),
-    )
-    parser.add_argument(
-        "--waviness",
-        type=float,
-        metavar="DEG",
-        help=tr(
-            "how far poles of a cylindrical fold stray (default: nine tenths within 10 degrees)"
-        ),
-    )
+    add_options(parser, FoldOptions)
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geology.table_folds import set_names, table_fold
+    from vomstudio.geology.table_folds import table_fold
     from vomstudio.io.text.orientation_reading import read_orientations
 
+    options = options_from(args, FoldOptions)
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Finding the fold axis"))
-    sets = None if args.sets is None else set_names(args.sets)
-    found = table_fold(
-        table,
-        args.kind,
-        sets,
-        args.by,
-        args.waviness,
-        min_quality=args.quality,
-        only_set=args.only_set,
-    )
+    found = table_fold(table, options)
     out.result(found.as_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)

@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -25,39 +27,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "traces", metavar="TRACES",
         help=tr("lines in metres: GeoPackage, GeoJSON, shapefile or DXF"),
     )  # fmt: skip
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--area", metavar="POLYGON", help=tr("file with the area in which traces were mapped")
-    )
-    where.add_argument(
-        "--circle",
-        metavar="X,Y,R",
-        help=tr("count in a circle: centre and radius in metres (X,Y,Z,R on a plane)"),
-    )
-    where.add_argument(
-        "--scanline", metavar="LINE", help=tr("file with one line or several to count along")
-    )
-    parser.add_argument(
-        "--snap", type=float, default=0.0, metavar="M",
-        help=tr("how far ends may miss a trace that they abut on, in metres (default 0)"),
-    )  # fmt: skip
-    parser.add_argument(
-        "--plane", metavar="DD/D",
-        help=tr("plane of lines with heights (default: best fit, if they are three-dimensional)"),
-    )  # fmt: skip
-    sets = parser.add_mutually_exclusive_group()
-    sets.add_argument(
-        "--by", metavar="COLUMN", dest="by",
-        help=tr("the attribute that names the sets (default: set, where there is one)"),
-    )  # fmt: skip
-    sets.add_argument(
-        "--strikes", metavar="A-B,...", help=tr("sets by ranges of strike, such as 340-020,060-100")
-    )
-    parser.add_argument(
-        "--terzaghi-cap", type=float, metavar="W",
-        help=tr("the largest Terzaghi weight (default: none)"),
-    )  # fmt: skip
-    parser.add_argument("--layer", metavar="NAME", help=tr("the layer of TRACES"))
+    add_options(parser, FractureOptions)
     parser.add_argument(
         "--plot", metavar="FILE", help=tr("a picture, by its ending: .svg, .pdf or .png")
     )
@@ -69,28 +39,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
-    from vomstudio.products.fractures.mapping import (
-        FractureOrder,
-        map_fractures,
-        parse_circle,
-        parse_strikes,
-    )  # fmt: skip
+    from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
     from vomstudio.products.net.figure import picture_format
-    from vomstudio.products.section.curtain import parse_section_plane
 
-    order = FractureOrder(
-        traces=Path(args.traces),
-        area=None if args.area is None else Path(args.area),
-        circle=None if args.circle is None else parse_circle(args.circle),
-        scanline=None if args.scanline is None else Path(args.scanline),
-        snap_m=args.snap,
-        set_column=args.by,
-        strikes=parse_strikes(args.strikes),
-        terzaghi_cap=args.terzaghi_cap,
-        layer=args.layer,
-        plane=None if args.plane is None else parse_section_plane(args.plane),
-        frame=frame_options(args),
-    )
+    options = options_from(args, FractureOptions)
+    order = FractureOrder(Path(args.traces), options, frame_options(args))
     format_ = None
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")

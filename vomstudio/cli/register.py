@@ -191,10 +191,12 @@ def _of_photos(photos: Sequence[AttitudeMiss]) -> str:
 
 
 def _fit_in_words(fitted: ReferenceFit) -> str:
-    from vomstudio.registration.remarks import said_of_fitted
+    from vomstudio.registration.remarks import reference_fit_finding
 
     found = fitted.fitted
-    return said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
+    return reference_fit_finding(
+        found.places, found.overlap, found.rms_m, found.blocks, found.block_m
+    ).message
 
 
 def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any]) -> list[Message]:
@@ -227,7 +229,7 @@ def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any])
 
 def in_words(found: Placed) -> str:
     """Two tables and sentences."""
-    from vomstudio.registration.remarks import said_of_worst
+    from vomstudio.registration.remarks import worst_axis_findings
 
     blocks = []
     for title, points in ((tr("control"), found.control), (tr("check"), found.check)):
@@ -247,4 +249,4 @@ def in_words(found: Placed) -> str:
         heads = [tr("without"), tr("it is off"), tr("model turns"), tr("others agree"),
                  tr("worst 95 %")]  # fmt: skip
         blocks.append(text_tables.table(heads, ["", "°", "°", "°", "°"], rows))
-    return "\n".join([*blocks, *said_of_worst(found)])
+    return "\n".join([*blocks, *map(str, worst_axis_findings(found))])

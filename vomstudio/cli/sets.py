@@ -13,9 +13,10 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import UsageError
+from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.words import tr, tr_n
 
 
@@ -25,49 +26,27 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     add_output(parser, tr("the table with the set of each plane"), required=True)
-    parser.add_argument(
-        "--max-sets", type=int, metavar="N", help=tr("look for no more sets than this (default 8)")
-    )
-    parser.add_argument(
-        "--exactly", type=int, metavar="N", help=tr("this number of sets, however well they part")
-    )
-    parser.add_argument(
-        "--seeds", metavar="DD/D,...", help=tr("a plane of each set, in place of a proposed number")
-    )
-    parser.add_argument(
-        "--scanline",
-        metavar="X,Y,Z,X,Y,Z",
-        help=tr("also the spacing of each set along the line between these two points"),
-    )
+    add_options(parser, SetOptions)
     add_azimuth(parser)
     add_frame(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target, write_bytes
-    from vomstudio.geology.sets.proposals import parse_seeds, propose_sets
-    from vomstudio.geology.sets.scanline import parse_scanline
+    from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.gate.point_tables import read_places
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.io.text.set_columns import pieces_of, table_with_sets
 
-    seeds = parse_seeds(args.seeds)
-    if args.exactly is not None and (args.seeds is not None or args.max_sets is not None):
-        raise UsageError(
-            tr("--exactly stands alone: leave out --seeds and --max-sets."), field="--exactly"
-        )
-    line = parse_scanline(args.scanline)
+    options = options_from(args, SetOptions)
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     places = read_places(table, frame_options(args))
     found = propose_sets(
         table,
-        most=args.max_sets,
-        exactly=args.exactly,
-        seeds=seeds,
+        options,
         pieces=pieces_of(table, None if places is None else places.points),
-        scanline=line,
         progress=progress,
     )
     progress.stage(tr("Writing the results"))

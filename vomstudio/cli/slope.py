@@ -14,8 +14,10 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -45,21 +47,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "--paint", metavar="OUT.ply", help=tr("write that model with the shares of each facet")
     )
     add_output(parser, tr("what is found at each facet as a table"))
-    parser.add_argument(
-        "--friction", type=float, metavar="DEG", required=True, help=tr("the friction angle")
-    )
-    parser.add_argument(
-        "--lateral",
-        type=float,
-        metavar="DEG",
-        help=tr("how far from the slope's direction planes and toppling count (default 20)"),
-    )
-    parser.add_argument(
-        "--limits",
-        choices=["curved", "straight"],
-        default="curved",
-        help=tr("lateral limits of planes: small circles, or of the dip direction"),
-    )
+    add_options(parser, SlopeOptions)
     parser.add_argument(
         "--plot", metavar="FILE", help=tr("also the nets as a picture, .svg, .pdf or .png")
     )
@@ -108,7 +96,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
 
-    face = slope_face(args.face, args.friction, args.lateral, args.limits)
+    face = slope_face(args.face, options_from(args, SlopeOptions))
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[args.table])
@@ -131,7 +119,6 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.common.labelled_models import write_labelled
     from vomstudio.files.atomic import check_target
     from vomstudio.geology.fractures.facet_slopes import facet_slopes
-    from vomstudio.geology.slopes import LATERAL_DEG
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.surface.slope_facets import (
@@ -142,6 +129,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     )
     from vomstudio.workspace.world_models import read_in_world
 
+    options = options_from(args, SlopeOptions)
     inputs = [path for path in (args.table, args.facets, args.labelled_model) if path is not None]
     if args.paint is not None:
         choose_writer(Path(args.paint))
@@ -154,8 +142,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     facets = read_orientations(args.facets, args.azimuth)
     model = None if args.labelled_model is None else read_in_world(args.labelled_model, progress)
     faces = faces_of(facets, None if model is None else model.data)
-    lateral = LATERAL_DEG if args.lateral is None else args.lateral
-    found = facet_slopes(table, faces, args.friction, lateral, args.limits, progress)
+    found = facet_slopes(table, faces, options, progress)
     warnings = list(found.warnings)
     if args.output is not None:
         write_facet_slopes(args.output, found, force=args.force)

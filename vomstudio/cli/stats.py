@@ -12,7 +12,9 @@ from vomstudio.cli.common.arguments import (
     add_command,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.words import tr, tr_n
 
 
@@ -21,15 +23,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "stats", run, help_=tr("Orientation tensor, Fisher mean and shape of each set")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
-    parser.add_argument("--by", metavar="COLUMN", help=tr("column that groups the rows"))
-    parser.add_argument(
-        "--directed", action="store_true", help=tr("lines have a head and a tail: don't flip them")
-    )
-    parser.add_argument(
-        "--weights",
-        choices=["error"],
-        help=tr("weight each by its own error and the natural scatter (default: all alike)"),
-    )
+    add_options(parser, StatisticsOptions)
     add_azimuth(parser)
 
 
@@ -37,10 +31,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.populations.table_statistics import table_statistics
     from vomstudio.io.text.orientation_reading import read_orientations
 
+    options = options_from(args, StatisticsOptions)
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Computing statistics"))
-    found = table_statistics(table, args.by, args.directed, args.weights)
+    found = table_statistics(table, options)
     result = found.as_dict()
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.geology.faults.displacement_options import ThreePointOptions
 from vomstudio.words import tr
 
 
@@ -18,16 +20,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "points", metavar="POINTS", help=tr("table of three points or more, in metres")
     )
-    parser.add_argument(
-        "--sigma",
-        type=float,
-        default=0.0,
-        metavar="N",
-        help=tr(
-            "standard deviation of each coordinate, in metres (of more than three points their "
-            "misfit tells it)"
-        ),
-    )
+    add_options(parser, ThreePointOptions)
     add_frame(parser)
 
 
@@ -36,11 +29,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.geology.notation import format_attitude
     from vomstudio.io.gate.point_tables import read_boundaries
 
+    options = options_from(args, ThreePointOptions)
     progress = report_reading(args, args.points)
     read = read_boundaries(args.points, frame_options(args))
     progress.stage(tr("Fitting the plane"))
     with numbers_of(args.points):
-        found = plane_of_three_points(read.points, args.sigma)
+        found = plane_of_three_points(read.points, options.sigma_m)
     found = found.of_table(read.dropped, read.warnings)
     out.result(found.as_dict())
     out.warn(found.warnings)

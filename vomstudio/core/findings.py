@@ -13,10 +13,13 @@ from string import Formatter
 from typing import Any
 
 from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
+from vomstudio.errors import VomError
 from vomstudio.words import tr, tr_n
 
 UNCODED = "uncoded"
 """Code of sentences that have not been given a code yet."""
+MAX_SHOWN = 8
+"""Maximum number of items of a list that a text names; the others are counted."""
 
 
 class Finding:
@@ -134,6 +137,14 @@ def as_finding(message: Message) -> Finding:
     return message if isinstance(message, Finding) else uncoded(message)
 
 
+def finding_of(error: VomError) -> Finding:
+    """Return the finding that an error was raised with, with its file."""
+    if error.code not in TEXTS:
+        return uncoded(str(error))
+    place = {} if error.file is None else {"file": error.file}
+    return Finding(error.code, **place, **error.values)
+
+
 def plain(messages: Iterable[Message]) -> list[dict[str, Any]]:
     """Return messages as objects for a JSON file."""
     return [as_finding(each).to_dict() for each in messages]
@@ -163,5 +174,8 @@ def _frozen(value: Any) -> Any:
 
 def _shown(value: Any) -> Any:
     if isinstance(value, tuple):
-        return ", ".join(map(str, value))
+        if len(value) <= MAX_SHOWN:
+            return ", ".join(map(str, value))
+        first = ", ".join(map(str, value[:MAX_SHOWN]))
+        return tr("{names} and {count} more", names=first, count=len(value) - MAX_SHOWN)
     return tr("none") if value is None else value

@@ -37,7 +37,7 @@ class Declaration:
     kind : type
         float, int, bool or str.
     default : object
-        None if the program chooses the value.
+        None if the program chooses the value, or if `is_required`.
     help : str
         One sentence without a full stop for ``--help`` and the documentation (English; translated
         where shown).
@@ -57,6 +57,8 @@ class Declaration:
         Decimals in a form.
     empty : str
         What a form shows for None.
+    is_required : bool
+        Whether a value has to be given.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Declaration:
     metavar: str | None = None
     decimals: int = 3
     empty: str = to_translate("auto")
+    is_required: bool = False
 
     @property
     def unit(self) -> str | None:
@@ -112,7 +115,7 @@ class Declaration:
 
 
 def option(
-    default: Any,
+    default: Any = MISSING,
     *,
     help: str,
     tip: str = "",
@@ -125,7 +128,10 @@ def option(
     decimals: int = 3,
     empty: str = to_translate("auto"),
 ) -> Any:
-    """Declare one field of an options class; see `Declaration` for the parameters."""
+    """Declare one field of an options class; see `Declaration` for the parameters.
+
+    An option without a default is required.
+    """
     stated = {
         "help": help,
         "tip": tip,
@@ -160,6 +166,7 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
                 name=each.name,
                 kind=kind,
                 default=None if each.default is MISSING else each.default,
+                is_required=each.default is MISSING,
                 **stated | {"choices": stated["choices"] or choices},
             )
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+from vomstudio.core.findings import plain
+
 
 def to_dict(
     result: Any, flatten: str | None = None, leave_out: tuple[str, ...] = ()
@@ -14,8 +16,8 @@ def to_dict(
     Parameters
     ----------
     result : dataclass
-        Fields that are dataclasses, also inside sequences and mappings, become dicts. Arrays and
-        findings stay whole.
+        Fields that are dataclasses, also inside sequences and mappings, become dicts; warnings
+        become objects with a code. Arrays stay whole.
     flatten : str, optional
         A field whose own fields take its place.
     leave_out : tuple of str
@@ -25,6 +27,8 @@ def to_dict(
     for each in fields(result):
         if each.name == flatten:
             values |= to_dict(getattr(result, each.name))
+        elif each.name == "warnings":
+            values["warnings"] = plain(result.warnings)
         elif each.name not in leave_out:
             values[each.name] = _plain(getattr(result, each.name))
     return values

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.figures import Subject
 from vomstudio.document.records import Feature, Logged, Point, Record, get, get_feature
@@ -24,16 +25,14 @@ def describe_bed(
     that is not there or has no log, and where nothing would change."""
     line = get(records, line_id, Logged)
     if line is None:
-        raise DocumentError(
-            tr("A log is kept with a trace, a contact line or a measured polyline. Take one.")
-        )
+        raise DocumentError(Finding("bed.no-line"))
     said = {each[0]: each for each in line.beds}
     said.pop(boundary, None)
     if lithology or notes:
         said[boundary] = (boundary, lithology, notes)
     beds = tuple(said[key] for key in sorted(said))
     if beds == tuple(sorted(line.beds)):
-        raise DocumentError(tr("The bed is described so already."))
+        raise DocumentError(Finding("edit.no-change"))
     return change(records, f"Describe a bed along {line.name}", {line_id: line.but(beds=beds)})
 
 

@@ -113,7 +113,7 @@ def _quality(s: Subject) -> str | None:
 
 def _reasons(s: Subject) -> str | None:
     if s.measured.verdict is None:
-        return s.measured.problem
+        return None if s.measured.problem is None else str(s.measured.problem)
     return " ".join(s.measured.verdict.reasons)
 
 

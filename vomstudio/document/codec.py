@@ -13,6 +13,7 @@ from itertools import chain
 from types import MappingProxyType
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import kinds
 from vomstudio.document.edit import Edit
 from vomstudio.document.field_types import Reader, field_types
@@ -37,7 +38,6 @@ from vomstudio.document.records import (
 )
 from vomstudio.errors import DocumentError
 from vomstudio.geology.profiles import Thresholds
-from vomstudio.words import tr
 
 RECORD_TYPES: dict[str, type] = {
     "model": Model,
@@ -87,17 +87,12 @@ def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) ->
     kind = values.pop("record", None)
     cls = RECORD_TYPES.get(kind) if isinstance(kind, str) else None
     if cls is None:
-        raise DocumentError(
-            tr("The record is of an unknown kind, {kind!r}, and cannot be read.", kind=kind),
-            field="record",
-        )
+        raise DocumentError(Finding("record.unknown-kind", kind=kind), field="record")
     values = _known(cls, values)
     try:
         record: Record = cls(**_decoded(cls, values, records))
     except TypeError as error:
-        raise DocumentError(
-            tr("A record of the kind {kind} lacks a field: {error}.", kind=kind, error=error)
-        ) from error
+        raise DocumentError(Finding("record.missing-field", kind=kind, error=error)) from error
     return record
 
 
@@ -125,7 +120,7 @@ def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, R
     """The edit that a row of the journal holds; `records` are those before it, from which changed
     records take the fields that the row does not name. Raises DocumentError."""
     if not (isinstance(before, Mapping) and isinstance(after, Mapping)):
-        raise DocumentError(tr("The row does not say what it changed."))
+        raise DocumentError(Finding("record.wrong-value"), field="after")
     olds = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
     news: dict[str, Record | None] = {}
     models = {id_ for id_, plain in after.items() if _is_model(plain, records.get(id_))}
@@ -152,23 +147,18 @@ def _read(
     if plain is None:
         return None
     if not isinstance(plain, Mapping):
-        raise DocumentError(tr("A record of the row cannot be read."), field=id_)
+        raise DocumentError(Finding("record.wrong-value"), field=id_)
     if "record" in plain:
         made = decode(plain, named)
         if made.id != id_:
-            raise DocumentError(tr("The record has two names."), field="id")
+            raise DocumentError(Finding("record.two-ids"), field="id")
         return made
     record = records.get(id_)
     if record is None:
-        raise DocumentError(
-            tr(
-                "The row changes {record}, which was added by a row that cannot be read.",
-                record=id_,
-            )
-        )
+        raise DocumentError(Finding("record.without-base", record=id_))
     values = _decoded(type(record), _known(type(record), plain), named)
     if values.get("id", id_) != id_:
-        raise DocumentError(tr("The record has two names."), field="id")
+        raise DocumentError(Finding("record.two-ids"), field="id")
     changed: Record = dataclasses.replace(record, **values)
     return changed
 
@@ -178,7 +168,7 @@ def _known(cls: type, values: Mapping[str, Any]) -> Plain:
     unknown = values.keys() - _fields(cls)
     if unknown:
         raise DocumentError(
-            tr("A record of the kind {kind} has an unknown field.", kind=_NAMES[cls]),
+            Finding("record.unknown-field", kind=_NAMES.get(cls, cls.__name__)),
             field=sorted(unknown)[0],
         )
     return dict(values)
@@ -241,9 +231,7 @@ def _read_field(read: Reader, name: str, value: Any) -> Any:
 
 
 def _wrong_value(name: str) -> DocumentError:
-    return DocumentError(
-        tr("The value cannot be read: this field holds something else."), field=name
-    )
+    return DocumentError(Finding("record.wrong-value"), field=name)
 
 
 def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
@@ -252,7 +240,7 @@ def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
         found = records.get(named) if isinstance(named, str) else None
         if not isinstance(found, Registration):
             raise DocumentError(
-                tr("The model rests on a registration that is missing."), field=name
+                Finding("record.missing", kind="registration", id=named), field=name
             )
         return found
     return _small(_PARTS[name], name, value)
@@ -260,12 +248,12 @@ def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
 
 def _small(cls: type, name: str, value: Any) -> Any:
     if not isinstance(value, Mapping):
-        raise DocumentError(tr("A part of the record cannot be read."), field=name)
+        raise DocumentError(Finding("record.wrong-value"), field=name)
     try:
-        return cls(**_decoded(cls, value, NOTHING))
+        return cls(**_decoded(cls, _known(cls, value), NOTHING))
     except TypeError as error:
         raise DocumentError(
-            tr("A part of the record cannot be read: {error}.", error=error), field=name
+            Finding("record.missing-field", error=error, kind=cls.__name__), field=name
         ) from error
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.records import Compass, Model, Record, compass_id, get
 from vomstudio.errors import DocumentError
-from vomstudio.words import tr
 
 
 def compass_of(records: Mapping[str, Record], model_id: str) -> Compass | None:
@@ -20,5 +20,5 @@ def set_compass(records: Mapping[str, Record], compass: Compass) -> Edit:
     DocumentError."""
     model = get(records, compass.model_id, Model)
     if model is None or compass.id != compass_id(model.id):
-        raise DocumentError(tr("The model of these readings is not in the project."))
+        raise DocumentError(Finding("record.missing", kind="model", id=compass.model_id))
     return change(records, f"Set the north of readings on {model.name}", {compass.id: compass})

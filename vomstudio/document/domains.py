@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.record_map import RecordMap
@@ -42,7 +43,7 @@ def part_by_plane(
     wall = get(records, id_, Typed)
     own = {} if wall is None else measured([id_])
     if wall is None or id_ not in own or own[id_].plane is None or not len(own[id_].points):
-        raise DocumentError(tr("Select a plane that was picked on the model, such as a fault."))
+        raise DocumentError(Finding("domain.no-plane"))
     plane = own[id_].plane
     assert plane is not None
     above, below = tr("hanging wall"), tr("footwall")
@@ -72,5 +73,5 @@ def part_by_plane(
         if feature.domain != name:
             after[feature.id] = replace(feature, domain=name)
     if not after:
-        raise DocumentError(tr("No feature changes its domain by this plane."))
+        raise DocumentError(Finding("edit.no-change"))
     return change(records, f"Part {len(after)} features by {wall.name}", after), crossing

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError
-from vomstudio.words import tr
 
 Changes = Mapping[str, Record | None]
 
@@ -40,13 +40,7 @@ class Edit:
         """Raises DocumentError where the records are not what `before` says."""
         for id_, record in self.before.items():
             if records.get(id_) != record:
-                raise DocumentError(
-                    tr(
-                        "{label}: the record {record} has changed in the meantime. Try again.",
-                        label=self.label,
-                        record=id_,
-                    )
-                )
+                raise DocumentError(Finding("edit.stale", label=self.label, record=id_))
 
     def swap(self, records: MutableMapping[str, Record], *, strict: bool = True) -> None:
         """Bring `records` from `before` to `after`. Strict: raises DocumentError, with nothing

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.bed_words import with_vertices
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kind import kind_of
@@ -38,7 +39,6 @@ from vomstudio.document.records import (
 )
 from vomstudio.errors import DocumentError
 from vomstudio.geology.profiles import PROFILES, Thresholds
-from vomstudio.words import tr, tr_n
 
 Records = Mapping[str, Record]
 
@@ -54,7 +54,7 @@ def add_model(records: Records, model: Model, label: str = "") -> Edit:
     label : of the edit, "" for a file that is opened
     """
     if model.id in records:
-        raise DocumentError(tr("{model} is already in the project.", model=model.name))
+        raise DocumentError(Finding("record.exists", name=model.name))
     after: dict[str, Record | None] = {}
     if model.registration is not None and model.registration.id not in records:
         after[model.registration.id] = model.registration
@@ -70,18 +70,13 @@ def declare_frame(
     model = _get(records, model_id, Model)
     if model.registration is not None and not instead_of_registration:
         raise DocumentError(
-            tr(
-                "{model} is placed by the registration “{registration}”. Declaring a frame "
-                "would replace it.",
-                model=model.name,
-                registration=model.registration.name,
-            )
+            Finding("model.registered", model=model.name, registration=model.registration.name)
         )
     if not frame.unit_m > 0:
-        raise DocumentError(tr("The unit must be a positive number of metres."), field="unit")
+        raise DocumentError(Finding("frame.unit-not-positive"), field="unit")
     if frame.kind == "crs" and not frame.crs:
         raise DocumentError(
-            tr("A frame in a coordinate reference system needs its code, such as EPSG:32633."),
+            Finding("frame.code-missing"),
             field="CRS",
         )
     label = f"Declare the frame of {model.name}"
@@ -110,13 +105,7 @@ def _placed_by(model: Model, registration: Registration) -> bool:
 def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:
     model = _get(records, model_id, Model)
     if content_hash != model.content_hash:
-        raise DocumentError(
-            tr(
-                "{path} is not the file on which {model} was measured. Open it as another model.",
-                path=path,
-                model=model.name,
-            )
-        )
+        raise DocumentError(Finding("model.other-file", path=path, model=model.name))
     return change(records, f"Locate {model.name}", {model_id: replace(model, path=path)})
 
 
@@ -128,14 +117,7 @@ def remove_model(records: Records, model_id: str) -> Edit:
         isinstance(r, OnAModel | FaceGrid) and r.model_id == model_id for r in records.values()
     )
     if count:
-        raise DocumentError(
-            tr_n(
-                "{count} feature was measured on {model}. Delete it first, or hide the model.",
-                "{count} features were measured on {model}. Delete them first, or hide the model.",
-                count,
-                model=model.name,
-            )
-        )
+        raise DocumentError(Finding("model.in-use", count=count, model=model.name))
     gone = [id_ for id_ in (model_id, compass_id(model_id)) if id_ in records]
     return change(records, f"Remove model {model.name}", dict.fromkeys(gone))
 
@@ -145,7 +127,7 @@ def add_trace(records: Records, trace: Trace) -> Edit:
     model = _get(records, trace.model_id, Model)
     kind = _get(records, trace.type_id, FeatureType)
     if trace.id in records:
-        raise DocumentError(tr("{trace} is already in the project.", trace=trace.name))
+        raise DocumentError(Finding("record.exists", name=trace.name))
     if not trace.name:
         trace = replace(trace, name=next_name(records, kind))
     measure_one(trace, model)
@@ -201,10 +183,10 @@ def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, An
     for id_, values in measured.items():
         feature = records.get(id_)
         if not isinstance(feature, Surrounded):
-            raise DocumentError(tr("The project has no trace or patch {id!r}.", id=id_))
+            raise DocumentError(Finding("record.missing", id=id_, kind="trace or patch"))
         after[id_] = feature.but(**values, rule=SURROUNDINGS_RULE)
     if not after:
-        raise DocumentError(tr("No feature was measured by an earlier rule."))
+        raise DocumentError(Finding("surroundings.up-to-date"))
     return change(records, f"Update the surroundings of {len(after)} features", after)
 
 
@@ -215,7 +197,7 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
     names = NextNames(records)
     for feature in features:
         if feature.id in records or feature.id in after:
-            raise DocumentError(tr("{feature} is already in the project.", feature=feature.name))
+            raise DocumentError(Finding("record.exists", name=feature.name))
         if isinstance(feature, OnAModel):
             _get(records, feature.model_id, Model)
         kind: FeatureType | str
@@ -228,7 +210,7 @@ def add_features(records: Records, features: Sequence[Feature]) -> Edit:
         names.take(feature)
         after[feature.id] = feature
     if not after:
-        raise DocumentError(tr("There is nothing to add."))
+        raise DocumentError(Finding("edit.empty"))
     first = next(iter(after.values()))
     who = f"{len(after)} features"
     if len(after) == 1 and isinstance(first, Feature):
@@ -246,12 +228,7 @@ def set_line(
     """Give a lineation or a dimension other vertices; only a lineation has a resolution."""
     feature = _get(records, feature_id, Picked)
     if kind_of(feature).plane is not None:
-        raise DocumentError(
-            tr(
-                "{feature} has a plane that its vertices define. Edit it as a trace.",
-                feature=feature.name,
-            )
-        )
+        raise DocumentError(Finding("feature.has-plane", feature=feature.name))
     after = feature.but(**with_vertices(feature, vertices))
     if hasattr(after, "resolution"):
         after = replace(after, resolution=resolution)
@@ -268,13 +245,13 @@ def add_readings(
         others = [r for r in after.values() if r is not None]
         after |= add_type({**records, **{r.id: r for r in others}}, kind).after
     if not readings:
-        raise DocumentError(tr("There is nothing to add."))
+        raise DocumentError(Finding("edit.empty"))
     known = {**records, **{kind.id: kind for kind in types}}
     names = NextNames(records)
     for reading in readings:
         kind = _get(known, reading.type_id, FeatureType)
         if reading.id in records or reading.id in after:
-            raise DocumentError(tr("{reading} is already in the project.", reading=reading.name))
+            raise DocumentError(Finding("record.exists", name=reading.name))
         if not reading.name:
             reading = replace(reading, name=names.of(kind))
         names.take(reading)
@@ -299,31 +276,31 @@ def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
         if "type_id" in values:
             _get(records, values["type_id"], FeatureType)
         if "name" in values and not str(values["name"]).strip():
-            raise DocumentError(tr("A feature needs a name."), field="name")
+            raise DocumentError(Finding("name.empty"), field="name")
         for field, value in values.items():
             known = [a for a in kind_of(feature).attributes if a.field == field]
             if known and known[0].form == "choice" and value not in dict(known[0].choices):
                 raise DocumentError(
-                    tr(
-                        "{value} is none of {choices}.",
-                        value=repr(value),
-                        choices=", ".join(repr(word) for word, _ in known[0].choices),
+                    Finding(
+                        "option.not-a-choice",
+                        value=value,
+                        choices=[word for word, _ in known[0].choices],
                     ),
                     field=field,
                 )
             if not known:
                 raise DocumentError(
-                    tr(
-                        "{feature} has no {field}.",
+                    Finding(
+                        "feature.no-attribute",
                         feature=feature.name,
-                        field=field.replace("_", " "),
+                        attribute=field.replace("_", " "),
                     )
                 )
         # Chosen today, a regression is made along the axis nearest the normal.
         also = {"axis": "auto"} if "method" in values else {}
         after[id_] = replace(feature, **values, **also)
     if not after:
-        raise DocumentError(tr("Nothing is selected. Select a feature first."))
+        raise DocumentError(Finding("selection.empty"))
     plain = (key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values)
     what = " and ".join(plain)
     who = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
@@ -339,7 +316,7 @@ def put_in_sets(records: Records, names: Mapping[str, str]) -> Edit:
         if getattr(feature, "set_name", name) != name:
             after[id_] = replace(feature, set_name=name)
     if not after:
-        raise DocumentError(tr("All of these planes are in these sets already."))
+        raise DocumentError(Finding("edit.no-change"))
     count = len({name for name in names.values() if name})
     what = f"Put {len(after)} feature{'s' if len(after) > 1 else ''} in "
     return change(records, what + f"{count} set{'s' if count != 1 else ''}", after)
@@ -349,7 +326,7 @@ def delete(records: Records, ids: Iterable[str]) -> Edit:
     """Delete features. What rests on one of them (a rake, an intersection) stays, and says so."""
     features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
     if not features:
-        raise DocumentError(tr("Nothing is selected. Select a feature first."))
+        raise DocumentError(Finding("selection.empty"))
     who = features[0].name if len(features) == 1 else f"{len(features)} features"
     return change(records, f"Delete {who}", {feature.id: None for feature in features})
 
@@ -358,7 +335,7 @@ def add_type(records: Records, kind: FeatureType) -> Edit:
     """A feature type of the user's own. Raises DocumentError where its name is taken or empty."""
     _check_type(records, kind)
     if kind.id in records:
-        raise DocumentError(tr("The feature type {type} exists already.", type=kind.name))
+        raise DocumentError(Finding("record.exists", name=kind.name))
     return change(records, f"Add feature type {kind.name}", {kind.id: kind})
 
 
@@ -391,29 +368,22 @@ def remove_type(records: Records, type_id: str) -> Edit:
     kind = _get(records, type_id, FeatureType)
     count = sum(isinstance(r, Typed) and r.type_id == type_id for r in records.values())
     if count:
-        raise DocumentError(
-            tr_n(
-                "{count} feature has the type {type}. Give it another type first.",
-                "{count} features have the type {type}. Give them another type first.",
-                count,
-                type=kind.name,
-            )
-        )
+        raise DocumentError(Finding("type.in-use", count=count, type=kind.name))
     if sum(isinstance(r, FeatureType) for r in records.values()) == 1:
-        raise DocumentError(tr("The last feature type cannot be removed."))
+        raise DocumentError(Finding("type.last"))
     return change(records, f"Remove feature type {kind.name}", {type_id: None})
 
 
 def _check_type(records: Records, kind: FeatureType) -> None:
     if not kind.name.strip():
-        raise DocumentError(tr("A feature type needs a name."), field="name")
+        raise DocumentError(Finding("name.empty"), field="name")
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
-        raise DocumentError(tr("A colour is written as #rrggbb, such as #d55e00."), field="color")
+        raise DocumentError(Finding("type.colour", colour=kind.color), field="color")
     same = kind.name.strip().casefold()
     for other in records.values():
         if isinstance(other, FeatureType) and other.id != kind.id and other.name.casefold() == same:
             raise DocumentError(
-                tr("A feature type {type} exists already. Choose another name.", type=other.name),
+                Finding("name.taken", name=other.name),
                 field="name",
             )
 
@@ -425,32 +395,31 @@ def judge_by(records: Records, limits: Thresholds) -> Edit:
     """
     name = limits.profile.strip()
     if not name:
-        raise DocumentError(tr("The profile needs a name."), field="profile")
+        raise DocumentError(Finding("name.empty"), field="profile")
     standard = PROFILES.get(name)
     if standard is not None and standard != limits:
         raise DocumentError(
-            tr(
-                "The limits of the profile “{profile}” are fixed. Give your own another name.",
-                profile=name,
-            ),
+            Finding("profile.fixed", profile=name),
             field="profile",
         )
     for field in dataclasses.fields(limits):
         value = getattr(limits, field.name)
         if isinstance(value, float) and not 0.0 < value < math.inf:
             raise DocumentError(
-                tr("Every limit of a profile must be a positive number."), field=field.name
+                Finding("profile.limit-not-positive", value=value), field=field.name
             )
     if limits.good_confidence95_deg > limits.poor_confidence95_deg:
         raise DocumentError(
-            tr("The error of a good plane cannot be larger than that of a poor one."),
+            Finding(
+                "profile.limits-crossed",
+                good_deg=limits.good_confidence95_deg,
+                poor_deg=limits.poor_confidence95_deg,
+            ),
             field="good_confidence95_deg",
         )
     there = records.get(PROFILE_ID)
     if isinstance(there, VerdictProfile) and there.limits == limits:
-        raise DocumentError(
-            tr("The project is judged by the profile “{profile}” already.", profile=name)
-        )
+        raise DocumentError(Finding("edit.no-change"))
     record = VerdictProfile(PROFILE_ID, replace(limits, profile=name))
     return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})
 
@@ -487,6 +456,7 @@ class NextNames:
 def _get(records: Records, id_: str, cls: type[Any]) -> Any:
     record = records.get(id_)
     if not isinstance(record, cls):
-        what = "feature" if cls is Picked else cls.__name__.lower()
-        raise DocumentError(tr("The project has no {what} {id!r}.", what=what, id=id_))
+        words = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
+        what = "feature" if cls is Picked else words
+        raise DocumentError(Finding("record.missing", kind=what, id=id_))
     return record

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.records import FaceGrid, Model, Record, get
 from vomstudio.errors import DocumentError
-from vomstudio.words import tr
 
 Records = Mapping[str, Record]
 MARKS = {"-": "not looked at", "d": "done", "e": "empty", "u": "unmeasurable"}
@@ -19,11 +19,13 @@ def add_grid(records: Records, grid: FaceGrid) -> Edit:
     """Lay a grid over a face. Raises DocumentError where the model is not there, or the grid has
     no cells."""
     if get(records, grid.model_id, Model) is None:
-        raise DocumentError(tr("The project has no such model."), field="model")
+        raise DocumentError(
+            Finding("record.missing", kind="model", id=grid.model_id), field="model"
+        )
     if grid.id in records:
-        raise DocumentError(tr("{grid} is already in the project.", grid=grid.name))
+        raise DocumentError(Finding("record.exists", name=grid.name))
     if not (grid.cell > 0.0 and grid.columns > 0 and grid.rows > 0):
-        raise DocumentError(tr("A grid needs cells with a size."), field="cell")
+        raise DocumentError(Finding("grid.cell-size"), field="cell")
     if not grid.name:
         grid = replace(grid, name=_next_name(records))
     return change(records, f"Lay grid {grid.name}", {grid.id: grid})
@@ -35,15 +37,15 @@ def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) 
     grid = _grid(records, grid_id)
     if mark not in MARKS:
         raise DocumentError(
-            tr("A cell is marked with one of {marks}.", marks=", ".join(MARKS)), field="mark"
+            Finding("option.not-a-choice", value=mark, choices=list(MARKS)), field="mark"
         )
     count = grid.columns * grid.rows
     marks = list(marks_of(grid))
     chosen = sorted(set(cells))
     if not chosen or chosen[0] < 0 or chosen[-1] >= count:
-        raise DocumentError(tr("{grid} has no such cell.", grid=grid.name), field="cells")
+        raise DocumentError(Finding("grid.no-cell", grid=grid.name), field="cells")
     if all(marks[cell] == mark for cell in chosen):
-        raise DocumentError(tr("These cells are marked so already."))
+        raise DocumentError(Finding("edit.no-change"))
     for cell in chosen:
         marks[cell] = mark
     what = "1 cell" if len(chosen) == 1 else f"{len(chosen)} cells"
@@ -62,7 +64,7 @@ def marks_of(grid: FaceGrid) -> str:
 def rename_grid(records: Records, grid_id: str, name: str) -> Edit:
     grid = _grid(records, grid_id)
     if not name.strip():
-        raise DocumentError(tr("A grid needs a name."), field="name")
+        raise DocumentError(Finding("name.empty"), field="name")
     return change(records, f"Rename {grid.name}", {grid_id: replace(grid, name=name.strip())})
 
 
@@ -74,7 +76,7 @@ def remove_grid(records: Records, grid_id: str) -> Edit:
 def _grid(records: Records, grid_id: str) -> FaceGrid:
     grid = get(records, grid_id, FaceGrid)
     if grid is None:
-        raise DocumentError(tr("The project has no grid {id!r}.", id=grid_id))
+        raise DocumentError(Finding("record.missing", id=grid_id, kind="grid"))
     return grid
 
 

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.codec import Plain, decode_edit
 from vomstudio.document.collector import no_collection
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Record
 from vomstudio.errors import DocumentError
-from vomstudio.words import tr
 
 RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
 
@@ -37,10 +37,10 @@ class Row:
     time: str
     version: str
     settings: Plain | None
-    problem: str = ""
-    """Why the row cannot be believed: it is named and left out."""
-    notice: str = ""
-    """What is wrong before the row, which itself is sound: rows that are missing."""
+    problem: Finding | None = None
+    """Why the row is not valid: it is reported and left out."""
+    notice: Finding | None = None
+    """What is wrong before the row, which itself is valid: rows that are missing."""
 
 
 class Journal(Protocol):
@@ -77,8 +77,8 @@ class Replay:
 
     done, undone: stacks of (row number, edit), the newest last. saved: the records at the last
     save; saved_top: the row that stood on top of `done` then (0 for none). settings: those written
-    beside the newest edit. problems: sentences
-    about rows that could not be read; everything else is there.
+    beside the newest edit. problems: rows
+    that could not be read; everything else is there.
     """
 
     records: dict[str, Record] = field(default_factory=dict)
@@ -88,7 +88,7 @@ class Replay:
     saved_top: int = 0
     draft: Draft | None = None
     settings: Plain = field(default_factory=dict)
-    problems: list[str] = field(default_factory=list)
+    problems: list[Finding] = field(default_factory=list)
 
     @property
     def top(self) -> int:
@@ -113,12 +113,13 @@ def _replay(rows: Iterable[Row]) -> Replay:
             _play(result, row)
         except DocumentError as error:
             result.problems.append(
-                tr(
-                    "Journal row {seq} ({kind} {label!r}): {error}",
-                    seq=row.seq,
+                Finding(
+                    "journal.row-unreadable",
+                    row=row.seq,
                     kind=row.kind,
                     label=row.label,
-                    error=error,
+                    reason=error,
+                    reason_code=error.code,
                 )
             )
     return result
@@ -127,7 +128,7 @@ def _replay(rows: Iterable[Row]) -> Replay:
 def _settings_of(row: Row) -> Plain | None:
     """Raises DocumentError."""
     if row.settings is not None and not isinstance(row.settings, Mapping):
-        raise DocumentError(tr("The settings beside the row cannot be read."))
+        raise DocumentError(Finding("record.wrong-value"), field="settings")
     return None if row.settings is None else dict(row.settings)
 
 
@@ -154,15 +155,10 @@ def _play(result: Replay, row: Row) -> None:
         result.saved_top = result.top
     elif row.kind == "draft":
         if row.after is not None and not isinstance(row.after, Mapping):
-            raise DocumentError(tr("The draft of a tool cannot be read."))
+            raise DocumentError(Finding("record.wrong-value"), field="draft")
         result.draft = None if row.after is None else Draft(row.seq, row.after)
     elif row.kind != "gap":
-        raise DocumentError(
-            tr(
-                "The row is of a kind that this version does not know. Open the project with "
-                "a newer version."
-            )
-        )
+        raise DocumentError(Finding("row.unknown-kind", kind=row.kind))
 
 
 def _amended(result: Replay, row: Row, edit: Edit) -> Edit:
@@ -178,7 +174,7 @@ def _taken(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
     """Takes row `of_seq` off a stack, and what lies above it, newest first: steps that were left
     out because they are damaged had taken those. Raises DocumentError where it is not there."""
     if all(seq != row.of_seq for seq, _ in stack):
-        raise DocumentError(tr("The row refers to row {row}, which is missing.", row=row.of_seq))
+        raise DocumentError(Finding("row.target-missing", row=row.of_seq))
     taken = [stack.pop()]
     while taken[-1][0] != row.of_seq:
         taken.append(stack.pop())

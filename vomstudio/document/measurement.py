@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Message
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 from vomstudio.geology import orientation
 from vomstudio.geology.common_turns import Region
@@ -75,7 +76,7 @@ class Measurement:
     outcrop_normal: Floats | None
     fit: PlaneFit | None
     verdict: Verdict | None
-    problem: str | None
+    problem: Message | None
     plane: Plane | None = None
     line: Line | None = None
     line_fit: LineFit | None = None
@@ -172,7 +173,7 @@ class Measuring:
 def nothing_measured(
     points: Floats,
     resolution_m: float | None,
-    problem: str | None,
+    problem: Message | None,
     *,
     kind: str,
     metric: bool = True,

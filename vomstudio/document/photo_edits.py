@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.edits import new_id, set_registration
 from vomstudio.document.records import (
@@ -19,7 +20,6 @@ from vomstudio.document.records import (
     Registration,
 )
 from vomstudio.errors import DocumentError
-from vomstudio.words import tr
 
 Records = Mapping[str, Record]
 After = dict[str, Record | None]
@@ -74,7 +74,7 @@ def add_photo_set(
 ) -> Edit:
     """A folder of photos, with what lay beside them."""
     if photo_set.id in records:
-        raise DocumentError(tr("{photo_set} is already in the project.", photo_set=photo_set.name))
+        raise DocumentError(Finding("record.exists", name=photo_set.name))
     after: After = {photo_set.id: photo_set}
     after |= _points_after(records, photo_set.id, points, marks or {})
     after |= _masks_after(records, photo_set.id, masks or {})
@@ -235,7 +235,7 @@ def _masks_after(records: Records, photo_set_id: str, masks: Mapping[str, Asset 
 def _set(records: Records, photo_set_id: str) -> PhotoSet:
     found = records.get(photo_set_id)
     if not isinstance(found, PhotoSet):
-        raise DocumentError(tr("The photos are no longer in the project."))
+        raise DocumentError(Finding("record.missing", kind="photo set", id=photo_set_id))
     return found
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import kind_of
 from vomstudio.document.measurement import Measurement, NearestPick
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Model, OnAModel, Record, Typed, get
 from vomstudio.geology.orientation import angle_between_lines, angle_between_planes
-from vomstudio.words import tr, tr_n
 
 __all__ = ["NearestPick", "nearest_picks", "summary"]
 
@@ -119,31 +119,12 @@ def _vector(measured: Measurement) -> Floats | None:
     return None if measured.line is None else measured.line.vector()
 
 
-def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> str:
-    """In a sentence: how well readings agree with the picks."""
+def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> Finding:
+    """Return how well readings agree with the picks."""
     n = len(readings)
     angles = [picks[i].angle_deg for i in readings if i in picks]
     if not angles:
-        return tr_n(
-            "{count} reading; there is no pick of the same type to compare it with yet.",
-            "{count} readings; there are no picks of their types to compare them with yet.",
-            n,
-        )
-    if n == 1:
-        return tr("1 reading, {angle:.0f}° from the nearest pick.", angle=angles[0])
-    if len(angles) == n:
-        return tr_n(
-            "{count} reading, median difference to the nearest pick {angle:.0f}°.",
-            "{count} readings, median difference to the nearest pick {angle:.0f}°.",
-            n,
-            angle=np.median(angles),
-        )
-    return tr_n(
-        "{count} reading, {compared} of which can be compared; median difference to the nearest "
-        "pick of the same type {angle:.0f}°.",
-        "{count} readings, {compared} of which can be compared; median difference to the nearest "
-        "pick of the same type {angle:.0f}°.",
-        n,
-        compared=len(angles),
-        angle=np.median(angles),
+        return Finding("readings.no-picks", count=n)
+    return Finding(
+        "readings.compared", count=n, compared=len(angles), median_deg=float(np.median(angles))
     )

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.records import Feature, Record, Repeatable, get
 from vomstudio.errors import DocumentError
@@ -52,9 +53,9 @@ def link_repeat(records: Records, id_: str, first_id: str, interpreter: str = ""
     first. Raises DocumentError for features that are not there, or not of one kind."""
     again, first = get(records, id_, Repeatable), get(records, first_id, Repeatable)
     if again is None or first is None or again.id == first.id or type(again) is not type(first):
-        raise DocumentError(tr("A feature repeats another one of the same kind."))
+        raise DocumentError(Finding("repeat.other-kind"))
     if is_repeat(first, records):
-        raise DocumentError(tr("{feature} is a repeat itself.", feature=first.name))
+        raise DocumentError(Finding("repeat.of-repeat", feature=first.name))
     name = f"{first.name} {tr('again')}"
     taken = {r.name for r in records.values() if isinstance(r, Feature)}
     k = 2
@@ -72,6 +73,6 @@ def set_interpreter(records: Records, ids: Iterable[str], interpreter: str) -> E
     """Say who picked features. Raises DocumentError where there is none of them."""
     found = [r for id_ in ids if (r := get(records, id_, Repeatable)) is not None]
     if not found:
-        raise DocumentError(tr("Nothing is selected. Select a feature first."))
+        raise DocumentError(Finding("selection.empty"))
     after: dict[str, Any] = {r.id: r.but(interpreter=interpreter or None) for r in found}
     return change(records, f"Change interpreter of {len(found)} features", after)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.journal import Draft, Journal, RowKind, replay
@@ -34,7 +35,7 @@ class Session:
         self._undone = played.undone
         self._saved = played.saved
         self._saved_top = played.saved_top
-        self.problems: tuple[str, ...] = tuple(played.problems)
+        self.problems: tuple[Finding, ...] = tuple(played.problems)
         self.draft: Draft | None = played.draft
         self.recovered = self.dirty and bool(self._done)
         if not played.done and not played.undone and not played.records:

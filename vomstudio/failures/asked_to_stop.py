@@ -15,9 +15,10 @@ import os
 import signal
 import struct
 import sys
-import threading
 import time
 from types import FrameType
+
+from vomstudio.core.threads import start_thread
 
 _SENTENCE = b"vomstudio: Cancelled.\n"
 _EXIT_CODE = 130
@@ -78,7 +79,7 @@ def watch() -> None:
     signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     # A signal to a forked child must not reach this process through the shared pipe.
     os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
-    threading.Thread(target=_watch, args=(reading,), name="stop signals", daemon=True).start()
+    start_thread(_watch, reading, name="stop signals")
 
 
 def _watch(reading: int) -> None:

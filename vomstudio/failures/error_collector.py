@@ -11,8 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import VomError
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr_n
 
 _log = logging.getLogger(__name__)
 
@@ -22,14 +23,24 @@ QUIET_S = 3.0
 
 @dataclass(frozen=True)
 class Failure:
-    """sentence : for the user, translated
+    """An unexpected error.
+
+    finding : for the user
     what : the error in a few words, such as "ValueError in tasks.py, line 40"; its key
     count : how often it has happened in this run
     """
 
-    sentence: str
+    finding: Finding
     what: str
     count: int
+
+    @property
+    def text(self) -> str:
+        """The finding, and how often it has happened, as text."""
+        if self.count == 1:
+            return self.finding.message
+        again = tr_n("It has happened {count} time.", "It has happened {count} times.", self.count)
+        return f"{self.finding.message} {again}"
 
 
 Listener = Callable[[Failure], None]
@@ -57,30 +68,30 @@ class ErrorCollector:
     def report(self, error: BaseException, where: str = "") -> bool:
         """Log and count an unexpected error, and pass it on; `where` is for the log. True where it
         was passed on, False where it repeats one. Never raises."""
-        what, sentence = "an unknown error", _sentence("")
+        what, finding = "an unknown error", Finding("program.internal-error", error="unknown")
         with contextlib.suppress(Exception):
             what = place_of(error)
-            sentence = _sentence_of(error, what)
+            finding = _finding_of(error, what)
 
         def details() -> str:
             return f"{where}\n{''.join(traceback.format_exception(error))}".strip()
 
-        return self.tell(sentence, what, details)
+        return self.tell(finding, what, details)
 
-    def tell(self, sentence: str, what: str, details: Callable[[], str] = str) -> bool:
-        """An error that is identified by `what`; see `report`. sentence : for the user."""
+    def tell(self, finding: Finding, what: str, details: Callable[[], str] = str) -> bool:
+        """Pass on an error that is identified by `what`; see `report`."""
         if getattr(self._here, "busy", False):
             # Passing an error on has raised another one: it must not recur for ever.
             return False
         self._here.busy = True
         try:
-            return self._tell(sentence, what, details)
+            return self._tell(finding, what, details)
         except Exception:  # noqa: BLE001 - nothing is left that could report it
             return False
         finally:
             self._here.busy = False
 
-    def _tell(self, sentence: str, what: str, details: Callable[[], str]) -> bool:
+    def _tell(self, finding: Finding, what: str, details: Callable[[], str]) -> bool:
         now = self._clock()
         with self._lock:
             count, last = self._seen.get(what, (0, -float("inf")))
@@ -92,11 +103,8 @@ class ErrorCollector:
             _log.error("%s: %d times by now", what, count)
         if now - last < QUIET_S:
             return False
-        if count > 1:
-            again = tr_n("It has happened {count} time.", "It has happened {count} times.", count)
-            sentence = f"{sentence} {again}"
         if self._listener is not None:
-            self._listener(Failure(sentence, what, count))
+            self._listener(Failure(finding, what, count))
         return True
 
 
@@ -116,20 +124,9 @@ def place_of(error: BaseException) -> str:
     return f"{name} in {Path(frame.filename).name}, line {frame.lineno}"
 
 
-def _sentence_of(error: BaseException, what: str) -> str:
+def _finding_of(error: BaseException, what: str) -> Finding:
     if isinstance(error, VomError):
-        return str(error)
+        return finding_of(error)
     if isinstance(error, MemoryError):
-        return tr("Memory is full. Close other programs and try again.")
-    return _sentence(what)
-
-
-def _sentence(what: str) -> str:
-    """The journal is written before anything is shown, so that all that was seen is kept."""
-    consequence = tr(
-        "Your last action may be missing; everything before it is kept. Please save a report, so "
-        "that the fault can be found."
-    )
-    if not what:
-        return f"{tr('An internal error occurred.')} {consequence}"
-    return f"{tr('An internal error occurred ({error}).', error=what)} {consequence}"
+        return Finding("program.memory-full")
+    return Finding("program.internal-error", error=what)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from vomstudio.words import tr
+from vomstudio.core.findings import Finding
 
 _PACKAGES = {
     "libEGL": "libegl1",
@@ -38,22 +38,12 @@ _PACKAGES = {
 _LIBRARY = re.compile(r"\b(lib[\w.+-]+?)\.so[.\d]*")
 
 
-def missing_library(error: BaseException | str) -> str | None:
-    """A sentence that names the library and the package to install; None where the failure is
-    another."""
+def missing_library(error: BaseException | str) -> Finding | None:
+    """Return which library is missing and the package to install; None for another failure."""
     found = _LIBRARY.search(str(error))
     if found is None:
         return None
     package = _PACKAGES.get(found[1])
     if package is None:
-        return tr(
-            "The system's library {library} is missing or damaged. Install the package that it "
-            "belongs to.",
-            library=found[0],
-        )
-    return tr(
-        "The system's library {library} is missing or damaged. Install it (on Debian and Ubuntu: "
-        "sudo apt install {package}).",
-        library=found[0],
-        package=package,
-    )
+        return Finding("program.library-missing", library=found[0])
+    return Finding("program.package-missing", library=found[0], package=package)

@@ -17,7 +17,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from vomstudio.errors import InputError
+import numpy as np
+
+from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.words import tr
@@ -74,6 +76,20 @@ class _Token:
 
 
 # Reading -------------------------------------------------------------------------------------
+
+
+def exact_plane(plane: Plane) -> str:
+    """Return dip direction/dip with all digits, as `parse_plane` reads it."""
+    return _exact(plane.dip_direction_deg, plane.dip_deg)
+
+
+def exact_line(line: Line) -> str:
+    """Return trend/plunge with all digits, as `parse_line` reads it."""
+    return _exact(line.trend_deg, line.plunge_deg)
+
+
+def _exact(*angles_deg: float) -> str:
+    return "/".join(np.format_float_positional(angle, trim="-") for angle in angles_deg)
 
 
 def parse_plane(text: str, notation: str | None = None) -> Plane:
@@ -139,6 +155,22 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
         case ["number"] | ["bearing"]:
             raise _unclear(text, tr("only one angle; a plane needs two, as in 132/41"))
     raise _unclear(text, tr("write a plane as 132/41, 042/41 RHR, 042/41 SE or N42E 41SE"))
+
+
+def plane_option(text: str, field: str) -> Plane:
+    """Return the plane of an option's text, dip direction/dip. Raises UsageError."""
+    try:
+        return parse_plane(text, "dipdir/dip")
+    except InputError as error:
+        raise UsageError(error.message, field=field) from error
+
+
+def line_option(text: str, field: str) -> Line:
+    """Return the line of an option's text, trend/plunge. Raises UsageError."""
+    try:
+        return parse_line(text)
+    except InputError as error:
+        raise UsageError(error.message, field=field) from error
 
 
 def parse_line(text: str) -> Line:

@@ -30,16 +30,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Array, Flags, Plane, sin_cos_deg
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Ints = npt.NDArray[np.int64]
-
-LIMITS = ("curved", "straight")
-LATERAL_DEG = 20.0
-"""As Goodman (1980) and Wyllie & Mah (2004) have it for planes."""
 
 _EPS = 1e-10
 """Sine by which a limit may be missed through rounding."""
@@ -51,42 +48,20 @@ _FACES_AT_A_TIME = 32
 
 @dataclass(frozen=True)
 class SlopeFace:
-    """A face and its limits, degrees. Raises UsageError for a face without a dip direction, and for
-    angles that cannot be.
+    """A face and the options of its analysis.
 
-    lateral_deg : 90 for no limit. limits : "curved" or "straight"
+    Raises
+    ------
+    UsageError
+        For a face without a dip direction.
     """
 
     plane: Plane
-    friction_deg: float
-    lateral_deg: float = LATERAL_DEG
-    limits: str = "curved"
+    options: SlopeOptions
 
     def __post_init__(self) -> None:
         if self.plane.undefined:
-            raise UsageError(
-                tr("The face is horizontal: nothing slides out of it. Give its dip."),
-                field="--face",
-            )
-        if not 0.0 <= self.friction_deg < 90.0:
-            raise UsageError(
-                tr("The friction angle must be at least 0 and below 90 degrees."),
-                field="--friction",
-            )
-        if not 0.0 < self.lateral_deg <= 90.0:
-            raise UsageError(
-                tr("The lateral limit must be over 0 and at most 90 degrees (90: no limit)."),
-                field="--lateral",
-            )
-        if self.limits not in LIMITS:
-            raise UsageError(
-                tr(
-                    "'{limits}' is no form of lateral limits. Use {known}.",
-                    limits=self.limits,
-                    known=", ".join(LIMITS),
-                ),
-                field="--limits",
-            )
+            raise UsageError(Finding("slope.horizontal-face"), field="--face")
 
     def axes(self) -> Array:
         """(3, 3) rows: out of the face, along its strike, up; World."""
@@ -96,7 +71,7 @@ class SlopeFace:
     @property
     def slides(self) -> bool:
         """Whether the face is steeper than the friction angle: else nothing slides or bends."""
-        return self.plane.dip_deg > self.friction_deg
+        return self.plane.dip_deg > self.options.friction_deg
 
 
 class Zones(NamedTuple):
@@ -129,7 +104,7 @@ def planar_margins(face: SlopeFace, normals: Array) -> Margins:
     """Of `planar_sliding`."""
     x, y, z = np.moveaxis(normals, -1, 0)
     flat = np.hypot(x, y)
-    sin_f, cos_f = _sin_cos(face.friction_deg)
+    sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
     level = flat <= _PARALLEL
     # The line of dip (x z, y z, -flat^2) / flat, against the normal of the face.
@@ -149,7 +124,7 @@ def flexural_margins(face: SlopeFace, normals: Array) -> Margins:
     x, y, z = np.moveaxis(normals, -1, 0)
     # Of the pole, which points down: into the face, where the plane dips away from it.
     out = np.where(z < _PARALLEL, np.abs(x), -x)
-    limit = face.plane.dip_deg - face.friction_deg
+    limit = face.plane.dip_deg - face.options.friction_deg
     if limit <= ANGLE_TOLERANCE_DEG:
         return Margins(np.full(x.shape, -1.0), _lateral(face, out, y))
     sin_l, cos_l = _sin_cos(limit)
@@ -165,7 +140,7 @@ def flexural_toppling(face: SlopeFace, normals: Array) -> Zones:
 def wedge_margins(face: SlopeFace, lines: Array) -> Margins:
     """Of `wedge_sliding`, which has no lateral limits."""
     x, _, z = np.moveaxis(lines, -1, 0)
-    sin_f, _ = _sin_cos(face.friction_deg)
+    sin_f, _ = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
     daylight = np.where(z < -_PARALLEL, sin_d * x + cos_d * z, -1.0)
     return Margins(np.minimum(daylight, -z - sin_f), np.ones(x.shape))
@@ -176,7 +151,7 @@ def wedge_sliding(face: SlopeFace, lines: Array) -> Zones:
     the face; the secondary zone is that between the great circle of the friction angle and its
     cone, in which a wedge can slide on one of its planes."""
     x, _, z = np.moveaxis(lines, -1, 0)
-    sin_f, cos_f = _sin_cos(face.friction_deg)
+    sin_f, cos_f = _sin_cos(face.options.friction_deg)
     sin_d, cos_d = _sin_cos(face.plane.dip_deg)
     daylights = (sin_d * x + cos_d * z >= -_EPS) & (z < -_PARALLEL)
     steep = -z >= sin_f - _EPS
@@ -188,7 +163,7 @@ def direct_margins(face: SlopeFace, lines: Array) -> Margins:
     """Of the critical zone of `direct_toppling`."""
     x, y, z = np.moveaxis(lines, -1, 0)
     _, cos_d = _sin_cos(face.plane.dip_deg)
-    sin_l, cos_l = _sin_cos(face.lateral_deg)
+    sin_l, cos_l = _sin_cos(face.options.lateral_deg)
     into = np.where(-z < _PARALLEL, np.abs(x), -x)
     return Margins(-z - cos_d, into * sin_l - np.abs(y) * cos_l)
 
@@ -199,7 +174,7 @@ def direct_toppling(face: SlopeFace, lines: Array) -> Zones:
     into the face, outside the lateral limits. Of downward poles the same zones tell which planes
     are bases of such blocks."""
     x, _, z = np.moveaxis(lines, -1, 0)
-    _, cos_f = _sin_cos(face.friction_deg)
+    _, cos_f = _sin_cos(face.options.friction_deg)
     margins = direct_margins(face, lines)
     into = np.where(-z < _PARALLEL, np.abs(x), -x)
     oblique = (-z >= cos_f - _EPS) & (into >= -_EPS) & (margins.lateral < -_EPS)
@@ -247,8 +222,8 @@ def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> Ints:
     `wedge_sliding` and by `direct_toppling`. The faces have the same friction and limits; all are
     looked at together, as products of matrices, for there may be thousands of them."""
     counts = np.zeros((len(faces), 2), np.int64)
-    sin_f, _ = _sin_cos(faces[0].friction_deg)
-    sin_l, cos_l = _sin_cos(faces[0].lateral_deg)
+    sin_f, _ = _sin_cos(faces[0].options.friction_deg)
+    sin_l, cos_l = _sin_cos(faces[0].options.lateral_deg)
     steepness = -lines[:, 2]
     wedges = lines[(steepness >= sin_f - _EPS) & (steepness > _PARALLEL)]
     for start in range(0, len(faces), _FACES_AT_A_TIME):
@@ -345,8 +320,8 @@ def intersections(normals: Array, sets: Ints | None = None) -> Iterator[tuple[Ar
 def _lateral(face: SlopeFace, out: Array, along: Array) -> Array:
     """Margin of the lateral limits, of a unit vector's parts out of (or into) the face and along
     it."""
-    sin_l, cos_l = _sin_cos(face.lateral_deg)
-    if face.limits == "curved":
+    sin_l, cos_l = _sin_cos(face.options.lateral_deg)
+    if face.options.limits == "curved":
         return np.asarray(sin_l - np.abs(along))
     return np.asarray(out * sin_l - np.abs(along) * cos_l)
 

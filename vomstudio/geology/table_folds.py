@@ -15,6 +15,7 @@ from vomstudio.errors import GeometryError, UsageError, VomError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, domain_axes
+from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes, verdict_in
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
@@ -62,35 +63,22 @@ class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
         return asdict(self)
 
 
-def table_fold(
-    table: OrientationRows,
-    kind: str | None = None,
-    sets: Sequence[str] | None = None,
-    domain: str | None = None,
-    waviness_deg: float | None = None,
-    min_quality: str | None = None,
-    only_set: str | None = None,
-) -> TableFold:
-    """The axis of a table's planes.
+def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> TableFold:
+    """Compute the fold axis of a table's planes.
 
-    kind : use planes of this kind only; of a table with kinds bedding is taken without it
-    sets : the axis common to these sets, by their means
-    domain : name or number of the column that names the domains, each of which gets its own axis
-    waviness_deg : how far a pole strays by nature and by error; None for the usual limits
-    min_quality : "good" or "doubtful": planes with a worse verdict are left out
-    only_set : use planes of this set only
-    Raises GeometryError where the planes have no axis, UsageError for a kind, set or column that is
-    not there.
+    Raises
+    ------
+    GeometryError
+        If the planes have no axis.
+    UsageError
+        For a kind, set or column that is missing.
     """
-    if sets is not None and domain is not None:
-        raise UsageError(
-            tr("Sets share an axis, domains have one each: name --sets or --by, not both."),
-            field="--by",
-        )
-    if waviness_deg is not None and not 0.0 < waviness_deg < 45.0:
-        raise UsageError(tr("The waviness lies between 0 and 45 degrees."), field="--waviness")
+    options = FoldOptions() if options is None else options
+    sets = None if options.sets is None else set_names(options.sets)
+    domain, waviness_deg = options.by, options.waviness_deg
+    which = FoldFilter(options.quality, options.only_set)
     choice = _Choice(table)
-    axis = choice.find_axis(kind, sets, waviness_deg, FoldFilter(min_quality, only_set))
+    axis = choice.find_axis(options.kind, sets, waviness_deg, which)
     figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
     rows = np.flatnonzero(choice.use)
     worst = axis.leave_one_out
@@ -147,15 +135,10 @@ def _domains(
 
 
 def set_names(text: str) -> list[str]:
-    """Names of sets in one word, such as A,B. Raises UsageError."""
-    return checked_names(text.split(","))
-
-
-def checked_names(given: Sequence[str]) -> list[str]:
-    """Names of two or more different sets. Raises UsageError."""
-    names = [name.strip() for name in given]
+    """Return the names of two or more different sets, such as A,B. Raises UsageError."""
+    names = [name.strip() for name in text.split(",")]
     if len(names) < 2 or not all(names) or len({n.casefold() for n in names}) < len(names):
-        raise UsageError(tr("Name two or three different sets, as in --sets A,B."), field="--sets")
+        raise UsageError(Finding("fold.too-few-sets"), field="--sets")
     return names
 
 
@@ -211,11 +194,7 @@ class _Choice:
             self.one_kind(kind)
         self.filtered(which)
         try:
-            axis = (
-                self.axis(waviness_deg, turn)
-                if sets is None
-                else self.common_axis(checked_names(sets))
-            )
+            axis = self.axis(waviness_deg, turn) if sets is None else self.common_axis(sets)
         except GeometryError as error:
             raise GeometryError(error.message, file=self.table.path, field=error.field) from error
         self.not_good = choose_planes(*self._judged(self.use), FoldFilter()).not_good

@@ -13,8 +13,8 @@ from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import (
-    LATERAL_DEG,
     SlopeFace,
     Zones,
     count_pairs,
@@ -116,20 +116,13 @@ class TableSlope(Shown):
         return asdict(self)
 
 
-def slope_face(
-    face: str | Plane,
-    friction_deg: float,
-    lateral_deg: float | None = None,
-    limits: str = "curved",
-) -> SlopeFace:
-    """face : a plane, or its text as in "135/70" (dip direction/dip). Raises UsageError."""
+def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
+    """Return the face of a plane, or of its text as in "135/70". Raises UsageError."""
     try:
         plane = parse_plane(face, "dipdir/dip") if isinstance(face, str) else face
     except (InputError, GeometryError) as error:
         raise UsageError(error.message, field="--face") from error
-    return SlopeFace(
-        plane, friction_deg, LATERAL_DEG if lateral_deg is None else lateral_deg, limits
-    )
+    return SlopeFace(plane, options)
 
 
 def table_slope(
@@ -172,9 +165,9 @@ def table_slope(
         face=Face(
             face.plane.dip_direction_deg, face.plane.dip_deg, face.plane.strike_rhr_deg
         ),
-        friction_deg=float(face.friction_deg),
-        lateral_deg=float(face.lateral_deg),
-        limits=face.limits,
+        friction_deg=float(face.options.friction_deg),
+        lateral_deg=float(face.options.lateral_deg),
+        limits=face.options.limits,
         planar=planar,
         wedge=PairsMode(
             wedge, of, _share(wedge, of), expected.pairs[0], int(pairs.wedge_secondary[0]),
@@ -322,7 +315,7 @@ def _noticed(
                 "The face dips by {dip:g} degrees, no steeper than the friction angle of "
                 "{friction:g} degrees: nothing slides, and no layers topple.",
                 dip=face.plane.dip_deg,
-                friction=face.friction_deg,
+                friction=face.options.friction_deg,
             )
         )
     if parallel:

@@ -8,13 +8,13 @@ space are neighbours in the order (G. M. Morton's Z-shaped curve, 1966), which i
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+
+from vomstudio.core.threads import PROCESSORS, thread_pool
 
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.uint64]
@@ -24,7 +24,7 @@ DEEPEST = 13
 _PIECE = 1 << 15
 _UNSHUFFLED = 5
 """So many of the largest cubes hold points of every level."""
-_MOST_THREADS = 4
+_MAX_THREADS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ def arrange(points: Array, check: Callable[[], None] = lambda: None) -> Arrangem
         )
     # A mapped file is an array of a kind of its own, which makes every piece of it slower.
     points = np.asarray(points)
-    with ThreadPoolExecutor(min(_MOST_THREADS, os.cpu_count() or 1)) as pool:
+    with thread_pool(min(_MAX_THREADS, PROCESSORS)) as pool:
 
         def each(work: Callable[[slice], None], count: int) -> None:
             def checked(start: int) -> None:

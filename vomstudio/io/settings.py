@@ -11,6 +11,7 @@ from dataclasses import Field, asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.threads import start_thread
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.regular import read_small_text
@@ -201,11 +202,14 @@ class SettingsFile:
         """As they are now, unless others come first."""
         self._last += 1
         # Not a daemon: the process ends only when they are kept.
-        threading.Thread(
-            target=self._write,
-            args=(self._last, deepcopy(settings), settings_path()),
+        start_thread(
+            self._write,
+            self._last,
+            deepcopy(settings),
+            settings_path(),
             name="settings",
-        ).start()
+            daemon=False,
+        )
 
     def _write(self, number: int, settings: Settings, path: Path) -> None:
         with self._turn:

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.extraction.proposals.edge_pictures import ONNX, Find
 from vomstudio.jobs.proposal_tasks import FIND_EDGES, EdgesOrder
 from vomstudio.jobs.run_job import run_job
 from vomstudio.progress import CancelToken, Progress
-from vomstudio.words import tr
 
 
 @contextmanager
@@ -40,10 +40,10 @@ def asked_of(
     """As `edges_by`, and None where no network is asked for. Raises UsageError for a cost that
     needs one, and for one with another cost."""
     if network is not None and cost != ONNX:
-        raise UsageError(tr('A network is for the cost "onnx".'), field="onnx_model")
+        raise UsageError(Finding("edges.network-unused"), field="onnx_model")
     if network is None:
         if cost == ONNX:
-            raise UsageError(tr("Name the file of the network, onnx_model."), field="onnx_model")
+            raise UsageError(Finding("edges.no-network"), field="onnx_model")
         yield None
         return
     with edges_by(network, progress, cancel) as edges:

@@ -10,10 +10,11 @@ from __future__ import annotations
 import collections
 import os
 import sys
-import threading
 from pathlib import Path
 from typing import IO, Any
 
+from vomstudio.core.findings import Finding
+from vomstudio.core.threads import start_thread
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.files.disk_troubles import not_taken, tells_of_disk
 from vomstudio.files.memory_limit import is_shortage
@@ -36,8 +37,7 @@ class LastWords:
     def __init__(self, stream: IO[str]) -> None:
         self._lines: collections.deque[str] = collections.deque(maxlen=_LAST_LINES)
         self._stream = stream
-        self._thread = threading.Thread(target=self._read, name="worker errors", daemon=True)
-        self._thread.start()
+        self._thread = start_thread(self._read, name="worker errors")
 
     def _read(self) -> None:
         shown = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0") and sys.stderr is not None
@@ -67,13 +67,7 @@ def failure_of(code: int, said: str, job: Job[Any, Any], request: Any) -> VomErr
         remedy = job.if_memory_is_short()
     elif code in _CRASHED and job.smaller:
         remedy = tr("This can be a lack of memory. {remedy}", remedy=job.if_memory_is_short())
-    return WorkerError(
-        tr(
-            "The worker process ended unexpectedly ({ending}). Finished results are kept. {remedy}",
-            ending=ending(code),
-            remedy=remedy,
-        )
-    )
+    return WorkerError(Finding("job.worker-died", ending=ending(code), remedy=remedy))
 
 
 def _last_word(said: str) -> str:
@@ -84,9 +78,7 @@ def _last_word(said: str) -> str:
 
 def short_of_memory(job: Job[Any, Any]) -> WorkerError:
     """The sentence on a job for which there is not enough memory."""
-    return WorkerError(
-        tr("There is not enough memory for this. {remedy}", remedy=job.if_memory_is_short())
-    )
+    return WorkerError(Finding("job.out-of-memory", remedy=job.if_memory_is_short()))
 
 
 def ending(code: int) -> str:

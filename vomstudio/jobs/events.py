@@ -6,6 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from vomstudio.errors import VomError, from_dict
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -45,6 +47,10 @@ class Failed:
         """The message with its file before it, as the window shows it."""
         place = self.error.get("file")
         return f"{place}: {self.error['message']}" if place else str(self.error["message"])
+
+    def to_error(self) -> VomError:
+        """Return the error that the job ended with."""
+        return from_dict(self.error, self.exit_code)
 
     @property
     def cancelled(self) -> bool:

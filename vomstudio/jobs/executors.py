@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import itertools
 import logging
-import os
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import Any, TypeVar
 
+from vomstudio.core.findings import Finding
+from vomstudio.core.threads import CHECK_PERIOD_S, PROCESSORS, map_unordered
 from vomstudio.errors import UsageError, WorkerError
 from vomstudio.photogrammetry.base.memory import workers_at_once
 from vomstudio.progress import Executor, Inline, Progress
-from vomstudio.words import tr
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-# How long a wish to stop may go unheard.
-_PATIENCE_S = 0.25
 # How often a part of the work may take a worker of a cluster down with it.
 _TRIES = 3
 # How long a cluster may be without any worker.
@@ -44,28 +41,15 @@ class Threads:
         """See `Executor`."""
         done = 0
         progress.step(0)
-        count = workers_at_once(needed, self._count)
-        pool = ThreadPoolExecutor(count)
-        try:
-            numbered = enumerate(items)
-            running = {
-                pool.submit(work, item): number
-                for number, item in itertools.islice(numbered, count)
-            }
-            while running:
-                finished, _ = wait(running, _PATIENCE_S, FIRST_COMPLETED)
-                progress.step(done)
-                for future in finished:
-                    number = running.pop(future)
-                    result = future.result()
-                    for next_number, item in itertools.islice(numbered, 1):
-                        running[pool.submit(work, item)] = next_number
-                    done += 1
-                    yield number, result
-                    progress.step(done)
-        finally:
-            # Nobody waits for what is not wanted any more.
-            pool.shutdown(wait=False, cancel_futures=True)
+        threads = workers_at_once(needed, self._count)
+
+        def check() -> None:
+            progress.step(done)
+
+        results = map_unordered(work, items, threads, check=check, wait=False)
+        for done, result in enumerate(results, 1):  # noqa: B007 - read by `check`
+            yield result
+            check()
 
     def close(self) -> None:
         """Nothing is held."""
@@ -80,7 +64,7 @@ class Cluster:
             import distributed
         except ImportError as error:
             raise UsageError(
-                tr("A cluster needs Dask. Install it with: pip install 'vomstudio[cluster]'."),
+                Finding("cluster.no-dask"),
                 field="--scheduler",
             ) from error
         for name in ("distributed", "distributed.client", "distributed.core", "tornado"):
@@ -91,20 +75,13 @@ class Cluster:
             self._client: Any = connect(address, timeout=10, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise UsageError(
-                tr(
-                    "No Dask scheduler answers at {address}. Start one, or leave this option out.",
-                    address=address,
-                ),
+                Finding("cluster.no-scheduler", address=address),
                 field="--scheduler",
             ) from error
         if not self._wait_for_workers():
             self.close()
             raise UsageError(
-                tr(
-                    "The scheduler at {address} has no workers. Start some with: dask worker "
-                    "{address}.",
-                    address=address,
-                ),
+                Finding("cluster.no-workers", address=address),
                 field="--scheduler",
             )
 
@@ -143,7 +120,7 @@ class Cluster:
                 submit(number, item)
             while running:
                 # Not distributed.wait: it raises for all where one was lost with its worker.
-                heard.wait(_PATIENCE_S)
+                heard.wait(CHECK_PERIOD_S)
                 heard.clear()
                 progress.step(done)
                 finished = [future for future in running if future.done()]
@@ -158,12 +135,8 @@ class Cluster:
                         self._require_workers()
                         if tries == _TRIES:
                             raise WorkerError(
-                                tr(
-                                    "The cluster lost the same part of the work {tries} times "
-                                    "({error}), probably out of memory. Finished results are "
-                                    "kept. Try again.",
-                                    tries=tries,
-                                    error=type(error).__name__,
+                                Finding(
+                                    "cluster.part-lost", tries=tries, error=type(error).__name__
                                 )
                             ) from error
                         submit(number, item, tries + 1)
@@ -178,12 +151,7 @@ class Cluster:
 
     def _require_workers(self) -> None:
         if not self._wait_for_workers():
-            raise WorkerError(
-                tr(
-                    "The cluster has lost all its workers. Finished results are kept. Start "
-                    "workers and try again."
-                )
-            )
+            raise WorkerError(Finding("cluster.workers-lost"))
 
     def _wait_for_workers(self) -> bool:
         """A worker may just be starting, or starting again in place of one that died."""
@@ -191,7 +159,7 @@ class Cluster:
         while not self._threads():
             if self._client.status != "running" or time.monotonic() > end:
                 return False
-            time.sleep(_PATIENCE_S)
+            time.sleep(CHECK_PERIOD_S)
         return True
 
     def _threads(self) -> int:
@@ -210,5 +178,5 @@ def make_executor(threads: int | None = None, scheduler: str | None = None) -> E
     """threads: None for as many as there are processors. Raises UsageError."""
     if scheduler is not None:
         return Cluster(scheduler)
-    count = threads or os.cpu_count() or 1
+    count = threads or PROCESSORS
     return Inline() if count == 1 else Threads(count)

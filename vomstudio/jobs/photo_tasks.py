@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
 from vomstudio.files.inside import make_folder
 from vomstudio.files.regular import open_regular
@@ -95,8 +95,7 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
             )
         )
     left_out = [
-        tr("{photo} was left out: {reason}", photo=name, reason=reason)
-        for name, reason in found.skipped
+        Finding("photo.left-out", photo=name, reason=reason) for name, reason in found.skipped
     ]
     return PhotoList(tuple(rows), (*left_out, *found.warnings))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.inside import check_in_project
 from vomstudio.io.control.control_files import find_control, marks_beside
@@ -12,7 +13,6 @@ from vomstudio.io.control.points import MARKS
 from vomstudio.io.gis.crs import typed_crs
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
-from vomstudio.words import tr
 
 QUALITIES = ("preview", "low", "medium", "high")
 DEVICES = ("auto", "cpu", "cuda")
@@ -34,8 +34,8 @@ def order_reconstruction(
     seed: int = 0,
     device: str = "auto",
     region: Sequence[float] | None = None,
-) -> tuple[ReconstructionOrder, list[str]]:
-    """The order, and sentences on what was found beside the photos and is not used.
+) -> tuple[ReconstructionOrder, list[Finding]]:
+    """Return the order, and findings about tables beside the photos that are not used.
 
     control : table of control points, "none" to do without; None for `control.csv` in or beside the
     folder of the photos, where enough of its points are marked. marks : None for those beside it.
@@ -46,29 +46,30 @@ def order_reconstruction(
 
     folder, out = Path(photos), Path(output)
     if not folder.is_dir():
-        raise InputError(tr("This is not a folder of photos. Choose another."), file=folder)
+        raise InputError(Finding("folder.not-of-photos"), file=folder)
     if quality not in QUALITIES:
         raise UsageError(
-            tr("The quality is one of {qualities}.", qualities=", ".join(QUALITIES)),
+            Finding("option.not-a-choice", value=quality, choices=list(QUALITIES)),
             field="--quality",
         )
     if device not in DEVICES:
         raise UsageError(
-            tr("The device is one of {devices}.", devices=", ".join(DEVICES)), field="--device"
+            Finding("option.not-a-choice", value=device, choices=list(DEVICES)), field="--device"
         )
     if threads is not None and not 1 <= threads <= _MOST_THREADS:
         raise UsageError(
-            tr("The number of threads must be 1 or more, {most} at most.", most=_MOST_THREADS),
+            Finding("option.out-of-range", value=threads, minimum=1, maximum=_MOST_THREADS),
             field="--threads",
         )
     if not 0 <= seed <= _MOST_SEED:
         raise UsageError(
-            tr("A seed is a whole number from 0 to {most}.", most=_MOST_SEED), field="--seed"
+            Finding("option.out-of-range", value=seed, minimum=0, maximum=_MOST_SEED),
+            field="--seed",
         )
     check_in_project(out)
     if out.resolve() == folder.resolve():
         raise UsageError(
-            tr("This is the folder of the photos themselves. Choose another folder."),
+            Finding("folder.of-photos"),
             field="--output",
         )
     box = None if region is None else tuple(float(v) for v in region)
@@ -86,10 +87,7 @@ def _crs(text: str) -> str:
     crs, metres = typed_crs(text)
     if metres != 1.0:
         raise UsageError(
-            tr(
-                "The coordinate reference system is not in metres. Choose one that is, such "
-                "as a UTM zone."
-            ),
+            Finding("frame.not-in-metres", crs=crs),
             field="--crs",
         )
     return crs
@@ -97,7 +95,7 @@ def _crs(text: str) -> str:
 
 def _tables(
     photos: Path, gcp: str | Path | None, given_marks: str | Path | None
-) -> tuple[Path | None, Path | None, list[str]]:
+) -> tuple[Path | None, Path | None, list[Finding]]:
     """Tables of control points and of marks, and what there is to say about them."""
     from vomstudio.photogrammetry.place.mark_prediction import usable_tables
 
@@ -115,8 +113,13 @@ def _tables(
             return None, marks, []
         names = [] if found is None else photo_names(photos)
         control, marks, why_not = usable_tables(found, marks, names)
-        said = [tr("{file}: Not used. {reason}", file=found, reason=why_not)] if why_not else []
-        return control, marks, said
+        reasons = [
+            Finding(
+                "reconstruct.tables-unused", file=found, reason=each.message, reason_code=each.code
+            )
+            for each in why_not
+        ]
+        return control, marks, reasons
     control = Path(gcp).resolve()
     marks = named
     _require_file(control, "--gcp")
@@ -124,7 +127,7 @@ def _tables(
         marks = with_photos
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
-            tr("There is no such file. Name the file of the marks with --marks."),
+            Finding("file.missing"),
             file=marks,
             field="--marks",
         )
@@ -134,4 +137,4 @@ def _tables(
 
 def _require_file(path: Path | None, field: str) -> None:
     if path is not None and not path.is_file():
-        raise InputError(tr("There is no such file. Check its name."), file=path, field=field)
+        raise InputError(Finding("file.missing"), file=path, field=field)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
@@ -56,7 +56,7 @@ class Reconstruction(Shown):
     registered: int
     unregistered: tuple[str, ...]
     survey: SurveyReport
-    alignment_notes: tuple[str, ...]
+    alignment_notes: tuple[Finding, ...]
     reprojection_error_px: float
     cameras: str
     sparse: str

@@ -75,6 +75,7 @@ class FittedModel:
 
 
 def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
+    from vomstudio.core.findings import Finding
     from vomstudio.errors import GeometryError
     from vomstudio.registration.by_model.reference import fit_to_reference
     from vomstudio.registration.by_model.starting import (
@@ -86,7 +87,6 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     from vomstudio.registration.evidence import Evidence, register
     from vomstudio.registration.overlap import refuse_apart
     from vomstudio.registration.placing import with_warnings
-    from vomstudio.words import tr
 
     registration = asked.model.registration
     points, spacing = points_and_spacing(
@@ -116,12 +116,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     evidence.reference = fitted.observation
     placed = with_warnings(register(evidence), (*about_stable, *fitted.warnings))
     if not placed.known.all:
-        raise GeometryError(
-            tr(
-                "The reference leaves free: {what}. Click more points that hold it.",
-                what=", ".join(fitted.free),
-            )
-        )
+        raise GeometryError(Finding("registration.undetermined", parameters=fitted.free))
     return FittedModel(
         placed, fitted.places, fitted.overlap, fitted.rms_m, fitted.blocks, fitted.block_m
     )
@@ -199,10 +194,10 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
 
     from vomstudio.files.atomic import atomic_write
     from vomstudio.registration.distances.comparison import compare
-    from vomstudio.registration.overlap import crs_doubts
+    from vomstudio.registration.overlap import crs_findings
 
     names = (asked.model.name, asked.benchmark.name)
-    said = crs_doubts(asked.model.crs, asked.benchmark.crs, names)
+    said = crs_findings(asked.model.crs, asked.benchmark.crs, names)
     found = compare(
         in_world(asked.model, progress), in_world(asked.benchmark, progress),
         radius_m=asked.options.m3c2_m, registration_error_m=asked.options.registration_error_m,

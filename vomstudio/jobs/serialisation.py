@@ -18,7 +18,6 @@ from typing import Any, TypeVar
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import WorkerError
-from vomstudio.words import tr
 
 T = TypeVar("T")
 
@@ -38,13 +37,7 @@ def encode(value: Any, place: str = "") -> Any:
             for each in [getattr(value, field.name)]
         }
     if isinstance(value, float) and not math.isfinite(value):
-        raise WorkerError(
-            tr(
-                "The field '{field}' is {value}, which cannot be sent to another process.",
-                field=place,
-                value=value,
-            )
-        )
+        raise WorkerError(Finding("job.unsendable", name=place, type=str(value)))
     if value is None or isinstance(value, str | int | float):
         return value
     if isinstance(value, Path):
@@ -53,13 +46,7 @@ def encode(value: Any, place: str = "") -> Any:
         return {key: encode(each, f"{place}[{key!r}]") for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [encode(each, f"{place}[{number}]") for number, each in enumerate(value)]
-    raise WorkerError(
-        tr(
-            "The field '{field}' has the type {type}, which cannot be sent to another process.",
-            field=place,
-            type=type(value).__name__,
-        )
-    )
+    raise WorkerError(Finding("job.unsendable", name=place, type=type(value).__name__))
 
 
 def decode(cls: type[T], plain: Any) -> T:
@@ -114,7 +101,9 @@ def _finding(plain: Any, place: str) -> Finding:
     try:
         return Finding.from_dict(plain)
     except (KeyError, TypeError, IndexError):
-        raise WorkerError(tr("The field '{field}' is not a valid finding.", field=place)) from None
+        raise WorkerError(
+            Finding("job.wrong-value", name=place, type="Finding", value=plain.get("code"))
+        ) from None
 
 
 def _dataclass(cls: Any, plain: Any, place: str) -> Any:
@@ -123,19 +112,11 @@ def _dataclass(cls: Any, plain: Any, place: str) -> Any:
     hints, inside = _hints(cls), f"{place}." if place else ""
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
     if unknown := sorted(set(plain) - set(fields)):
-        raise WorkerError(
-            tr("{type} has no field '{field}'.", type=cls.__name__, field=inside + unknown[0])
-        )
+        raise WorkerError(Finding("job.unknown-field", type=cls.__name__, name=inside + unknown[0]))
     for name, field in fields.items():
         needed = field.default is dataclasses.MISSING
         if name not in plain and needed and field.default_factory is dataclasses.MISSING:
-            raise WorkerError(
-                tr(
-                    "The field '{field}' of {type} is missing.",
-                    field=inside + name,
-                    type=cls.__name__,
-                )
-            )
+            raise WorkerError(Finding("job.missing-field", name=inside + name, type=cls.__name__))
     return cls(**{name: _decode(hints[name], plain[name], inside + name) for name in plain})
 
 
@@ -180,11 +161,4 @@ def _misfit(wanted: Any, plain: Any, place: str) -> Any:
     shown = repr(plain)
     shown = shown if len(shown) <= 40 else f"{shown[:39]}…"
     name = getattr(wanted, "__name__", str(wanted))
-    raise WorkerError(
-        tr(
-            "The field '{field}' should be {type}, but is {value}.",
-            field=place,
-            type=name,
-            value=shown,
-        )
-    )
+    raise WorkerError(Finding("job.wrong-value", name=place, type=name, value=shown))

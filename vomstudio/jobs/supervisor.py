@@ -14,6 +14,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from vomstudio.core.findings import Finding
+from vomstudio.core.threads import start_thread, start_timer
 from vomstudio.errors import Cancelled, VomError, WorkerError
 from vomstudio.failures.lifeline import Lifeline
 from vomstudio.jobs import serialisation
@@ -57,7 +59,7 @@ class Worker:
         args = serialisation.encode(request)
         with self._lock:
             if self._closed:
-                raise WorkerError(tr("The program is closing. No new work is started."))
+                raise WorkerError(Finding("job.closing"))
             number = next(self._numbers)
             command = {"job": number, "task": job.name, "args": args}
             try:
@@ -68,12 +70,7 @@ class Worker:
                     self._process = None
                     owner = self._write(command)
             except OSError as error:
-                raise WorkerError(
-                    tr(
-                        "The worker process cannot be started ({error}). Close other programs.",
-                        error=error,
-                    )
-                ) from error
+                raise WorkerError(Finding("job.no-worker", reason=error)) from error
             self._listeners[number], self._owners[number] = listener, owner
             self._jobs[number] = (job, request)
             return number
@@ -91,10 +88,7 @@ class Worker:
             self._end_later(job)
 
     def _end_later(self, job: int) -> None:
-        timer = threading.Timer(_GRACE_S, self._kill, args=(job,))
-        timer.daemon = True
-        self._timers[job] = timer
-        timer.start()
+        self._timers[job] = start_timer(_GRACE_S, self._kill, job)
 
     def finish(self, timeout_s: float) -> bool:
         """Wait until every job has ended; False where some have not."""
@@ -161,13 +155,7 @@ class Worker:
         lifeline.started()
         assert process.stderr is not None
         words = LastWords(process.stderr)
-        reader = threading.Thread(
-            target=self._read,
-            args=(process, lifeline, words),
-            name="worker output",
-            daemon=True,
-        )
-        reader.start()
+        start_thread(self._read, process, lifeline, words, name="worker output")
         return process
 
     def _read(self, process: subprocess.Popen[str], lifeline: Lifeline, words: LastWords) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
@@ -32,7 +32,8 @@ class TakenFrames:
     skipped: Mapping[str, int]
     good_enough: bool
     verdict: str
-    warnings: tuple[Message, ...]
+    reasons: tuple[Finding, ...]
+    warnings: tuple[Finding, ...]
     width: int
     height: int
     video_fps: float
@@ -95,8 +96,8 @@ class ControlFacts:
     crs: str | None
     crs_reason: str
     summary: str
-    problem: str | None
-    warnings: tuple[Message, ...]
+    problem: Finding | None
+    warnings: tuple[Finding, ...]
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def _foresee(asked: ForecastOrder, progress: Progress) -> Forecast:
         try:
             control = _control(asked.control, asked.marks, asked.crs, photos)
         except VomError as error:
-            control = ControlFacts((), asked.crs, "", "", str(error), ())
+            control = ControlFacts((), asked.crs, "", "", finding_of(error), ())
     return Forecast(memory, control)
 
 

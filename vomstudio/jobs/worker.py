@@ -17,6 +17,8 @@ import threading
 import traceback
 from typing import Any, TextIO
 
+from vomstudio.core.findings import Finding
+from vomstudio.core.threads import start_thread
 from vomstudio.errors import VomError, WorkerError
 from vomstudio.failures import crashes, exception_hooks
 from vomstudio.failures.error_collector import ERRORS
@@ -68,7 +70,7 @@ def main() -> int:
     exception_hooks.install(crashes.WORKER)
     ERRORS.listen(lambda failure: send(Fault(job, failure.what)))
     jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(sys.stdin, jobs), daemon=True).start()
+    start_thread(_listen, sys.stdin, jobs, name="commands")
     while True:
         job = 0
         task: Job[Any, Any] | None = None
@@ -77,9 +79,7 @@ def main() -> int:
             token.check()
             task = task_of(name)
             if task is None:
-                raise WorkerError(
-                    tr("This version has no task “{task}”. Restart the program.", task=name)
-                )
+                raise WorkerError(Finding("job.unknown-task", task=name))
             with memory_limit.limited_to_what_is_free():
                 done = task.carry_out(args, _Reporter(job, token, send))
             send(Done(job, done))
@@ -96,12 +96,7 @@ def main() -> int:
             traceback.print_exc(file=sys.stderr)
             ERRORS.report(error, tr("in the task {task}", task=name))
             fault = WorkerError(
-                tr(
-                    "The task “{task}” failed: {type}: {error}.",
-                    task=name,
-                    type=type(error).__name__,
-                    error=error,
-                )
+                Finding("job.failed", task=name, type=type(error).__name__, error=error)
             )
             send(Failed(job, fault.as_dict(), fault.exit_code))
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import rotations_by_pairs
@@ -42,7 +43,6 @@ from vomstudio.registration.row_errors import (
     system_of,
 )
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -139,9 +139,7 @@ def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
     Raises GeometryError where nothing at all is given.
     """
     if not any(len(kind.labels) for kind in kinds):
-        raise GeometryError(
-            tr("There is nothing to register the model by. Give points or directions.")
-        )
+        raise GeometryError(Finding("registration.no-observations"))
     offset = _offset(kinds)
     kinds = [_shifted(kind, offset) for kind in kinds]
     alone = _alone(kinds, centre, size)

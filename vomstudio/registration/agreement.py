@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.combined import Combined
@@ -59,13 +60,11 @@ class ScaleContradiction:
     times: float
     error: float
 
-    def in_words(self) -> str:
-        return tr(
-            "The scale that is kept is contradicted: what else is known makes the model "
-            "{times:.4g} times as large (± {error:.2g} %, 95 %). One of them is wrong, or in "
-            "another unit.",
-            times=self.times,
-            error=196.0 * self.error,
+    @property
+    def finding(self) -> Finding:
+        """The contradiction as a finding."""
+        return Finding(
+            "registration.scale-contradicted", times=self.times, error95_percent=196.0 * self.error
         )
 
 
@@ -113,7 +112,7 @@ def contradicted_scale(
     ]
 
 
-def said_of_disagreement(kinds: Sequence[Observed], centre: Array, size: float) -> list[str]:
+def disagreement_findings(kinds: Sequence[Observed], centre: Array, size: float) -> list[Finding]:
     """Where points and cameras contradict each other.
 
     centre : (1, 3) model, size : of it, as for `adjust`
@@ -139,14 +138,10 @@ def said_of_disagreement(kinds: Sequence[Observed], centre: Array, size: float) 
     if float(chi2.sf(off @ np.linalg.solve(errors, off), 4)) > _BY_CHANCE:
         return []
     return [
-        tr(
-            "Control points and cameras contradict each other: by the points alone the model is "
-            "turned by {turn:.2g}° and its scale {share:+.2g} % against that by the cameras alone, "
-            "more than their errors explain. The lens may be wrong, or one of them is in another "
-            "system; the stated errors do not hold that. Place it by the better one, and take the "
-            "other one as a check.",
-            turn=float(np.degrees(np.linalg.norm(turn))),
-            share=100.0 * float(np.expm1(grow)),
+        Finding(
+            "registration.points-and-cameras",
+            turn_deg=float(np.degrees(np.linalg.norm(turn))),
+            scale_percent=100.0 * float(np.expm1(grow)),
         )
     ]
 
@@ -165,52 +160,19 @@ class NorthTurn:
     error95_deg: float
     planes: bool
 
-    def in_words(self) -> str:
+    @property
+    def finding(self) -> Finding:
+        """The turn as a finding."""
         near = min((90.0, 180.0, -90.0, -180.0), key=lambda quarter: abs(self.turn_deg - quarter))
-        quarter = abs(self.turn_deg - near) < _NEAR_QUARTER_DEG
-        if self.name == COMPASS and quarter and not self.planes:
-            return tr(
-                "All compass readings are turned by {turn:+.0f}° ± {error:.0f}° (95 %) against "
-                "what else places the model, nearly a quarter or half turn: they may be of another "
-                "side of the camera, or of the other end of a line. Add {back:+.0f}° to them. The "
-                "model was placed without their north.",
-                turn=self.turn_deg,
-                error=self.error95_deg,
-                back=-near,
-            )
-        if self.name == COMPASS and quarter:
-            return tr(
-                "All compass readings are turned by {turn:+.0f}° ± {error:.0f}° (95 %) against "
-                "what else places the model, nearly a quarter or half turn: strikes may have been "
-                "read as dip directions, or directions to the opposite side. Look the columns up. "
-                "The model was placed without their north.",
-                turn=self.turn_deg,
-                error=self.error95_deg,
-            )
-        if self.name == COMPASS:
-            return tr(
-                "All compass readings are turned by {turn:+.1f}° ± {error:.1f}° (95 %) against "
-                "what else places the model: the declination may have been applied twice or not at "
-                "all, or iron is near. Correct it (--declination), or state how far north may be "
-                "off (--north-sigma). The model was placed without their north.",
-                turn=self.turn_deg,
-                error=self.error95_deg,
-            )
-        if quarter:
-            return tr(
-                "The yaws are off by {off:+.0f}° for all photos alike, nearly a quarter or half "
-                "turn: they may be of another side of the camera. Add {back:+.0f}° to them. The "
-                "model was placed without their north.",
-                off=self.turn_deg,
-                back=-near,
-            )
-        return tr(
-            "The yaws are off by {off:+.1f}° ± {error:.1f}° (95 %) for all photos alike, by what "
-            "else places the model: a compass may be wrong so, or declination was not taken into "
-            "account. The model was placed without their north.",
-            off=self.turn_deg,
-            error=self.error95_deg,
-        )
+        values: dict[str, object] = {
+            "kind": self.name,
+            "readings": tr("compass readings") if self.name == COMPASS else tr("yaws"),
+            "turn_deg": self.turn_deg,
+            "error95_deg": self.error95_deg,
+        }
+        if abs(self.turn_deg - near) < _NEAR_QUARTER_DEG:
+            return Finding("registration.north-quarter-turn", correction_deg=-near, **values)
+        return Finding("registration.north-turned", **values)
 
 
 def turned_norths(

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.geology.view_attitudes import camera_rotations
-from vomstudio.registration.listed_names import listed, listed_of
+from vomstudio.registration.selection import selected
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -56,12 +56,11 @@ def left_out(
         least, sentence = min(better)
         if least < min(_BETTER * scatter, _CLOSE_DEG):
             messages.append(
-                tr(
-                    "The attitudes of the photos disagree by {scatter:.0f}° and would agree within "
-                    "{least:.1f}° if {what}. Check the convention of the table.",
-                    scatter=scatter,
-                    least=least,
-                    what=sentence,
+                Finding(
+                    "attitude.other-convention",
+                    scatter_deg=scatter,
+                    least_deg=least,
+                    change=sentence,
                 )
             )
             return none, none
@@ -75,14 +74,14 @@ def left_out(
 
 
 def verticals_left_out(
-    labels: Sequence[str], down: Array, model: Array, selected: Flags, messages: list[Message]
+    labels: Sequence[str], down: Array, model: Array, considered: Flags, messages: list[Message]
 ) -> Flags:
     """(n,) which photos' verticals do not agree with most others.
 
     down : (n, 3) the direction in which things fall, in the frame of each camera; model : as above
-    selected : (n,) which photos to check
+    considered : (n,) which photos to check
     """
-    if len(labels) < _FEWEST or not selected.any():
+    if len(labels) < _FEWEST or not considered.any():
         return np.zeros(len(labels), bool)
     turned = [down]
     for _ in range(3):
@@ -95,37 +94,23 @@ def verticals_left_out(
         least, quarter = min((_agreed_down(one)[1], k) for k, one in enumerate(each))
         if quarter and least < min(_BETTER * scatter, _CLOSE_DEG):
             messages.append(
-                tr(
-                    "The verticals of the photos disagree by {scatter:.0f}° and would agree within "
-                    "{least:.1f}° if the photos were turned by {turn}°. Check whether a program "
-                    "turned them upright.",
-                    scatter=scatter,
-                    least=least,
-                    turn=90 * quarter,
+                Finding(
+                    "attitude.turned-photos",
+                    scatter_deg=scatter,
+                    least_deg=least,
+                    turn_deg=90 * quarter,
                 )
             )
             return np.zeros(len(labels), bool)
     off = _from(each[0], usual)
-    out = np.asarray(selected & (off > _limit(off)))
+    out = np.asarray(considered & (off > _limit(off)))
     if out.any():
         away = np.array([_from(one, usual) for one in each])[:, out]
         close = away.min(axis=0) < _CLOSE_DEG
         quarters = np.unique(90 * away.argmin(axis=0)[close]).tolist()
-        messages.append(
-            tr(
-                "The verticals of {count} photos do not agree with the others and were left out: "
-                "{names}.",
-                count=int(out.sum()),
-                names=listed_of(labels, out),
-            )
-        )
+        messages.append(Finding("attitude.verticals-left-out", photos=selected(labels, out)))
         if quarters:
-            messages.append(
-                tr(
-                    "These verticals would agree if the photos were turned by {turns}°.",
-                    turns=", ".join(map(str, quarters)),
-                )
-            )
+            messages.append(Finding("attitude.verticals-turned", turns_deg=quarters))
     return out
 
 
@@ -201,31 +186,16 @@ def _described(
             named.setdefault(("yaw", round(-float(turn[2]) / 5) * 5), []).append(labels[row])
         else:
             named.setdefault(("far", limit), []).append(labels[row])
-    messages += [_said_of(why, what, listed(names)) for (why, what), names in named.items()]
+    messages += [_exclusion_finding(why, what, names) for (why, what), names in named.items()]
     return tilted
 
 
-def _said_of(why: str, what: Any, names: str) -> str:
+def _exclusion_finding(why: str, what: Any, photos: list[str]) -> Finding:
     if why == "yaw":
-        return tr(
-            "The yaws of these photos are off by about {off:+d}° against the others and were left "
-            "out: {names}.",
-            off=what,
-            names=names,
-        )
+        return Finding("attitude.yaw-left-out", off_deg=what, photos=photos)
     if why == "quarter":
-        return tr(
-            "The attitudes of these photos would agree with the others if {what}, and were left "
-            "out: {names}.",
-            what=what,
-            names=names,
-        )
-    return tr(
-        "The attitudes of these photos are turned by more than {limit:.0f}° against the others and "
-        "were left out: {names}.",
-        limit=what,
-        names=names,
-    )
+        return Finding("attitude.convention-left-out", change=what, photos=photos)
+    return Finding("attitude.left-out", limit_deg=what, photos=photos)
 
 
 def _limit(off: Array) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.geology.bowing import Bowing, bowing_of_turns
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
@@ -21,7 +21,6 @@ from vomstudio.io.control.attitude_tables import AttitudeTable, down_of
 from vomstudio.registration.attitude_checks import left_out, verticals_left_out
 from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
 from vomstudio.registration.similarity import Similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -207,14 +206,7 @@ def _not_steep(
 ) -> npt.NDArray[np.bool_]:
     steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_STEEPEST_DEG)))
     if steep.any():
-        messages.append(
-            tr(
-                "{count} photos look up or down too steeply for their compass to say where, and "
-                "tell the vertical alone: {names}.",
-                count=int(steep.sum()),
-                names=", ".join(_chosen(labels, steep)[:8]),
-            )
-        )
+        messages.append(Finding("attitude.too-steep", photos=_chosen(labels, steep)))
     return np.asarray(~steep)
 
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.registration.adjustment import AS_GOOD, Adjusted, adjust, weighed_rows
 from vomstudio.registration.combined import Combined
@@ -32,7 +33,6 @@ from vomstudio.registration.observations import (
     Verticals,
 )
 from vomstudio.registration.similarity import Similarity, fit_robustly, fit_similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -342,11 +342,7 @@ def left_out(
         if label not in every:
             near = get_close_matches(label, every, 3) or every[:8]
             raise UsageError(
-                tr(
-                    "There is no {label} that could be left out. There are {known}.",
-                    label=label,
-                    known=", ".join(near),
-                ),
+                Finding("registration.unknown-label", label=label, known=", ".join(near)),
                 field="--without",
             )
 

@@ -23,10 +23,10 @@ from vomstudio.registration.doubts.heights import constant_height_findings, miss
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
 from vomstudio.registration.doubts.mixed import mixed_row_findings
 from vomstudio.registration.doubts.orders import row_order_findings
-from vomstudio.registration.listed_names import listed_of
 from vomstudio.registration.observations import Points
+from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -57,15 +57,12 @@ def in_metres(
         there = to_grid[0](longitude, latitude)
         if there is None:
             raise InputError(
-                tr(
-                    "{photo} is outside of what the coordinate reference system covers.",
-                    photo=positions.photos[row],
-                ),
+                Finding("crs.outside-area", photo=positions.photos[row], crs=crs),
                 file=positions.file,
             )
         places[row, :2] = there
     middle = np.median(degrees, axis=0)
-    messages.append(_said_of_heights(positions, float(middle[0]), float(middle[1])))
+    messages.append(_heights_finding(positions, float(middle[0]), float(middle[1])))
     moved = replace(positions, places=places, degrees=False, crs=crs)
     return moved, crs, (float(middle[0]), float(middle[1]))
 
@@ -93,11 +90,7 @@ def _source(
             code, unit = parse_crs(own.to_wkt())
             if unit != 1.0:
                 raise InputError(
-                    tr(
-                        "{crs} is not in metres. Say with --crs in which coordinate reference "
-                        "system in metres the model is placed.",
-                        crs=own.name,
-                    ),
+                    Finding("frame.not-in-metres", crs=own.name),
                     file=positions.file,
                     line=positions.line,
                 )
@@ -109,11 +102,7 @@ def _source(
             if why_not_on_earth(float(first[0]), float(first[1])) is None:
                 zone = utm_zone(float(first[0]), float(first[1]))
             raise UsageError(
-                tr(
-                    "The positions are in degrees. Say with --crs into which projected coordinate "
-                    "reference system the model is placed, such as {zone}.",
-                    zone=zone or "EPSG:32633",
-                ),
+                Finding("cameras.in-degrees", zone=zone or "EPSG:32633"),
                 field="--crs",
             )
         base = "EPSG:4326" if own is None else own.to_wkt()
@@ -132,10 +121,7 @@ def _source(
 
 def _unknown(positions: Positions) -> InputError:
     return InputError(
-        tr(
-            "The projection '{text}' is unknown. Write a code such as EPSG:32633.",
-            text=(positions.crs or "")[:60],
-        ),
+        Finding("crs.unknown", text=(positions.crs or "")[:60]),
         file=positions.file,
         line=positions.line,
     )
@@ -186,16 +172,15 @@ def _with_heights(positions: Positions, messages: list[Message]) -> Positions:
     keep = np.isfinite(positions.places[:, 2])
     if not keep.any():
         raise InputError(
-            tr("None of the camera positions has a height, without which they level nothing."),
+            Finding("cameras.no-heights"),
             file=positions.file,
         )
     if not keep.all():
         messages.append(
-            tr_n(
-                "{count} camera position without a height was left out: {names}.",
-                "{count} camera positions without a height were left out: {names}.",
-                int((~keep).sum()),
-                names=listed_of(positions.photos, ~keep),
+            Finding(
+                "cameras.without-height",
+                count=int((~keep).sum()),
+                photos=selected(positions.photos, ~keep),
             )
         )
     above = np.array([_above(word) for word in positions.heights])
@@ -204,14 +189,11 @@ def _with_heights(positions: Positions, messages: list[Message]) -> Positions:
         other = keep & (above != usual)
         if other.any():
             messages.append(
-                tr_n(
-                    "{count} photo gives its height above something else than the others "
-                    "({usual}) and was left out, since the two differ by up to 100 m: {names}.",
-                    "{count} photos give their height above something else than the others "
-                    "({usual}) and were left out, since the two differ by up to 100 m: {names}.",
-                    int(other.sum()),
+                Finding(
+                    "cameras.other-heights",
+                    count=int(other.sum()),
                     usual=_called(usual),
-                    names=listed_of(positions.photos, other),
+                    photos=selected(positions.photos, other),
                 )
             )
             keep &= ~other
@@ -238,35 +220,17 @@ def _called(word: str) -> str:
     }.get(word, tr("not stated above what"))
 
 
-def _said_of_heights(positions: Positions, longitude: float, latitude: float) -> str:
-    """What the heights are above, and what was assumed."""
+def _heights_finding(positions: Positions, longitude: float, latitude: float) -> Finding:
+    """Report what the heights are above, as far as the photos state it."""
     from vomstudio.io.gis.heights import geoid_height_m
 
-    geoid = geoid_height_m(longitude, latitude)
-    words = _above(positions.heights[0]) if positions.heights else ""
-    if geoid is None:
-        between = tr(
-            "no geoid model is installed by which the difference, up to 100 m, could be told: "
-            "check one height against a map"
-        )
-    else:
-        between = tr("the sea is {height:+.1f} m from the ellipsoid here", height=geoid)
-    if words == "ellipsoid":
-        return tr(
-            "The heights of the cameras are above the ellipsoid, as the photos say, and were taken "
-            "so, not converted to heights above the sea; {between}.",
-            between=between,
-        )
-    if words == "sea level":
-        return tr(
-            "The heights of the cameras were taken as above the sea, as the photos say; many "
-            "receivers write that of heights above the ellipsoid; {between}.",
-            between=between,
-        )
-    return tr(
-        "The heights of the cameras were taken as they are written, above the ellipsoid or the "
-        "sea; {between}.",
-        between=between,
+    geoid_m = geoid_height_m(longitude, latitude)
+    reference = _above(positions.heights[0]) if positions.heights else ""
+    return Finding(
+        "cameras.heights",
+        reference=_called(reference),
+        geoid=tr("up to 100 m") if geoid_m is None else tr("{height:+.1f} m", height=geoid_m),
+        geoid_m=geoid_m,
     )
 
 
@@ -274,19 +238,9 @@ def _said_of_heights(positions: Positions, longitude: float, latitude: float) ->
 def require_apart(world: Array) -> None:
     """Raises GeometryError for positions (n, 3) in degrees, and for those that are all one."""
     if degrees := degree_findings(world, apart_m=_SAME_PLACE_M):
-        longitudes = tr(
-            "Or name these columns longitude and latitude, and say with --crs into which system "
-            "the model is placed."
-        )
-        raise GeometryError(" ".join(map(str, [*degrees, longitudes])))
+        raise GeometryError(degrees[0])
     if len(world) > 1 and float(np.ptp(world[:, :2], axis=0).max()) < _SAME_PLACE_M:
-        raise GeometryError(
-            tr(
-                "The positions of all {count} photos are the same, so that they cannot place the "
-                "model. Add control points, or a compass reading and a length.",
-                count=len(world),
-            )
-        )
+        raise GeometryError(Finding("gps-equal", "error", value=len(world), photos=()))
 
 
 def cameras_that_fit(
@@ -297,7 +251,7 @@ def cameras_that_fit(
     *,
     alone: bool,
     crs: str | None = None,
-) -> tuple[Points, list[Message], list[Message]]:
+) -> tuple[Points, list[Finding], list[Finding]]:
     """Select the camera positions that are consistent with most others.
 
     Returns the selected positions, findings about suspicious ones and messages about excluded
@@ -313,27 +267,17 @@ def cameras_that_fit(
     near = np.flatnonzero(used)
     one_line = nearly_on_a_line(model[near]) or nearly_on_a_line(world[near])
     if alone and len(labels) >= 3 and one_line:
-        line = tr(
-            "The cameras stand on one line, about which the model could turn. Add control points, "
-            "or photos from beside the line."
-        )
-        raise GeometryError(" ".join(map(str, [*wrong, line])))
+        line = Finding("collinear", "error", photos=list(labels), value=None)
+        raise GeometryError(wrong[0] if wrong else line)
     if len(near) >= 3:
         findings, whole = _doubts([labels[int(i)] for i in near], model[near], world[near])
         wrong += findings
         if not whole:
             used[near] = _agreeing(model[near], world[near], sigma[near])
-    exclusions: list[Message] = []
+    exclusions: list[Finding] = []
     if not used.all():
         exclusions.append(
-            tr_n(
-                "The position of {count} photo misses by too much to be chance and was left out: "
-                "{names}.",
-                "The positions of {count} photos miss by too much to be chance and were left out: "
-                "{names}.",
-                int((~used).sum()),
-                names=listed_of(labels, ~used),
-            )
+            Finding("cameras.left-out", count=int((~used).sum()), photos=selected(labels, ~used))
         )
     rows = np.flatnonzero(used)
     cameras = Points(
@@ -342,9 +286,9 @@ def cameras_that_fit(
     return cameras, wrong, exclusions
 
 
-def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[Message], bool]:
+def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[Finding], bool]:
     """Return findings about all positions, and whether they affect all of them."""
-    messages: list[Message] = [
+    messages: list[Finding] = [
         *(
             constant_height_findings(model, world)
             or row_order_findings(labels, model, world, photos=True)

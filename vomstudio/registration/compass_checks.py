@@ -13,8 +13,7 @@ from itertools import combinations, product
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.listed_names import listed
-from vomstudio.words import tr
+from vomstudio.core.findings import Finding
 
 Array = npt.NDArray[np.float64]
 
@@ -29,7 +28,7 @@ _APART = np.sin(np.radians(15.0))
 _TURNS = (90.0, -90.0, 180.0)
 
 
-def said_of_azimuths(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+def azimuth_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
     """Of planes that agree with the others if their azimuth is read in another way.
 
     model, world : (n, 3) unit normals; a normal and its opposite are the same
@@ -55,41 +54,19 @@ def said_of_azimuths(labels: Sequence[str], model: Array, world: Array) -> list[
         least, turn = min(fits)
         if least < limit / 2:
             named.setdefault(turn, []).append(labels[row])
-    said = []
-    for turn, names in named.items():
-        some = listed(names)
-        if turn == 180.0:
-            said.append(
-                tr(
-                    "{names}: would agree with the others if the plane dipped the opposite way. "
-                    "Add 180° to the dip direction, or look it up.",
-                    names=some,
-                )
-            )
-        else:
-            said.append(
-                tr(
-                    "{names}: would agree with the others if {turn:+.0f}° were added to the dip "
-                    "direction: the strike may have been read as dip direction.",
-                    names=some,
-                    turn=turn,
-                )
-            )
-    return said
+    return [
+        Finding("compass.other-azimuth", labels=names, turn_deg=turn)
+        for turn, names in named.items()
+    ]
 
 
-def said_of_radians(azimuth_deg: Array, inclination_deg: Array) -> list[str]:
+def radian_findings(azimuth_deg: Array, inclination_deg: Array) -> list[Finding]:
     """Of angles (n,) that are all as small as radians are."""
     if len(azimuth_deg) < _FEWEST_RADIANS:
         return []
     if azimuth_deg.max() > 2.0 * np.pi + 0.01 or inclination_deg.max() > np.pi / 2.0 + 0.01:
         return []
-    return [
-        tr(
-            "The angles look like radians: no azimuth is above 6.29 and no dip above 1.58. "
-            "Multiply them by 57.29578."
-        )
-    ]
+    return [Finding("compass.radians")]
 
 
 def azimuth_that_fits(placed: Array, world: Array, limit_deg: float) -> float | None:

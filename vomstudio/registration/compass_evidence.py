@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.io.control.observation_tables import CompassTable
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.compass_checks import said_of_azimuths, said_of_radians
+from vomstudio.registration.compass_checks import azimuth_findings, radian_findings
 from vomstudio.registration.observations import (
     Attitudes,
     Azimuths,
@@ -39,23 +40,17 @@ class Segment(NamedTuple):
     label: str = ""
 
 
-def said_of_compass(table: CompassTable, kinds: Sequence[Observed]) -> list[str]:
+def compass_findings(table: CompassTable, kinds: Sequence[Observed]) -> list[Finding]:
     """What looks wrong with readings: angles in radians, a name given twice, a strike read as dip
     direction. kinds : what they became, without what is left out"""
-    said = said_of_radians(table.azimuth_deg, table.inclination_deg)
+    findings = radian_findings(table.azimuth_deg, table.inclination_deg)
     twice = [name for name, count in Counter(table.labels).items() if count > 1]
     if twice:
-        said.append(
-            tr(
-                "Several readings have the name {names}: one that is wrong cannot be named, nor "
-                "left out alone. Give each its own.",
-                names=", ".join(twice[:8]),
-            )
-        )
+        findings.append(Finding("compass.repeated-names", labels=twice))
     planes = next((kind for kind in kinds if isinstance(kind, Directions)), None)
     if planes is not None and table.is_plane.any():
-        said += said_of_azimuths(planes.labels, planes.model, planes.world)
-    return said
+        findings += azimuth_findings(planes.labels, planes.model, planes.world)
+    return findings
 
 
 def compass_alone(kinds: Sequence[Observed]) -> bool:
@@ -103,7 +98,7 @@ def azimuth_lines(given: Sequence[Segment], north_doubt_deg: float = 0.0) -> Azi
     length = np.linalg.norm(vectors, axis=1)
     if not (np.hypot(vectors[:, 0], vectors[:, 1]) > 1e-6 * np.maximum(length, 1e-300)).all():
         raise UsageError(
-            tr("A line with an azimuth needs two places that are not above each other."),
+            Finding("line.no-azimuth"),
             field="--bearing",
         )
     labels = [

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.io.gate.metric import check_metric
 from vomstudio.registration.doubts.apart import (
@@ -29,10 +29,9 @@ from vomstudio.registration.doubts.labels import coincident_point_findings, simi
 from vomstudio.registration.doubts.mirrors import fits_as_mirror
 from vomstudio.registration.doubts.mixed import mixed_row_findings
 from vomstudio.registration.doubts.orders import row_order_findings
-from vomstudio.registration.listed_names import listed
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
@@ -70,7 +69,7 @@ def point_findings(
     world: Array,
     model: Array | None = None,
     crs: str | None = None,
-) -> list[Message]:
+) -> list[Finding]:
     """Check whether the coordinates of control points are something else than they are taken for.
 
     Parameters
@@ -82,7 +81,7 @@ def point_findings(
     crs : str, optional
         CRS of World.
     """
-    alike: list[Message] = [
+    alike: list[Finding] = [
         *similar_label_findings(labels),
         *coincident_point_findings(labels, world),
     ]
@@ -99,7 +98,7 @@ def point_findings(
         # Reported after the fit; other readings of a mirror image may fit by chance.
         return alike
     those = (control.labels, control.model, control.world)
-    readings: Sequence[Message] = mixed_row_findings(*those) or misreading_findings(
+    readings: Sequence[Finding] = mixed_row_findings(*those) or misreading_findings(
         *those[1:], mirrors=False
     )
     readings = readings or swapped_label_findings(*those) or row_order_findings(*those)
@@ -118,7 +117,7 @@ def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
 
 def find_misplaced_points(
     labels: Sequence[str], model: Array, world: Array, crs: str | None
-) -> tuple[list[Message], npt.NDArray[np.bool_]]:
+) -> tuple[list[Finding], npt.NDArray[np.bool_]]:
     """Find points that are in another place than the correct ones.
 
     Parameters
@@ -150,7 +149,7 @@ def find_misplaced_points(
 
 def far_point_findings(
     labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]
-) -> list[Message]:
+) -> list[Finding]:
     """Return findings about points far from the others, with the probable cause."""
     if not far.any():
         return []
@@ -175,8 +174,8 @@ def far_point_findings(
         else:
             lost.append(int(row))
     metres = {tr(unit): 1.0 / times for times, unit in _UNITS}
-    findings: list[Message] = [
-        other_unit(listed([labels[row] for row in rows]), tr(unit), metres[tr(unit)])
+    findings: list[Finding] = [
+        other_unit(", ".join(labels[row] for row in rows), tr(unit), metres[tr(unit)])
         for unit, rows in scaled.items()
     ]
     if exchanged:
@@ -195,7 +194,7 @@ def far_point_findings(
     return findings
 
 
-def swapped_label_findings(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
+def swapped_label_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
     """Return a finding about two points that fit the others if their labels are swapped."""
     if not _FEWEST <= len(labels) <= _MOST:
         return []
@@ -218,19 +217,18 @@ def swapped_label_findings(labels: Sequence[str], model: Array, world: Array) ->
         if miss is not None and miss < 2.0 * best[0]:
             return []
     return [
-        tr(
-            "{first} and {second} look exchanged: the points would fit within {after:.2g} m "
-            "instead of {before:.2g} m. Exchange these labels.",
+        Finding(
+            "control.swapped-labels",
             first=labels[best[1]],
             second=labels[best[2]],
-            after=best[0],
-            before=rms,
+            after_m=best[0],
+            before_m=rms,
         )
     ]
 
 
 # --- all of them ------------------------------------------------------------------------------
-def degree_findings(world: Array, *, apart_m: float = 0.0) -> list[Message]:
+def degree_findings(world: Array, *, apart_m: float = 0.0) -> list[Finding]:
     """Return a finding if x and y look like degrees.
 
     apart_m : minimum extent of the points in metres
@@ -253,7 +251,7 @@ def degree_findings(world: Array, *, apart_m: float = 0.0) -> list[Message]:
     return []
 
 
-def misreading_findings(model: Array, world: Array, *, mirrors: bool = True) -> list[Message]:
+def misreading_findings(model: Array, world: Array, *, mirrors: bool = True) -> list[Finding]:
     """Return a finding if coordinates fit the model better in another unit or column order.
 
     model, world : (n, 3); mirrors : whether swapped x and y are tried
@@ -307,7 +305,7 @@ def _is_steep(world: Array) -> bool:
     return float(np.ptp(world[:, 2])) > _STEEP * float(np.linalg.norm(np.ptp(world[:, :2], axis=0)))
 
 
-def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Message]:
+def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Finding]:
     """Return a finding if the scale of a registration is the factor of a unit, such as feet.
 
     scale : metres per unit of the model; scale_error_95 : relative
@@ -323,7 +321,7 @@ def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Mess
     return []
 
 
-def check_area(world: Array, crs: str | None, *, converted: bool = False) -> list[Message]:
+def check_area(world: Array, crs: str | None, *, converted: bool = False) -> list[Finding]:
     """Check that a projected CRS is metric where control points or cameras are.
 
     Parameters
@@ -402,10 +400,8 @@ def require_on_model(model: Array, extent: Array | None) -> None:
     if reach > 0 and float(np.median(np.linalg.norm(off, axis=1))) > _OFF * reach:
         here, there = np.median(model, axis=0), (low + high) / 2
         raise GeometryError(
-            tr(
-                "The points ({x:,.2f}, {y:,.2f}, {z:,.2f}, …) are far off the model, whose centre "
-                "is ({mx:,.2f}, {my:,.2f}, {mz:,.2f}). Give them in the coordinates of the model's "
-                "file: an offset may be missing.",
+            Finding(
+                "registration.off-model",
                 x=float(here[0]),
                 y=float(here[1]),
                 z=float(here[2]),
@@ -416,7 +412,7 @@ def require_on_model(model: Array, extent: Array | None) -> None:
         )
 
 
-def relocation_findings(extent: Array, placed: Array, crs: str) -> list[Message]:
+def relocation_findings(extent: Array, placed: Array, crs: str) -> list[Finding]:
     """Return a finding if a registration moves or rotates a georeferenced model by a lot.
 
     extent, placed : (n, 3) points of the model before and after; crs : of both
@@ -430,22 +426,9 @@ def relocation_findings(extent: Array, placed: Array, crs: str) -> list[Message]
     if moved <= max(_OFF * reach, 1000.0):
         turn = _turn_deg(extent, placed)
         return [] if turn <= _TURNED_DEG else [
-            tr(
-                "The registration turns the model by {turn:.0f}° from its orientation in "
-                "{crs}. Check for swapped columns or labels, unless the file is wrong.",
-                turn=turn,
-                crs=crs_name(crs),
-            )
+            Finding("registration.turned", turn_deg=turn, crs=crs_name(crs))
         ]  # fmt: skip
-    return [
-        tr(
-            "The registration moves the model by {km:,.1f} km from its coordinates in {crs}. "
-            "Check the zone, CRS, unit and column order of the control data, unless the file is "
-            "wrong.",
-            km=moved / 1000.0,
-            crs=crs_name(crs),
-        )
-    ]
+    return [Finding("registration.moved", distance_km=moved / 1000.0, crs=crs_name(crs))]
 
 
 def _turn_deg(before: Array, after: Array) -> float:
@@ -457,7 +440,7 @@ def _turn_deg(before: Array, after: Array) -> float:
     return float(np.degrees(np.arccos(np.clip((np.trace(fit.rotation) - 1.0) / 2.0, -1.0, 1.0))))
 
 
-def view_direction_findings(forward: Array) -> list[Message]:
+def view_direction_findings(forward: Array) -> list[Finding]:
     """Return a finding if most cameras look up at the sky after the registration.
 
     forward : (n, 3) view directions, unit vectors in World
@@ -465,20 +448,10 @@ def view_direction_findings(forward: Array) -> list[Message]:
     # Photos of cave roofs and overhangs look up too, but rarely nearly all of them.
     if len(forward) < 3 or float(np.median(forward[:, 2])) < 0.7:
         return []
-    return [
-        tr_n(
-            "{count} camera looks up to the sky after this registration, so that the model is "
-            "upside down unless it is a roof: x and y may be exchanged, the points a mirror "
-            "image, or lines that are called level upright.",
-            "The {count} cameras look up to the sky after this registration, so that the model is "
-            "upside down unless it is a roof: x and y may be exchanged, the points a mirror "
-            "image, or lines that are called level upright.",
-            len(forward),
-        )
-    ]
+    return [Finding("cameras.look-up", count=len(forward))]
 
 
-def position_noise_findings(world: Array, placed: Array) -> list[Message]:
+def position_noise_findings(world: Array, placed: Array) -> list[Finding]:
     """Return a finding if the errors of camera positions are as large as their spacing.
 
     world, placed : (n, 3) stated positions, and positions after the registration
@@ -487,15 +460,7 @@ def position_noise_findings(world: Array, placed: Array) -> list[Message]:
     apart = _reach(placed) if len(world) else 0.0
     if not miss > 0.5 * apart > 0:
         return []
-    return [
-        tr(
-            "The camera positions have errors of {miss:.3g} m (RMS) within an area of only "
-            "{apart:.3g} m (RMS): the rotation of the model is uncertain. Add control points, or a "
-            "compass reading and a length.",
-            miss=miss,
-            apart=apart,
-        )
-    ]
+    return [Finding("cameras.noise", error_m=miss, extent_m=apart)]
 
 
 # --- in common --------------------------------------------------------------------------------

@@ -41,7 +41,7 @@ from vomstudio.registration.compass_evidence import (
     azimuth_lines,
     compass_alone,
     compass_directions,
-    said_of_compass,
+    compass_findings,
 )
 from vomstudio.registration.coordinate_checks import (
     point_findings,
@@ -50,13 +50,13 @@ from vomstudio.registration.coordinate_checks import (
     scale_unit_findings,
     view_direction_findings,
 )
-from vomstudio.registration.length_evidence import kept_scale, lengths_of, said_of_lengths
+from vomstudio.registration.length_evidence import kept_scale, length_findings, lengths_of
 from vomstudio.registration.level_evidence import (
     KnownDirection,
+    level_line_findings,
     level_lines_of,
     photo_upright_of,
     plumb_lines_of,
-    said_of_level_lines,
     vertical_findings,
 )
 from vomstudio.registration.marks.mark_checks import finder
@@ -76,10 +76,9 @@ from vomstudio.registration.observations import (
     Points,
 )
 from vomstudio.registration.placing import place, place_robustly, with_warnings
-from vomstudio.registration.remarks import said_of_bowing
+from vomstudio.registration.remarks import bowing_findings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import Similarity
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
@@ -181,7 +180,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         If the observations do not determine the position of the model.
     """
     messages: list[Message] = []
-    suspicions: list[Message] = []
+    suspicions: list[Finding] = []
     kinds: list[Observed] = []
     check = None
     if evidence.pairs is not None:
@@ -219,9 +218,9 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         kinds.append(evidence.reference)
     if evidence.without:
         kinds, check = left_out(kinds, check, evidence.without)
-        messages.append(tr("Left out as asked: {names}.", names=", ".join(evidence.without)))
+        messages.append(Finding("registration.without", labels=list(evidence.without)))
     if evidence.compass is not None:
-        messages += said_of_compass(evidence.compass, kinds)
+        messages += compass_findings(evidence.compass, kinds)
     if evidence.scale is not None:
         kinds += kept_scale(evidence.scale, kinds, extent, evidence.scale_error)
     try:
@@ -230,12 +229,10 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
         )
     except GeometryError as error:
         # Suspicious values are the cause, the degenerate geometry follows from them.
-        causes = [each for each in suspicions if isinstance(each, Finding)]
-        if causes:
-            raise GeometryError(causes[0]) from error
-        texts = [each for each in messages if not isinstance(each, Finding)]
-        texts += [] if suspicions else [str(error)]
-        raise GeometryError(" ".join(texts)) from error
+        if suspicions:
+            raise GeometryError(suspicions[0]) from error
+        error.message = " ".join([*map(str, messages), error.message])
+        raise
     messages += vertical_findings(kinds, np.array(placed.matrix)[:3, :3] / placed.scale)
     if evidence.compass is not None or evidence.azimuths:
         placed = replace(placed, north_sigma_deg=compass_sigma_deg)
@@ -245,12 +242,12 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
             )
     messages += scale_unit_findings(placed.scale, placed.scale_error_95)
     excluded = {*evidence.without, *(blunder.label for blunder in placed.blunders)}
-    messages += said_of_lengths(evidence.bars, evidence.lengths, evidence.pairs, excluded)
+    messages += length_findings(evidence.bars, evidence.lengths, evidence.pairs, excluded)
     messages += _camera_findings(evidence, kinds, placed)
     if evidence.positions is not None and _alone(kinds):
         _refuse_unsure(placed, suspicions)
     if attitudes is not None:
-        messages += said_of_bowing(_bowing_by_tilts(evidence, placed, extent), photos=True)
+        messages += bowing_findings(_bowing_by_tilts(evidence, placed, extent), photos=True)
     placed = _with_errors_of_control(_with_pixels(placed, evidence), evidence)
     return with_warnings(placed, messages)
 
@@ -338,16 +335,7 @@ def _camera_finder(
     """
     if not known:
         raise UsageError(
-            tr(
-                "The file of the model's cameras has their centres alone, without their attitudes. "
-                "Give a file with poses, such as cameras.json, Metashape XML or COLMAP."
-            )
-            if evidence.centres
-            else tr(
-                "The cameras of the model are not known. Put its cameras.json beside the model, "
-                "as a reconstruction here writes it, or name the file of another program with "
-                "--model-cameras."
-            ),
+            Finding("cameras.no-poses") if evidence.centres else Finding("cameras.missing"),
             field=field_,
         )
     return finder(list(known))
@@ -379,32 +367,17 @@ def _match_photos(
             names.append(name)
     if not rows:
         raise UsageError(
-            tr_n(
-                "The {count} photo of the table is not among the cameras of the model "
-                "({first}). They are called {known}, …. Check the names.",
-                "None of the {count} photos of the table is among the cameras of the model "
-                "({first}, …). They are called {known}, …. Check the names.",
-                len(photos),
-                first=photos[0],
-                known=next(iter(known)),
+            Finding(
+                "cameras.none-known", photos=len(photos), first=photos[0], known=next(iter(known))
             ),
             field=field_,
         )
     if unknown:
-        messages.append(
-            tr_n(
-                "{count} photo of the table is not among the cameras of the model and was left "
-                "out: {names}.",
-                "{count} photos of the table are not among the cameras of the model and were left "
-                "out: {names}.",
-                len(unknown),
-                names=", ".join(unknown[:8]),
-            )
-        )
+        messages.append(Finding("cameras.unknown-photos", count=len(unknown), photos=unknown))
     return rows, names
 
 
-def _cameras(evidence: Evidence, messages: list[Message], suspicions: list[Message]) -> Points:
+def _cameras(evidence: Evidence, messages: list[Message], suspicions: list[Finding]) -> Points:
     """Return the camera positions that fit; appends to `messages`, and findings to `suspicions`."""
     positions = evidence.positions
     assert positions is not None
@@ -429,17 +402,17 @@ def _cameras(evidence: Evidence, messages: list[Message], suspicions: list[Messa
 
 def _camera_findings(
     evidence: Evidence, kinds: Sequence[Observed], placed: Placed
-) -> list[Message]:
+) -> list[Finding]:
     """Return findings about view directions and position residuals after the registration."""
-    messages: list[Message] = []
+    findings: list[Finding] = []
     if placed.known.vertical and evidence.views:
         rotation = np.array(placed.matrix)[:3, :3] / placed.scale
         forward = np.array([view.rotation[2] for view in evidence.views.values()]) @ rotation.T
-        messages += view_direction_findings(forward)
+        findings += view_direction_findings(forward)
     for kind in kinds:
         if isinstance(kind, Points) and kind.name == "cameras" and _alone(kinds):
-            messages += position_noise_findings(kind.world, placed(kind.model))
-    return messages
+            findings += position_noise_findings(kind.world, placed(kind.model))
+    return findings
 
 
 def _alone(kinds: Sequence[Observed]) -> bool:
@@ -447,16 +420,11 @@ def _alone(kinds: Sequence[Observed]) -> bool:
     return sum(not isinstance(kind, Lengths) for kind in kinds) == 1
 
 
-def _refuse_unsure(placed: Placed, suspicions: Sequence[Message]) -> None:
+def _refuse_unsure(placed: Placed, suspicions: Sequence[Finding]) -> None:
     worst = placed.rotation_error_95_deg.weakest.error_deg
     if worst is None or worst > _UNSURE_DEG:
-        reason = tr(
-            "The positions of the cameras are as wrong as they are far apart: the rotation of the "
-            "model is uncertain by more than {limit:.0f} degrees. Add control points, or a compass "
-            "reading and a length.",
-            limit=_UNSURE_DEG,
-        )
-        raise GeometryError(" ".join(map(str, suspicions or [reason])))
+        reason = Finding("cameras.unsure", limit_deg=_UNSURE_DEG)
+        raise GeometryError(suspicions[0] if suspicions else reason)
 
 
 def marked_places(
@@ -496,9 +464,8 @@ def marked_places(
         lens = view.intrinsics
         if not (0 <= x <= lens.width and 0 <= y <= lens.height):
             collected.append(
-                tr(
-                    "The mark of {label} at x {x:.0f}, y {y:.0f} is outside of {photo}, which has "
-                    "{width} x {height} pixels, and was left out. Correct it.",
+                Finding(
+                    "control.mark-outside",
                     label=label,
                     x=x,
                     y=y,
@@ -520,7 +487,7 @@ def marked_places(
     triangulated, contradictory = {}, []
     for label, each in points.items():
         rows, wrong_marks = agreeing(label, each, agreement_px(mark_px))
-        collected += [mark.in_words() for mark in wrong_marks]
+        collected += [mark.finding for mark in wrong_marks]
         right = Marks([each.views[int(row)] for row in rows], each.pixels[rows])
         if len(rows) < 2:
             continue
@@ -569,7 +536,7 @@ def _level(
 ) -> LevelLines:
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--horizon", [])
     views = [evidence.views[name] for name in names]
-    messages += said_of_level_lines(
+    messages += level_line_findings(
         [table.photos[r] for r in rows], views, table.ends[rows], extent
     )
     directions = []

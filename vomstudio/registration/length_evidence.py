@@ -8,10 +8,10 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar
 from vomstudio.registration.compass_evidence import Segment
-from vomstudio.registration.listed_names import listed
 from vomstudio.registration.marks.mark_checks import nearest
 from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
 from vomstudio.registration.similarity import fit_similarity
@@ -55,9 +55,8 @@ def lengths_of(
             if label not in places:
                 near = nearest(label, list(places))
                 raise UsageError(
-                    tr(
-                        "The scale bar names the point {label}, which is not among the pairs. "
-                        "Add it, with its place on the model.",
+                    Finding(
+                        "length.unknown-point",
                         label=label if near is None else f"{label} ({near}?)",
                     ),
                     file=bar.file,
@@ -88,7 +87,7 @@ def lengths_of(
         used = [bar for bar in bars if not bar.check]
         at = used[number] if number < len(used) else None
         raise UsageError(
-            tr("Both ends of a length are at one place of the model. Choose two places."),
+            Finding("line.one-place"),
             file=None if at is None else at.file,
             line=None if at is None else at.line,
             field="--scale" if at is None else "--scale-bars",
@@ -134,12 +133,12 @@ def kept_scale(
     return [KeptScale([label], middle[None], end[None], length, _FIXED * length, scale_error=error)]
 
 
-def said_of_lengths(
+def length_findings(
     bars: Sequence[ScaleBar],
     segments: Sequence[Segment],
     pairs: Pairs | None,
     apart: Collection[str] = (),
-) -> list[str]:
+) -> list[Finding]:
     """Of lengths that are not those which the control points alone give, beyond the errors of
     both. apart : labels of points and lengths that are left out, or named otherwise"""
     if pairs is None or not (bars or segments):
@@ -150,7 +149,7 @@ def said_of_lengths(
         return []
     scale, scale_error, sigma, times = judged
     places = dict(zip(pairs.labels, pairs.model, strict=True))
-    wrong: list[str] = []
+    wrong: list[Finding] = []
     units: dict[str, list[str]] = {}
     lengths = [
         (
@@ -180,30 +179,18 @@ def said_of_lengths(
             units.setdefault(unit, []).append(label)
         elif not check and label not in apart:
             wrong.append(
-                tr(
-                    "{label} is given as {stated:.4g} m, and by the points it is {length:.4g} m "
-                    "± {error:.2g} m (99.9 %): one of them is wrong. Measure it again.",
+                Finding(
+                    "length.contradicted",
                     label=label,
-                    stated=stated,
-                    length=by_points,
-                    error=error,
+                    stated_m=stated,
+                    by_points_m=by_points,
+                    error_m=error,
                 )
             )
-    said = [
-        tr(
-            "The lengths {labels} are not metres: by the points they are in {unit}. Convert them.",
-            labels=listed(labels),
-            unit=tr(unit),
-        )
-        if len(labels) > 1
-        else tr(
-            "{label} is not in metres: by the points it is in {unit}. Convert it.",
-            label=labels[0],
-            unit=tr(unit),
-        )
-        for unit, labels in units.items()
+    findings = [
+        Finding("length.other-unit", labels=labels, unit=tr(unit)) for unit, labels in units.items()
     ]
-    return [*said, *wrong[:_NAMED]]
+    return [*findings, *wrong[:_NAMED]]
 
 
 def _points_alone(

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.cameras import View
-from vomstudio.registration.listed_names import listed
 from vomstudio.registration.observations import (
     Azimuths,
     Lengths,
@@ -89,9 +88,7 @@ def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> Array:
     length = np.linalg.norm(along, axis=1)
     if not (length > 0).all():
         raise UsageError(
-            tr("Both ends of a level line are at one place of the model. Choose two places.")
-            if option == "--level"
-            else tr("Both ends of a plumb line are at one place. Choose two places."),
+            Finding("line.one-place"),
             field=option,
         )
     return np.asarray(along / length[:, None])
@@ -153,16 +150,16 @@ def away_deg(view: View, ends: Array, extent: Array) -> float | None:
     return float(np.degrees(np.arcsin(min(1.0, abs(line @ view.rotation[2]) / length))))
 
 
-def said_of_level_lines(
+def level_line_findings(
     photos: Sequence[str], views: Sequence[View], ends: Array, extent: Array | None
-) -> list[str]:
+) -> list[Finding]:
     """Of lines (n, 2, 2), pixels, that run up and down their photos, and of those that lie on the
     model and run away from their cameras. Lines along a row or a column of pixels are axes of
     photos. Raises InputError for a line that ends outside of its photo."""
     _require_inside(photos, views, ends)
-    said = _said_of_upright(photos, views, ends)
+    findings = _upright_line_findings(photos, views, ends)
     if extent is None or not len(extent):
-        return said
+        return findings
     named, most = [], 0.0
     for photo, view, line in zip(photos, views, ends, strict=True):
         if (line[0] == line[1]).any():
@@ -172,18 +169,10 @@ def said_of_level_lines(
             named.append(photo)
             most = max(most, away)
     if not named:
-        return said
+        return findings
     return [
-        *said,
-        tr(
-            "The level lines in {photos} lie on the model and run away from the camera, by up to "
-            "{away:.0f}°. Only a horizon, or the axis of a photo held level, shows the level so: "
-            "if these are lines on the outcrop, perspective tilts them and the model with them, by "
-            "more than is stated. Mark a horizon or the axes of photos that were held level "
-            "instead.",
-            photos=listed(named),
-            away=most,
-        ),
+        *findings,
+        Finding("level.away", photos=named, away_deg=most),
     ]
 
 
@@ -194,9 +183,8 @@ def _require_inside(photos: Sequence[str], views: Sequence[View], ends: Array) -
         if ((line < -_BEYOND * size) | (line > (1.0 + _BEYOND) * size)).any():
             (x1, y1), (x2, y2) = line.tolist()
             raise InputError(
-                tr(
-                    "The level line from x {x1:.0f}, y {y1:.0f} to x {x2:.0f}, y {y2:.0f} ends "
-                    "outside of {photo}, which has {width} x {height} pixels. Correct it.",
+                Finding(
+                    "level.outside",
                     x1=x1,
                     y1=y1,
                     x2=x2,
@@ -209,7 +197,9 @@ def _require_inside(photos: Sequence[str], views: Sequence[View], ends: Array) -
             )
 
 
-def _said_of_upright(photos: Sequence[str], views: Sequence[View], ends: Array) -> list[str]:
+def _upright_line_findings(
+    photos: Sequence[str], views: Sequence[View], ends: Array
+) -> list[Finding]:
     """Of lines that run up and down their photos: level ones do so in photos held in portrait that
     were not turned. Those turn on the model as the photos do, while upright ones are parallel."""
     steps = np.asarray(ends[:, 1] - ends[:, 0])
@@ -225,24 +215,11 @@ def _said_of_upright(photos: Sequence[str], views: Sequence[View], ends: Array) 
     if apart > _TURNED_DEG and off.max() <= _LEVEL_TOGETHER_DEG:
         return []
     names = [photo for photo, up in zip(photos, upright, strict=True) if up]
-    told = listed(names)
     ahead = np.array([view.direction for view in views])
     turned = _range_deg(np.arctan2(ahead @ axes[2], ahead @ axes[1]), 360.0)
     if upright.all() and turned > _TURNED_DEG and apart < turned / 2.0:
-        return [
-            tr(
-                "The lines in {photos} run up and down their photos, and are parallel although the "
-                "photos look different ways: they are upright, not level. Mark level lines.",
-                photos=told,
-            )
-        ]
-    return [
-        tr(
-            "The level lines in {photos} run up and down their photos, as upright lines do. If "
-            "these photos were not held in portrait, mark lines that are level.",
-            photos=told,
-        )
-    ]
+        return [Finding("level.upright", photos=names)]
+    return [Finding("level.portrait", photos=names)]
 
 
 def _range_deg(angles_rad: Array, whole: float) -> float:

@@ -8,7 +8,7 @@ from datetime import date
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
 from vomstudio.io.control.attitude_tables import AttitudeTable
 from vomstudio.words import tr
@@ -103,16 +103,9 @@ def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> Atti
         else:
             angles[row, 0] += turn
             added.setdefault(word, []).append(turn)
-    messages += [_correction_message(word, turns) for word, turns in added.items() if any(turns)]
+    messages += [_correction_finding(word, turns) for word, turns in added.items() if any(turns)]
     if lacking:
-        messages.append(
-            tr(
-                "{count} yaws are from true or magnetic north and were taken as from the map's "
-                "north, since place or day is not known. Give --declination, or --date, and --crs "
-                "with positions.",
-                count=lacking,
-            )
-        )
+        messages.append(Finding("north.not-corrected", photos=lacking))
     return replace(table, angles=angles, norths=("grid",) * len(table.photos))
 
 
@@ -132,38 +125,26 @@ class Turned:
     convergence_deg: float | None = None
     day: date | None = None
 
-    def in_words(self) -> str:
-        """Return a message about the correction, "" for grid north."""
+    @property
+    def finding(self) -> Finding | None:
+        """The correction as a finding; None for grid north."""
         if self.word == "grid":
-            return ""
-        added = f"{self.deg:+.1f}°"
+            return None
+        correction = f"{self.deg:+.1f}°"
         if self.word == "true":
-            return tr(
-                "Azimuths from true north: {by} was added for the convergence of the map's north.",
-                by=added,
-            )
+            return Finding("north.true-corrected", correction=correction, correction_deg=self.deg)
         declination = f"{self.declination_deg or 0.0:+.1f}°"
         if not self.stated:
             declination = tr("{angle} by IGRF-14 on {day}", angle=declination, day=self.day)
-        if self.convergence_deg == 0.0:
-            return tr(
-                "Azimuths from magnetic north: {by} was added, the declination ({declination}).",
-                by=added,
-                declination=declination,
-            )
-        if self.convergence_deg is None:
-            return tr(
-                "Azimuths from magnetic north: {by} was added, the declination ({declination}). "
-                "The convergence of the map's north is not known and was not taken off.",
-                by=added,
-                declination=declination,
-            )
-        return tr(
-            "Azimuths from magnetic north: {by} was added, the declination ({declination}) less "
-            "the convergence of the map's north ({convergence}).",
-            by=added,
+        known = self.convergence_deg is not None
+        return Finding(
+            "north.magnetic-corrected",
+            correction=correction,
+            correction_deg=self.deg,
             declination=declination,
-            convergence=f"{self.convergence_deg:+.1f}°",
+            declination_deg=self.declination_deg,
+            convergence=f"{self.convergence_deg:+.1f}°" if known else tr("not known"),
+            convergence_deg=self.convergence_deg,
         )
 
 
@@ -196,27 +177,21 @@ def turn_of(word: str, north: North, option: str) -> Turned:
     correction = turned(word, north)
     if correction is None:
         raise UsageError(
-            tr(
-                "The declination at the place and day of the readings is not known. Give it with "
-                "--declination, or the day with --date and the place by --crs and positions."
-            ),
+            Finding("north.no-declination"),
             field=option,
         )
     return correction
 
 
-def _correction_message(word: str, turns: list[float]) -> str:
+def _correction_finding(word: str, turns: list[float]) -> Finding:
     least, most = min(turns), max(turns)
     by = f"{least:+.1f}°" if most - least < 0.05 else f"{least:+.1f}° … {most:+.1f}°"
     if word == "magnetic":
-        return tr(
-            "Azimuths from magnetic north: {by} was added, declination less convergence of the "
-            "map's north.",
-            by=by,
+        each = tr("that of each photo")
+        return Finding(
+            "north.magnetic-corrected", correction=by, declination=each, convergence=each
         )
-    return tr(
-        "Azimuths from true north: {by} was added for the convergence of the map's north.", by=by
-    )
+    return Finding("north.true-corrected", correction=by)
 
 
 def parse_day(text: str) -> date:
@@ -224,9 +199,7 @@ def parse_day(text: str) -> date:
     try:
         return date.fromisoformat(text if len(text) > 4 else f"{text}-07-01")
     except ValueError as error:
-        raise UsageError(
-            tr("'{text}' is no day. Write it as 2024-05-12.", text=text[:40]), field="--date"
-        ) from error
+        raise UsageError(Finding("date.invalid", text=text[:40]), field="--date") from error
 
 
 def place_of(crs: str, world: Array) -> tuple[float, float] | None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
 _SURE = 70
 
 
-def crs_doubts(first: str | None, second: str | None, names: tuple[str, str]) -> list[str]:
+def crs_findings(first: str | None, second: str | None, names: tuple[str, str]) -> list[Finding]:
     """Sentences on the coordinate reference systems that two models state.
 
     names : what they are called. Raises UsageError where these are surely different ones.
@@ -22,14 +22,7 @@ def crs_doubts(first: str | None, second: str | None, names: tuple[str, str]) ->
         return []
     if first is None or second is None:
         bare, stated = (names[0], second) if first is None else (names[1], first)
-        return [
-            tr(
-                "{bare} states no coordinate reference system; it was taken to be in that of the "
-                "other, {crs}.",
-                bare=bare,
-                crs=_name(stated or ""),
-            )
-        ]
+        return [Finding("crs.taken-over", bare=bare, crs=_name(stated or ""))]
     if first == second:
         return []
     from pyproj import CRS
@@ -38,14 +31,7 @@ def crs_doubts(first: str | None, second: str | None, names: tuple[str, str]) ->
     said = []
     heights = [sub for crs in (a, b) for sub in crs.sub_crs_list if sub.is_vertical]
     if len(heights) == 2 and not heights[0].equals(heights[1]):
-        said.append(
-            tr(
-                "Their heights are of different systems ({first}, {second}): what lies between "
-                "these is part of every distance.",
-                first=heights[0].name,
-                second=heights[1].name,
-            )
-        )
+        said.append(Finding("crs.other-heights", first=heights[0].name, second=heights[1].name))
     a, b = (crs.sub_crs_list[0] if crs.is_compound else crs for crs in (a, b))
     if a.equals(b, ignore_axis_order=True):
         return said
@@ -54,25 +40,9 @@ def crs_doubts(first: str | None, second: str | None, names: tuple[str, str]) ->
         return said
     if None not in codes:
         raise UsageError(
-            tr(
-                "{first} is in {crs}, {second} in {other}. Bring one into the coordinate reference "
-                "system of the other.",
-                first=names[0],
-                crs=a.name,
-                second=names[1],
-                other=b.name,
-            )
+            Finding("crs.different", first=names[0], crs=a.name, second=names[1], other=b.name)
         )
-    said.append(
-        tr(
-            "{first} states {crs}, {second} {other}: it cannot be told whether these are the same. "
-            "They were taken as such.",
-            first=names[0],
-            crs=a.name,
-            second=names[1],
-            other=b.name,
-        )
-    )
+    said.append(Finding("crs.unclear", first=names[0], crs=a.name, second=names[1], other=b.name))
     return said
 
 
@@ -90,13 +60,5 @@ def refuse_apart(first: Array, second: Array, names: tuple[str, str]) -> None:
     if not np.isfinite(apart) or apart <= size:
         return
     raise GeometryError(
-        tr(
-            "{first} and {second} do not overlap: they lie {apart:.6g} m apart, and the larger is "
-            "{size:.4g} m across. Bring them into one frame first, by --pairs of vomstudio "
-            "register, or check their units and coordinate reference systems.",
-            first=names[0],
-            second=names[1],
-            apart=apart,
-            size=size,
-        )
+        Finding("reference.no-overlap", first=names[0], second=names[1], apart_m=apart, size_m=size)
     )

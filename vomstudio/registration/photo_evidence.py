@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geometry.cameras import View
 from vomstudio.io.control.attitude_tables import (
@@ -20,7 +21,6 @@ from vomstudio.io.control.observation_tables import Positions
 from vomstudio.io.photos.metadata_checks import altitude_findings, without_unmeasured_angles
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.reading import read_photo
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def positions_in(photos: Mapping[str, Path]) -> Positions:
         heights.append(photo.altitude_reference or "")
     if not names:
         raise UsageError(
-            tr("The photos have no GPS positions. Give a table of camera positions."),
+            Finding("no-gps", "error", photos=(), value=0),
             field="--cameras",
         )
     unstated = np.full((len(names), 3), np.nan)
@@ -117,10 +117,7 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
         return without_attitudes(findings)
     if not names:
         raise UsageError(
-            tr(
-                "The photos do not state their attitude: they have no gimbal angles, acceleration "
-                "or view direction. Give a table of attitudes."
-            ),
+            Finding("attitude.not-in-photos"),
             field="--attitudes",
         )
     return attitude_table(
@@ -136,24 +133,12 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
     )
 
 
-def _notes(drones: int, unnamed: int) -> tuple[str, ...]:
+def _notes(drones: int, unnamed: int) -> tuple[Finding, ...]:
     notes = []
     if drones:
-        notes.append(
-            tr(
-                "The yaws of {count} photos are of a drone's gimbal and were taken as from true "
-                "north; as they rest on a compass, they are doubted by as much as one.",
-                count=drones,
-            )
-        )
+        notes.append(Finding("attitude.from-drone", photos=drones))
     if unnamed:
-        notes.append(
-            tr(
-                "{count} photos do not say whether their direction is from true or magnetic north: "
-                "magnetic was assumed.",
-                count=unnamed,
-            )
-        )
+        notes.append(Finding("attitude.north-assumed", photos=unnamed))
     return tuple(notes)
 
 

@@ -17,7 +17,7 @@ from vomstudio.geometry.places import why_no_error
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.agreement import (
     contradicted_scale,
-    said_of_disagreement,
+    disagreement_findings,
     turned_norths,
 )
 from vomstudio.registration.blunders import (
@@ -40,12 +40,12 @@ from vomstudio.registration.observations import (
 )
 from vomstudio.registration.precision import add_rounding
 from vomstudio.registration.remarks import (
-    said_of_blunders,
-    said_of_bowing,
-    said_of_errors,
-    said_of_fit,
-    said_of_points,
-    said_of_without,
+    blunder_findings,
+    bowing_findings,
+    error_findings,
+    fit_findings,
+    redundancy_findings,
+    suspect_findings,
 )
 from vomstudio.registration.results import (
     Known,
@@ -63,7 +63,6 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
 )
 from vomstudio.registration.turn_checks import turn_findings
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
@@ -74,13 +73,6 @@ _UNKNOWN_SCALE = 0.5
 # An unknown turn that is the same all around reaches this far into each axis.
 _INTO = 0.05
 _WORTH = 0.8
-_ONE_IN_WORLD = to_translate(
-    "All points have the same coordinates, by which nothing can be placed. Give those of each."
-)
-_ONE_ON_MODEL = to_translate(
-    "All points are at the same place on the model, by which nothing can be placed. Give that of "
-    "each."
-)
 # One sigma, metres or rad; those that people state are held within narrower limits.
 _ERRORS = 1e-9, 1e9
 # Times the error of points, as it is stated or as residuals show it, that they must be off their
@@ -102,19 +94,13 @@ def place(
     check : points that judge it and take no part
     extent : (n, 3) points of the model that show how far it reaches; None to take those given
     up : (3,) in the model's frame, where that is known beforehand
-    doubted : something was said of the values that is to be mended before more is measured
+    doubted : something was finding of the values that is to be mended before more is measured
     Raises GeometryError where nothing is given, and for too few points, or points on a line, with
     nothing else.
     """
     kinds = [kind for kind in kinds if len(kind.labels)]
     if not kinds and check is not None and len(check.labels):
-        raise GeometryError(
-            tr(
-                "All {count} points are marked as check, and none places the model. Mark 3 or more "
-                "as control.",
-                count=len(check.labels),
-            )
-        )
+        raise GeometryError(Finding("control.all-check", count=len(check.labels)))
     points = next((kind for kind in kinds if isinstance(kind, Points)), None)
     _require_values(kinds)
     if points is not None and len(kinds) == 1:
@@ -134,21 +120,21 @@ def place(
     rotation, rotation95 = _rotation_errors(found, known)
     scale95 = _Z95 * float(np.sqrt(found.covariance[3, 3])) if known.scale else None
     named = [
-        *(said_of_without(without) or said_of_blunders(judged, blunders, found, centre, size)),
+        *(suspect_findings(without) or blunder_findings(judged, blunders, found, centre, size)),
         *mirrors,
         *tipping_findings(found.fit.rotation, up, None if mirrors else points),
     ]
     doubted = doubted or bool(named)
     warnings = [
         *named,
-        *said_of_fit(found, kinds),
-        *([] if contradiction is None else [contradiction.in_words()]),
-        *said_of_disagreement(judged, centre, size),
-        *(north.in_words() for north in norths),
-        *said_of_points(control, checked, points),
-        *said_of_errors(rotation, scale95, known, points, named=doubted, share=share),
+        *fit_findings(found, kinds),
+        *([] if contradiction is None else [contradiction.finding]),
+        *disagreement_findings(judged, centre, size),
+        *(north.finding for north in norths),
+        *redundancy_findings(control, checked, points),
+        *error_findings(rotation, scale95, known, points, named=doubted, share=share),
         *turn_findings(found.rotation),
-        *said_of_bowing(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
+        *bowing_findings(_bowing(points, check, {b.label for b in blunders}, found.fit, extent)),
     ]
     shape = _shape(extent, found.fit)
     return Placed(
@@ -192,14 +178,13 @@ def place_robustly(
     labels = [blunder.label for blunder in first.blunders]
     rest, judges = left_out(kinds, check, labels)
     placed = place(rest, judges, extent, up=up, doubted=doubted)
-    said = tr(
-        "{labels} cannot be right beside the others and took no part. Look the values up.",
-        labels=", ".join(blunder.in_words() for blunder in first.blunders),
+    finding = Finding(
+        "registration.left-out", labels=[blunder.in_words() for blunder in first.blunders]
     )
     return replace(
         placed,
         blunders=(*first.blunders, *placed.blunders),
-        warnings=(said, *placed.warnings),
+        warnings=(finding, *placed.warnings),
     )
 
 
@@ -238,21 +223,16 @@ def _require_enough(points: Points) -> None:
         fit_similarity(points.model, points.world)
     on_a_line = nearly_on_a_line(points.world) or nearly_on_a_line(points.model)
     if on_a_line and not _off_their_line(points):
-        raise GeometryError(
-            tr(
-                "The control points lie on one line, about which the model could turn. Add "
-                "one beside it."
-            )
-        )
+        raise GeometryError(Finding("control.collinear"))
 
 
 def _require_values(kinds: Sequence[Observed]) -> None:
     """Raises GeometryError for points that are all one, and for errors that nothing has."""
     for kind in kinds:
         if isinstance(kind, Points) and len(kind.labels) > 1:
-            for places, said in ((kind.world, tr(_ONE_IN_WORLD)), (kind.model, tr(_ONE_ON_MODEL))):
+            for places in (kind.world, kind.model):
                 if float(np.ptp(places, axis=0).max()) <= 1e-12 * float(np.abs(places).max()):
-                    raise GeometryError(said)
+                    raise GeometryError(Finding("control.one-place"))
         sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
         wrong = np.isfinite(sigma) & ~((sigma >= _ERRORS[0]) & (sigma <= _ERRORS[1]))
         if wrong.any() and not isinstance(kind, Combined | KeptScale):

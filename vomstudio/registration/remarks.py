@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
@@ -17,8 +17,8 @@ from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fits
 from vomstudio.registration.observations import Directions, Lengths, Observed, Points, all_rows
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
-from vomstudio.registration.scatter import drift_findings, scale_warning
-from vomstudio.words import tr, tr_n
+from vomstudio.registration.scatter import drift_findings, scale_findings
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -29,7 +29,6 @@ _ANY_DEG = 90.0
 _WORTH_TELLING_DEG = 0.1
 # What may be, and has not been seen, from edge to edge.
 _WORTH_ASKING_DEG = 1.0
-_NO_TURN_RAD = 1e-7
 # Of the reach of points: by so much they miss where values are wrong, not by measuring.
 _NOWHERE = 0.1
 # Of the normal's upward part, below which a mean plane is a wall.
@@ -40,49 +39,24 @@ _FEWEST_LEFT, _HARDLY = 3.0, 1e-6
 _FITS_DEG = (10.0, 20.0)
 
 
-def said_of_fit(found: Adjusted, kinds: Sequence[Observed]) -> list[Message]:
-    said: list[Message] = []
+def fit_findings(found: Adjusted, kinds: Sequence[Observed]) -> list[Finding]:
+    findings: list[Finding] = []
     if found.overdrawn > 1.0:
-        said.append(
-            tr(
-                "The residuals are {times:.1f} times what the stated accuracies allow: a value may "
-                "be wrong, or the accuracies are too small. All errors were enlarged by as much.",
-                times=found.overdrawn,
-            )
-        )
+        findings.append(Finding("registration.residuals-large", times=found.overdrawn))
     if (times := _too_good(found, kinds)) is not None:
-        said.append(
-            tr(
-                "The readings agree {times:,.0f} times better than their stated accuracies allow: "
-                "they may have been taken from the model, or the accuracies are too large. All "
-                "stated errors rest on them.",
-                times=times,
-            )
+        findings.append(
+            Finding("registration.readings-copied", times=times)
             if not any(isinstance(kind, Points | Lengths | Combined) for kind in kinds)
-            else tr(
-                "The residuals are {times:,.0f} times smaller than the stated accuracies: these "
-                "may be in another unit, such as millimetres. State them in metres: "
-                "all stated errors rest on them.",
-                times=times,
-            )
+            else Finding("registration.residuals-small", times=times)
         )
-    said += drift_findings(found.drift)
+    findings += drift_findings(found.drift)
     if found.ambiguous:
-        said.append(
-            tr(
-                "A quite different rotation fits as well; the one that tilts and turns the model "
-                "least was taken. Add a point, or a direction that differs from the others."
-            )
-        )
+        findings.append(Finding("registration.ambiguous"))
     if found.assumed:
-        said.append(
-            tr(
-                "Nothing is left over to judge the accuracy of the {kinds} by, and none is "
-                "stated: a usual one was assumed. State it.",
-                kinds=", ".join(tr(name) for name in found.assumed),
-            )
+        findings.append(
+            Finding("registration.error-assumed", kinds=[tr(name) for name in found.assumed])
         )
-    return said
+    return findings
 
 
 def _too_good(found: Adjusted, kinds: Sequence[Observed]) -> float | None:
@@ -101,88 +75,76 @@ def _too_good(found: Adjusted, kinds: Sequence[Observed]) -> float | None:
     return float(np.sqrt(found.redundancy / squares))
 
 
-def said_of_points(
+def redundancy_findings(
     control: Sequence[PointResidual], check: Sequence[PointResidual], points: Points | None
-) -> list[str]:
+) -> list[Finding]:
     if points is None:
         return []
-    said = []
+    findings = []
     if len(control) < 4:
-        said.append(
-            tr_n(
-                "By {count} control point no mistake can be found. Use 4 or more.",
-                "By {count} control points no mistake can be found. Use 4 or more.",
-                len(control),
-            )
-        )
+        findings.append(Finding("control.no-redundancy", count=len(control), least=4))
     if not check:
-        said.append(
-            tr(
-                "There are no check points that judge the model independently of the points that "
-                "placed it. Leave some out as check points."
-            )
-        )
-    return said
+        findings.append(Finding("control.no-check-points"))
+    return findings
 
 
-def said_of_turn(error_deg: float, trend_deg: float, plunge_deg: float) -> str:
+def weakest_axis_finding(error_deg: float, trend_deg: float, plunge_deg: float) -> Finding:
     """error_deg : 95 %, about the axis of that trend and plunge"""
-    return tr(
-        "The model may be turned by {error:.2g}° (95 %) about the axis "
-        "{trend}/{plunge:02.0f}: dips and dip directions by as much.",
-        error=error_deg,
+    return Finding(
+        "registration.weakest-axis",
+        error95_deg=error_deg,
         trend=format_azimuth(trend_deg),
-        plunge=plunge_deg,
+        plunge_deg=plunge_deg,
+        trend_deg=trend_deg,
     )
 
 
-def said_of_worst(placed: Placed) -> list[str]:
+def worst_axis_findings(placed: Placed) -> list[Finding]:
     """How far the model may be turned, and where one more point would help most."""
-    said = []
+    findings = []
     worst, adding = placed.rotation_error_95_deg.weakest, placed.worth_adding
     if worst.error_deg is not None:
-        said.append(said_of_turn(worst.error_deg, worst.trend_deg, worst.plunge_deg))
+        findings.append(weakest_axis_finding(worst.error_deg, worst.trend_deg, worst.plunge_deg))
     if adding is not None:
-        said.append(
-            tr(
-                "One more control point near {x:.1f}, {y:.1f}, {z:.1f} would lessen that to "
-                "{after:.2g}°.",
+        findings.append(
+            Finding(
+                "registration.worth-adding",
                 x=adding.x,
                 y=adding.y,
                 z=adding.z,
-                after=adding.error_after_deg,
+                after_deg=adding.error_after_deg,
             )
         )
-    return said
+    return findings
 
 
-def said_of_vertical(placed: Placed) -> list[str]:
+def vertical_error_findings(placed: Placed) -> list[Finding]:
     """How well the vertical is known where north may be free."""
     if not placed.known.vertical:
         return []
     tilt = float(np.linalg.eigvalsh(np.array(placed.covariance)[:2, :2])[-1])
     return [
-        tr(
-            "The vertical is known to ± {error:.2g}° (95 %): dips may be wrong by as much.",
-            error=_Z95 * float(np.degrees(np.sqrt(max(tilt, 0.0)))),
+        Finding(
+            "registration.vertical", error95_deg=_Z95 * float(np.degrees(np.sqrt(max(tilt, 0.0))))
         )
     ]
 
 
-def said_of_fitted(places: int, overlap: float, rms_m: float, blocks: int, block_m: float) -> str:
+def reference_fit_finding(
+    places: int, overlap: float, rms_m: float, blocks: int, block_m: float
+) -> Finding:
     """What a fit to a reference rests on; the figures of `FittedToReference`."""
-    return tr(
-        "Fitted to the reference at {places} places ({share:.0f} % of the model), which it misses "
-        "by {rms:.3g} m (robust, 1 sigma); the error is that of {blocks} blocks of {side:.3g} m.",
+    return Finding(
+        "reference.fitted",
         places=places,
-        share=100.0 * overlap,
-        rms=rms_m,
+        overlap_percent=100.0 * overlap,
+        rms_m=rms_m,
         blocks=blocks,
-        side=block_m,
+        block_m=block_m,
     )
 
 
-def said_of_errors(
+def error_findings(
     error: RotationError,
     scale95: float | None,
     known: Known,
@@ -190,11 +152,11 @@ def said_of_errors(
     *,
     named: bool = False,
     share: float = 0.0,
-) -> list[str]:
+) -> list[Finding]:
     """points : that placed it, of which `name` tells what they are; None without any
     share : of how far these reach, by which they miss (RMS)
     named : something was named that is wrong, which is to be mended before more is measured"""
-    said = []
+    findings = []
     lacking = [
         tr(word)
         for word, there in (
@@ -206,62 +168,29 @@ def said_of_errors(
         if not there
     ]
     if lacking:
-        said.append(
-            tr(
-                "Not known after this registration: {what}. What rests on it stays as in the "
-                "model's file.",
-                what=", ".join(lacking),
-            )
-        )
-    first = tr("Mend first what is named above.") if named else _said_of_misses(points, share)
+        findings.append(Finding("registration.not-known", parameters=lacking))
+    nowhere = points is not None and points.name != "cameras" and share >= _NOWHERE
+    if nowhere and not named:
+        findings.append(Finding("registration.points-nowhere", share_percent=100.0 * share))
     up, east, north = error.about_up, error.about_east, error.about_north
-    if up is not None and east is not None and north is not None and max(up, east, north) > (
-        _WARN_DEG
-    ):  # fmt: skip
-        what = first or _what_helps(points)
-        said.append(
-            tr("How the model is turned is as good as unknown. {what}", what=what)
-            if max(up, float(np.hypot(east, north))) > _ANY_DEG
-            else tr(
-                "The model can be turned by about {turn:.1f}° and tilted by about {tilt:.1f}° "
-                "(1 sigma): dip directions and dips can be wrong by as much. {what}",
-                turn=up,
-                tilt=float(np.hypot(east, north)),
-                what=what,
-            )
-        )
-    if scale95 is not None and (scale := scale_warning(scale95 / _Z95, first)):
-        said.append(scale)
-    return said
+    if up is not None and east is not None and north is not None:
+        tilt = float(np.hypot(east, north))
+        if max(up, tilt) > _ANY_DEG:
+            findings.append(Finding("registration.rotation-unknown"))
+        elif max(up, east, north) > _WARN_DEG:
+            findings.append(Finding("registration.weak-rotation", azimuth_deg=up, tilt_deg=tilt))
+    if scale95 is not None:
+        findings += scale_findings(scale95 / _Z95)
+    return findings
 
 
-def _said_of_misses(points: Points | None, share: float) -> str:
-    """What helps where points fit nowhere, "" where they do."""
-    if points is None or points.name == "cameras" or share < _NOWHERE:
-        return ""
-    return tr(
-        "The points miss by {share:.0f} % of how far they reach, which no spread of them mends: "
-        "several labels, coordinates or heights are wrong, or of two systems. Compare the table "
-        "with the model.",
-        share=100.0 * share,
-    )
-
-
-def _what_helps(points: Points | None) -> str:
-    if points is None:
-        return tr("Add readings, or control points that are spread wide.")
-    if points.name == "cameras":
-        return tr("Add control points, or photos from farther beside the others.")
-    return tr("Spread the points wider.")
-
-
-def said_of_blunders(
+def blunder_findings(
     kinds: Sequence[Observed],
     blunders: Sequence[Blunder],
     found: Adjusted,
     centre: Array,
     size: float,
-) -> list[str]:
+) -> list[Finding]:
     from scipy.spatial.transform import Rotation
 
     if not blunders:
@@ -270,65 +199,46 @@ def said_of_blunders(
     rest = [chosen(kind, [label not in named for label in kind.labels]) for kind in kinds]
     again = adjust([kind for kind in rest if len(kind.labels)], centre, size)
     turned = Rotation.from_matrix(again.fit.rotation @ found.fit.rotation.T).magnitude()
-    labels = ", ".join(blunder.in_words() for blunder in blunders)
-    other = _said_of_other_azimuths(kinds, named, again)
-    if not turned > _NO_TURN_RAD:
-        return [
-            tr(
-                "{labels}: too far from where the others put it to be chance. Without it the scale "
-                "changes by {share:+.2g} %. Look the value up, or leave it out (--without).",
-                labels=labels,
-                share=100.0 * (again.fit.scale / found.fit.scale - 1.0),
-            ),
-            *other,
-        ]
     return [
-        tr(
-            "{labels}: too far from where the others put it to be chance. Without it the model "
-            "turns by {turn:.2g}°. Look the value up, or leave it out (--without).",
-            labels=labels,
-            turn=float(np.degrees(turned)),
+        Finding(
+            "registration.blunder",
+            labels=[blunder.in_words() for blunder in blunders],
+            turned_deg=float(np.degrees(turned)),
+            scale_percent=100.0 * (again.fit.scale / found.fit.scale - 1.0),
         ),
-        *other,
+        *_other_azimuth_findings(kinds, named, again),
     ]
 
 
-def said_of_without(without: Sequence[Without]) -> list[str]:
+def suspect_findings(without: Sequence[Without]) -> list[Finding]:
     """Of the suspect among a few directions, with what would become of the placement without it."""
     if not without or not without[0].suspect:
         return []
     first = without[0]
-    said = [
-        tr(
-            "{label}: {error:.0f}° from where the others put it, too far to be chance. Without it "
-            "these agree to {others:.1f}° (RMS) and the model turns by {turn:.1f}°. Look the value "
-            "up, or leave it out (--without).",
+    findings = [
+        Finding(
+            "registration.suspect",
             label=first.label,
-            error=first.error_deg,
-            others=first.others_deg,
-            turn=first.turned_deg,
+            error_deg=first.error_deg,
+            others_deg=first.others_deg,
+            turn_deg=first.turned_deg,
         )
     ]
     if first.azimuth_off_deg is not None:
-        said.append(_would_agree(first.label, first.azimuth_off_deg))
-    return said
+        findings.append(_would_agree(first.label, first.azimuth_off_deg))
+    return findings
 
 
-def _would_agree(label: str, turn_deg: float) -> str:
-    return tr(
-        "{label} would agree if {turn:+.0f}° were added to its azimuth: a strike may have been "
-        "read as dip direction, or the opposite direction.",
-        label=label,
-        turn=turn_deg,
-    )
+def _would_agree(label: str, turn_deg: float) -> Finding:
+    return Finding("compass.other-azimuth", turn_deg=turn_deg, labels=[label])
 
 
-def _said_of_other_azimuths(
+def _other_azimuth_findings(
     kinds: Sequence[Observed], named: set[str], rest: Adjusted
-) -> list[str]:
+) -> list[Finding]:
     """Of the readings that were named among few: whether another azimuth would put them where all
-    that is left does. Of more planes the most that agree tell (`said_of_azimuths`)."""
-    said = []
+    that is left does. Of more planes the most that agree tell (`azimuth_findings`)."""
+    findings = []
     worst = float(np.degrees(np.sqrt(max(np.linalg.eigvalsh(rest.rotation)[-1], 0.0))))
     limit = float(np.clip(2.0 * _Z95 * worst, *_FITS_DEG))
     for kind in kinds:
@@ -337,11 +247,11 @@ def _said_of_other_azimuths(
         for label, model, world in zip(kind.labels, kind.model, kind.world, strict=True):
             if label in named:
                 turn = azimuth_that_fits(rest.fit.rotation @ model, world, limit)
-                said += [] if turn is None else [_would_agree(label, turn)]
-    return said
+                findings += [] if turn is None else [_would_agree(label, turn)]
+    return findings
 
 
-def said_of_bowing(found: Bowing | None, *, photos: bool = False) -> list[str]:
+def bowing_findings(found: Bowing | None, *, photos: bool = False) -> list[Finding]:
     """Whether the model is bent like a dome, in degrees of dip. photos : by the verticals of photos
     and not by points"""
     if found is None or not found.significant or found.across_deg < _WORTH_TELLING_DEG:
@@ -352,18 +262,16 @@ def said_of_bowing(found: Bowing | None, *, photos: bool = False) -> list[str]:
         else tr("the residuals of {count} points", count=found.n)
     )
     return [
-        tr(
-            "The model is bowed: by {evidence} its edges are {rise:.2g} m off "
-            "the plane through its middle, {where}, so that dips at an edge differ by "
-            "{side:.1f}° ± {error:.1f}° (95 %) from those in the middle, and by {across:.1f}° from "
-            "those at the opposite edge. A fold whose limbs differ by less may be the bowing. "
-            "Calibrate the lens, add oblique photos or control, and reconstruct again.",
+        Finding(
+            "registration.bowed",
             evidence=by,
-            rise=found.rise_m,
+            source="verticals" if photos else "residuals",
+            n=found.n,
+            rise_m=found.rise_m,
             where=where_edges_lie(found),
-            side=found.side_deg,
-            error=found.side_error95_deg,
-            across=found.across_deg,
+            side_deg=found.side_deg,
+            error95_deg=found.side_error95_deg,
+            across_deg=found.across_deg,
         )
     ]
 
@@ -380,38 +288,24 @@ def where_edges_lie(found: Bowing) -> str:
     return tr("above it (a dish)") if toward[2] > 0.0 else tr("below it (a dome)")
 
 
-def said_of_lenses(bend: LensBend | None, seen: Bowing | None) -> list[str]:
+def lens_findings(bend: LensBend | None, seen: Bowing | None) -> list[Finding]:
     """How far the errors of the lenses may deform a model, where that is worth telling. seen : the
     bowing by residuals"""
-    return [] if bend is None else said_of_lens_bend(bend.across_deg, bend.stretch95, seen)
+    return [] if bend is None else lens_bend_findings(bend.across_deg, bend.stretch95, seen)
 
 
-def said_of_lens_bend(
+def lens_bend_findings(
     across95_deg: float, stretch95: float | None, seen: Bowing | None
-) -> list[str]:
+) -> list[Finding]:
     """The same of a registration's record."""
-    said = []
+    findings = []
     across = bowing_deg(across95_deg, seen)
     bent = seen is not None and seen.significant
     if across is not None and not bent and across > _WORTH_ASKING_DEG:
-        said.append(
-            tr(
-                "The errors of the lenses (95 %) can bow the model so that dips at an edge differ "
-                "by {side:.1f}° from those in the middle, and by {across:.1f}° from those at the "
-                "opposite edge. A fold whose limbs differ by less may be the bowing. Calibrate the "
-                "lens, or add oblique photos or control.",
-                side=across / 2.0,
-                across=across,
-            )
-        )
+        findings.append(Finding("lens.bowing", side_deg=across / 2.0, across_deg=across))
     turn = float(np.degrees((stretch95 or 0.0) / 2.0))
     if turn > _WORTH_ASKING_DEG / 2.0:
-        said.append(
-            tr(
-                "The errors of the lenses (95 %) can stretch depths by {share:.1f} %, which turns "
-                "planes that are inclined to the outcrop's face by up to {turn:.1f}°.",
-                share=100.0 * (stretch95 or 0.0),
-                turn=turn,
-            )
+        findings.append(
+            Finding("lens.stretch", share_percent=100.0 * (stretch95 or 0.0), turn_deg=turn)
         )
-    return said
+    return findings

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message, plain
 from vomstudio.document.records import ObservationGroup
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.registration.blunders import Blunder, Without
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -142,14 +141,17 @@ class Placed(Shown):
             places = np.empty(0)
         if not places.ndim or places.shape[-1] != 3 or not (np.abs(places) <= FARTHEST_M).all():
             raise InputError(
-                tr("Points need three finite coordinates each, x, y, z, as an array (n, 3)."),
+                Finding("points.invalid"),
                 field="points",
             )
         return np.asarray(places @ m[:3, :3].T + m[:3, 3])
 
     def as_dict(self) -> dict[str, Any]:
         """Ready for JSON, with the names of the command."""
-        told = asdict(self) | {"matrix": self.matrix.tolist()}
+        told = asdict(self) | {
+            "matrix": self.matrix.tolist(),
+            "warnings": plain(self.warnings),
+        }
         for name in ("covariance", "centre", "reach_m", "normal", "observations"):
             del told[name]
         if not self.without:

@@ -24,7 +24,6 @@ from vomstudio.geology.serial_errors import (
     more_taken,
 )
 from vomstudio.registration.similarity import jacobian
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -174,17 +173,14 @@ def drift_findings(drift: Mapping[str, float]) -> list[Finding]:
     return [Finding(codes[group], correlation=rho) for group, rho in drift.items() if rho > 0.0]
 
 
-def scale_warning(scale_error: float, what: str = "") -> str:
-    """A sentence where lengths are known badly by a registration; "" where they are not.
-    scale_error : relative, one sigma; what : helps, in place of more points"""
+def scale_findings(scale_error: float) -> list[Finding]:
+    """Return a finding if a registration leaves lengths uncertain.
+
+    scale_error : relative, one sigma
+    """
     if not scale_error > _WARN_SCALE:
-        return ""
-    return tr(
-        "The scale is known only to {error:.1f} % (95 %): lengths, thicknesses and areas can be "
-        "wrong by as much. {what}",
-        error=196.0 * scale_error,
-        what=what or tr("Place control points farther apart, or measure a scale bar."),
-    )
+        return []
+    return [Finding("registration.weak-scale", error95_percent=196.0 * scale_error)]
 
 
 def _groups(n: int) -> Sequence[tuple[int, ...]]:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -64,25 +64,14 @@ def fit_similarity(
     w = np.ones(len(a)) if weights is None else np.asarray(weights, np.float64)
     a, b, w = a[w > 0], b[w > 0], w[w > 0]
     if len(a) < 3:
-        raise GeometryError(
-            tr_n(
-                "{count} point cannot register a model. Use at least 3.",
-                "{count} points cannot register a model. Use at least 3.",
-                len(a),
-            )
-        )
+        raise GeometryError(Finding("registration.too-few-points", count=len(a), least=3))
     w = w / w.sum()
     ca, cb = w @ a, w @ b
     da, db = a - ca, b - cb
     for spread in (da, db):
         axes = np.linalg.svd(spread * np.sqrt(w)[:, None], compute_uv=False)
         if not axes[1] > _COLLINEAR * axes[0]:
-            raise GeometryError(
-                tr(
-                    "The points lie on one line, about which the model can rotate. Add a point "
-                    "beside this line."
-                )
-            )
+            raise GeometryError(Finding("control.collinear"))
     u, s, vt = np.linalg.svd((db * w[:, None]).T @ da)
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
     rotation = (u * sign) @ vt

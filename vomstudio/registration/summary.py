@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model, ReadNorth, Registration
 from vomstudio.document.records.frames import crs_label
 from vomstudio.document.registration_errors import bowing_of_registration
@@ -15,12 +15,12 @@ from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import length_text
 from vomstudio.registration.remarks import (
-    said_of_bowing,
-    said_of_lens_bend,
-    said_of_turn,
+    bowing_findings,
+    lens_bend_findings,
+    weakest_axis_finding,
     where_edges_lie,
 )
-from vomstudio.registration.scatter import scale_warning
+from vomstudio.registration.scatter import scale_findings
 from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
 from vomstudio.words import to_translate, tr
 
@@ -65,11 +65,11 @@ _NORTHS = {
 @dataclass(frozen=True)
 class Summary:
     """sentence : how far the model may be turned, for people without statistics, "" where that is
-    not known; facts : names and values, in words; warnings : sentences"""
+    not known; facts : names and values, in words"""
 
     sentence: str
     facts: tuple[tuple[str, str], ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def summary_of(registration: Registration) -> Summary:
@@ -92,7 +92,7 @@ def summary_of(registration: Registration) -> Summary:
         axis = Line.from_vector(axes[:, -1])
         where = f"{format_azimuth(axis.trend_deg)}/{axis.plunge_deg:02.0f}"
         facts.append((tr("Weakest axis, 95 %"), f"{where} ± {worst:.2g}°"))
-        sentence = said_of_turn(worst, axis.trend_deg, axis.plunge_deg)
+        sentence = weakest_axis_finding(worst, axis.trend_deg, axis.plunge_deg).message
     if registration.scale_error is not None:
         facts.append((tr("Scale, 95 %"), f"± {100.0 * _Z95 * registration.scale_error:.2g} %"))
     facts += _north(registration.read_north)
@@ -202,24 +202,22 @@ def _points(registration: Registration) -> list[tuple[str, str]]:
     return facts
 
 
-def _warnings(registration: Registration) -> list[Message]:
-    messages: list[Message] = [*turn_findings(registration.rotation_covariance())]
+def _warnings(registration: Registration) -> list[Finding]:
+    findings: list[Finding] = [*turn_findings(registration.rotation_covariance())]
     control = [p for p in registration.control if not p.check]
     # Of a model that was fitted to another one the surfaces judge the points.
     by_points = registration.method != "reference"
     if by_points and 0 < len(control) < _FEW:
-        messages.append(tr("By fewer than four control points no mistake can be found."))
+        findings.append(Finding("control.no-redundancy", count=len(control), least=_FEW))
     by_points = by_points and registration.method != "gps"
     if by_points and 0 < len(control) == len(registration.control):
-        messages.append(
-            tr("No check points judge the model independently of those that placed it.")
-        )
+        findings.append(Finding("control.no-check-points"))
     if registration.scale_error is not None:
-        messages += filter(None, [scale_warning(registration.scale_error)])
+        findings += scale_findings(registration.scale_error)
     seen = bowing_of_registration(registration)
-    messages += said_of_bowing(seen)
+    findings += bowing_findings(seen)
     if registration.lens_bowing95_deg is not None:
-        messages += said_of_lens_bend(
+        findings += lens_bend_findings(
             registration.lens_bowing95_deg, registration.lens_stretch95, seen
         )
-    return messages
+    return findings

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.geometry.units import length_text
 from vomstudio.progress import Progress, Silent
@@ -19,18 +20,16 @@ from vomstudio.survey import picture_checks, station_checks
 from vomstudio.survey.camera_positions import metres_from_gps
 from vomstudio.survey.check_limits import Limits, SurveyMeasurements
 from vomstudio.survey.check_results import (
-    Finding,
     PhotoFigures,
     SurveyReport,
     advice_for,
     by_severity,
-    named,
     verdict_of,
 )
 from vomstudio.survey.overlap import compare_photos, features_of, optical_axes
 from vomstudio.survey.photo_limits import ground_sampling_distance, planes_in_words
 from vomstudio.survey.photo_quality import measure_quality
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -143,77 +142,20 @@ def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits
     found = []
     count = len(seen.photos)
     if count == 1:
-        found.append(
-            Finding(
-                "one-photo",
-                "error",
-                (),
-                tr("A single photo has no depth. A model needs several photos."),
-                1,
-            )
-        )
+        found.append(Finding("one-photo", photos=(), value=1))
     elif count < limits.fewest_photos:
-        found.append(
-            Finding(
-                "few-photos",
-                "warning",
-                (),
-                tr_n(
-                    "There is only {count} photo. Each place of the rock should be seen in four or "
-                    "five photos: with two or three there is no redundancy.",
-                    "There are only {count} photos. Each place of the rock should be seen in four "
-                    "or five photos: with two or three there is no redundancy.",
-                    count,
-                ),
-                count,
-            )
-        )
+        found.append(Finding("few-photos", photos=(), value=count, count=count))
     damaged = tuple(p.name for p, look in zip(seen.photos, seen.quality, strict=True) if look.error)
     if damaged:
         reason = next(look.error for look in seen.quality if look.error)
-        found.append(
-            Finding(
-                "damaged",
-                "warning",
-                damaged,
-                tr(
-                    "These photos cannot be decoded and will be left out: {photos}. {reason}",
-                    photos=named(damaged),
-                    reason=reason,
-                ),
-                len(damaged),
-            )
-        )
+        found.append(Finding("damaged", photos=damaged, value=len(damaged), reason=reason))
     if folder.duplicates:
         names = tuple(name for name, _ in folder.duplicates)
-        found.append(
-            Finding(
-                "duplicates",
-                "info",
-                names,
-                tr(
-                    "These photos are copies of other files and are left out: {photos}.",
-                    photos=named(names),
-                ),
-                len(names),
-            )
-        )
+        found.append(Finding("duplicates", photos=names, value=len(names)))
     unknown = tuple(p.name for p in seen.photos if p.focal_px is None)
     if unknown:
         found.append(
-            Finding(
-                "no-focal-length",
-                "info",
-                unknown,
-                tr_n(
-                    "The focal length of {count} photo is unknown. The alignment must estimate it, "
-                    "which needs well-spread photos with obliques.",
-                    "The focal length of {count} photos is unknown. The alignment must estimate "
-                    "it, which needs well-spread photos with obliques.",
-                    len(unknown),
-                ),
-                len(unknown),
-            )
+            Finding("no-focal-length", photos=unknown, value=len(unknown), count=len(unknown))
         )
     return found + _of_cameras(folder)
 
@@ -221,26 +163,16 @@ def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits
 def _of_cameras(folder: PhotoFolder) -> list[Finding]:
     """More than one camera or setting, and photos that a program turned."""
     settings = folder.cameras()
-    if len(settings) > 1:
-        sizes = ", ".join(_camera_group(group) for group in list(settings.values())[:4])
-        if len(settings) > 4:
-            sizes += " ..."
-        sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
-        turned = any((c, h, w) in sides for c, w, h in sides if w != h)
-        text = tr_n(
-            "There is {count} camera or setting: {cameras}.",
-            "There are {count} cameras or settings, each of which is calibrated separately: "
-            "{cameras}.",
-            len(settings),
-            cameras=sizes,
-        )
-        if turned:
-            text += " " + tr(
-                "Some photos were turned by a program. Use the photos as the camera stored them, "
-                "so that they share one calibration."
-            )
-        return [Finding("several-cameras", "info", (), text, len(settings))]
-    return []
+    if len(settings) < 2:
+        return []
+    groups = [_camera_group(group) for group in settings.values()]
+    findings = [Finding("several-cameras", photos=(), value=len(settings), cameras=groups)]
+    sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
+    turned = {(camera, w, h) for camera, w, h in sides if w != h and (camera, h, w) in sides}
+    if turned:
+        names = [p.name for p in folder.photos if (p.camera, p.width, p.height) in turned]
+        findings.append(Finding("survey.turned-photos", photos=names, value=len(names)))
+    return findings
 
 
 def _camera_group(group: Sequence[Photo]) -> str:

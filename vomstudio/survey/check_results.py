@@ -4,36 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
 from vomstudio.survey.photo_limits import planes_in_words
 from vomstudio.words import to_translate, tr
 
-Severity = Literal["info", "warning", "error"]
 _ORDER = {"error": 0, "warning": 1, "info": 2}
-
-
-@dataclass(frozen=True)
-class Finding:
-    """code : one word for programs; photos : names of those it is about, empty where it is about
-    all; text : what was found, why it matters, and what to do; value : the number it rests on"""
-
-    code: str
-    severity: Severity
-    photos: tuple[str, ...]
-    text: str
-    value: float | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "code": self.code,
-            "severity": self.severity,
-            "photos": list(self.photos),
-            "text": self.text,
-            "value": self.value,
-        }
 
 
 @dataclass(frozen=True)
@@ -87,7 +66,7 @@ class SurveyReport:
         return {
             "stage": self.stage,
             "photos": [photo.as_dict() for photo in self.photos],
-            "findings": [finding.as_dict() for finding in self.findings],
+            "findings": [finding.to_dict() for finding in self.findings],
             "verdict": self.verdict,
             "gsd_m": self.gsd_m,
             "smallest_plane_m": self.smallest_plane_m,
@@ -245,10 +224,3 @@ _SHORT = {
     "weak-photos": to_translate("weakly connected photos"),
     "high-error": to_translate("large residuals"),
 }
-
-
-def named(names: Sequence[str]) -> str:
-    """Up to three names, else the first two and how many more: `a.jpg, b.jpg and 3 more`."""
-    if len(names) <= 3:
-        return ", ".join(names)
-    return tr("{names} and {count} more", names=", ".join(names[:2]), count=len(names) - 2)

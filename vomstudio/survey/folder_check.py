@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.progress import Progress
 from vomstudio.reprs import Shown
 from vomstudio.survey.check import check_photos
-from vomstudio.survey.check_results import Finding, PhotoFigures, SurveyReport
-from vomstudio.words import tr
+from vomstudio.survey.check_results import PhotoFigures, SurveyReport
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,7 +89,7 @@ def check_folder(
     """The check, and the photos that were looked at. distance_m : from camera to rock, where it is
     known. Raises InputError, UsageError."""
     if distance_m is not None and not 0 < distance_m < 1e6:
-        raise UsageError(tr("A distance is a positive number of metres."), field="--distance")
+        raise UsageError(Finding("number.not-positive", value=distance_m), field="--distance")
     found = read_photos(folder, progress)
     report = check_photos(found, distance_m=distance_m, progress=progress)
     checked = FolderCheck(str(Path(folder)), report, tuple(found.skipped), tuple(found.warnings))

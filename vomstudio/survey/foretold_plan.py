@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.survey.planning import SurveyPlan
 from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M, Forecast, forecast
@@ -30,12 +31,12 @@ def foretold(
     """
     for name, value in (("--receiver", receiver_m), ("--control", control_m)):
         if value is not None and not 1e-6 <= value < 1e6:
-            raise UsageError(tr("This must be a positive number of metres."), field=name)
+            raise UsageError(Finding("number.not-positive", value=value), field=name)
     both = forecasts(plan, receiver_m or RECEIVER_M, control_m or CONTROL_M)
-    said = []
+    findings = []
     if receiver_m is not None or _nearly_in_line(plan):
-        said = said_of_forecasts(plan, *both)
-    return replace(plan, registration=both, warnings=(*plan.warnings, *said))
+        findings = forecast_findings(plan, *both)
+    return replace(plan, registration=both, warnings=(*plan.warnings, *findings))
 
 
 def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Forecast, Forecast]:
@@ -55,44 +56,27 @@ def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Fo
     return by_receiver, forecast("control", as_world(control, upright), (control_m, control_m))
 
 
-def said_of_forecasts(plan: SurveyPlan, receiver: Forecast, control: Forecast) -> list[str]:
-    """What to do where the positions of the cameras alone will leave the model turned."""
+def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -> list[Finding]:
+    """Report what to do if the positions of the cameras alone will leave the model turned."""
     worst = receiver.worst_95_deg
     if worst is not None and worst <= _BAD_DEG:
         return []
     if worst is None:
-        said = [tr("By the positions of the cameras alone the model cannot be registered.")]
+        findings = [Finding("plan.unregistrable")]
     else:
-        said = [
-            tr(
-                "By the positions of the cameras alone, known to {sigma:.2g} m, the model may be "
-                "turned by {worst:.2g}° (95 %).",
-                sigma=receiver.sigma_m[0],
-                worst=worst,
-            )
-        ]
+        findings = [Finding("plan.rotation", sigma_m=receiver.sigma_m[0], rotation95_deg=worst)]
     if control.worst_95_deg is not None and control.worst_95_deg <= _BAD_DEG:
-        said.append(
-            tr(
-                "With the planned control points, known to {sigma:.2g} m, it is {worst:.2g}°.",
-                sigma=control.sigma_m[0],
-                worst=control.worst_95_deg,
+        findings.append(
+            Finding(
+                "plan.rotation-by-control",
+                sigma_m=control.sigma_m[0],
+                rotation95_deg=control.worst_95_deg,
             )
         )
     if _nearly_in_line(plan):
-        said.append(
-            tr(
-                "The cameras stand nearly on one line. Take a second set from farther away or "
-                "higher, which overlaps the first by more than 60 %."
-            )
-        )
-    said.append(
-        tr(
-            "Without control points hold the camera level along its long side, and measure one "
-            "azimuth and one dip by compass and one length by tape on the outcrop."
-        )
-    )
-    return [" ".join(said)]
+        findings.append(Finding("plan.nearly-in-line"))
+    findings.append(Finding("plan.measure-on-site"))
+    return findings
 
 
 def as_world(places: Array, upright: bool) -> Array:

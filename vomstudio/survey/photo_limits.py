@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import (
     PIXELS_PER_RESOLUTION,
@@ -34,7 +35,7 @@ def ground_sampling_distance(
         (tr("image width"), image_width_px),
     ):
         if not value > 0:
-            raise UsageError(tr("This must be a positive number."), field=name)
+            raise UsageError(Finding("number.not-positive", value=value), field=name)
     return sensor_width_mm * distance_m / (focal_length_mm * image_width_px)
 
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.survey.check_limits import Limits, SurveyMeasurements
-from vomstudio.survey.check_results import Finding, named
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -28,38 +27,9 @@ def of_pixels(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
         bad = tuple(photos[i].name for i, value in blurs.items() if value > limit)
         if bad:
             worst = max(blurs.values())
-            found.append(
-                Finding(
-                    "blurred",
-                    "warning",
-                    bad,
-                    tr(
-                        "These photos are blurred: {photos}. The blur of edges is up to "
-                        "{worst:.1f} pixels (sigma), with a median of {median:.1f} pixels in the "
-                        "whole set. Leave them out where other photos see the same.",
-                        photos=named(bad),
-                        worst=worst,
-                        median=middle,
-                    ),
-                    worst,
-                )
-            )
+            found.append(Finding("blurred", photos=bad, value=worst, median=middle))
         if middle > limits.soft_px:
-            found.append(
-                Finding(
-                    "soft",
-                    "warning",
-                    (),
-                    tr(
-                        "All photos are unsharp: the median blur of edges is {median:.1f} pixels "
-                        "(sigma), so the true resolution is about {factor:.0f} times coarser than "
-                        "a pixel. They were out of focus, or were enlarged.",
-                        median=middle,
-                        factor=middle / 0.8,
-                    ),
-                    middle,
-                )
-            )
+            found.append(Finding("soft", photos=(), value=middle, factor=middle / 0.8))
     found += _of_enlarging(seen, limits)
     found += _of_light(seen, limits)
     return found
@@ -85,20 +55,7 @@ def _of_enlarging(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
                 zoomed.setdefault(photo.name, (photo.focal_35mm or 0) / least)
     if zoomed:
         most = max(value or 1.0 for value in zoomed.values())
-        found.append(
-            Finding(
-                "digital-zoom",
-                "warning",
-                tuple(zoomed),
-                tr(
-                    "These photos have a digital zoom of up to {zoom:.2g}: {photos}. It adds no "
-                    "detail: the true pixel size on the rock is larger by this factor.",
-                    photos=named(list(zoomed)),
-                    zoom=most,
-                ),
-                most,
-            )
-        )
+        found.append(Finding("digital-zoom", photos=tuple(zoomed), value=most))
     enlarged = []
     for photo in photos:
         model = find_camera(photo.camera)
@@ -110,16 +67,10 @@ def _of_enlarging(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
         found.append(
             Finding(
                 "enlarged",
-                "warning",
-                tuple(enlarged),
-                tr(
-                    "These photos have more pixels than a {camera} takes ({width}): {photos}. They "
-                    "were enlarged or stitched, which adds no detail.",
-                    photos=named(enlarged),
-                    camera=model.label,
-                    width=model.width_px,
-                ),
-                len(enlarged),
+                photos=tuple(enlarged),
+                value=len(enlarged),
+                camera=model.label,
+                width_px=model.width_px,
             )
         )
     looks = [look for look in seen.quality if look.blur_px is not None]
@@ -130,15 +81,12 @@ def _of_enlarging(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
         found.append(
             Finding(
                 "enlarged",
-                "warning",
-                (),
-                tr(
-                    "The photos were zoomed digitally or enlarged afterwards: their pixels show "
-                    "the period of an interpolation, and edges are blurred by {median:.1f} pixels. "
-                    "This adds no detail. Use the camera's original files.",
-                    median=middle,
-                ),
-                middle,
+                photos=[
+                    p.name
+                    for p, look in zip(photos, seen.quality, strict=True)
+                    if (look.resampled or 0.0) >= limits.resampled
+                ],
+                value=middle,
             )
         )
     return found
@@ -155,19 +103,7 @@ def _of_light(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
     }
     if shut:
         names = tuple(photos[i].name for i in sorted(shut))
-        found.append(
-            Finding(
-                "exposure",
-                "warning",
-                names,
-                tr(
-                    "These photos are nearly black or mostly overexposed: {photos}. Nothing can be "
-                    "recognised in them.",
-                    photos=named(names),
-                ),
-                len(names),
-            )
-        )
+        found.append(Finding("exposure", photos=names, value=len(names)))
     bright = {
         i: math.log2(look.brightness)
         for i, look in enumerate(seen.quality)
@@ -178,21 +114,7 @@ def _of_light(seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
         jumps = tuple(photos[i].name for i, v in bright.items() if abs(v - middle) > limits.stops)
         if jumps:
             worst = max((v - middle for v in bright.values()), key=abs)
-            found.append(
-                Finding(
-                    "brightness-jump",
-                    "warning",
-                    jumps,
-                    tr(
-                        "These photos are lighter or darker than the rest of the set by up to "
-                        "{stops:.1f} stops: {photos}. Matching suffers, and the texture will show "
-                        "it.",
-                        photos=named(jumps),
-                        stops=abs(worst),
-                    ),
-                    worst,
-                )
-            )
+            found.append(Finding("brightness-jump", photos=jumps, value=worst, stops=abs(worst)))
     return found + _of_time(photos, limits)
 
 
@@ -203,40 +125,10 @@ def _of_time(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
     if len(exposures) >= 3:
         spread = float(np.quantile(exposures, 0.95) - np.quantile(exposures, 0.05))
         if spread > limits.light_stops:
-            found.append(
-                Finding(
-                    "light-changed",
-                    "warning",
-                    (),
-                    tr(
-                        "The light that the camera metered changed by {stops:.1f} stops: sun and "
-                        "shade, or hours in between. Moving shadows are matched as if they were "
-                        "rock.",
-                        stops=spread,
-                    ),
-                    spread,
-                )
-            )
+            found.append(Finding("light-changed", photos=(), value=spread))
     taken = sorted(p.taken for p in photos if p.taken is not None)
     if len(taken) >= 2:
         hours = (taken[-1] - taken[0]).total_seconds() / 3600.0
         if hours > limits.hours:
-            span = (
-                tr_n("{count} hour", "{count} hours", round(hours))
-                if hours < 48
-                else tr_n("{count} day", "{count} days", round(hours / 24))
-            )
-            found.append(
-                Finding(
-                    "long-survey",
-                    "info",
-                    (),
-                    tr(
-                        "The photos were taken over {duration}, while shadows move. On several "
-                        "days, take them at the same time of day.",
-                        duration=span,
-                    ),
-                    hours,
-                )
-            )
+            found.append(Finding("long-survey", photos=(), value=hours))
     return found

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.io.text.rows import shortened
 from vomstudio.words import tr
@@ -38,9 +39,7 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     """
     words = words.strip()
     if focal_mm is not None and not 0 < focal_mm < 1e5:
-        raise UsageError(
-            tr("The focal length must be a positive number of millimetres."), field="--focal"
-        )
+        raise UsageError(Finding("number.not-positive", value=focal_mm), field="--focal")
     if _is_file(words):
         return _camera_of_photo(words, focal_mm)
     if re.match(r"^[\d.=,;xX×\s]*$|.*=", words):
@@ -50,26 +49,12 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     model = find_camera(words)
     if model is None:
         like = similar_cameras(words)
-        help_ = tr(
-            "Name a photo taken with it, or give numbers: sensor width x height in mm, focal "
-            "length in mm, pixels, for example 23.5x15.6,35,6000x4000."
-        )
-        if like:
-            unknown = tr(
-                "'{camera}' is not in the table of cameras. Similar names are {similar}.",
-                camera=shortened(words),
-                similar=", ".join(like),
-            )
-        else:
-            unknown = tr("'{camera}' is not in the table of cameras.", camera=shortened(words))
-        raise UsageError(f"{unknown} {help_}", field="--camera")
+        finding = Finding("plan.unknown-camera", camera=shortened(words), similar=like or None)
+        raise UsageError(finding, field="--camera")
     focal = focal_mm or model.focal_mm
     if focal is None:
         raise UsageError(
-            tr(
-                "The {camera} has interchangeable lenses. Give the focal length with --focal MM.",
-                camera=model.label,
-            ),
+            Finding("plan.no-focal-length", camera=model.label),
             field="--focal",
         )
     return PlanCamera(
@@ -103,10 +88,7 @@ def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
         sensor, focal = 36.0, 36.0 * photo.focal_px / long_side
     if sensor is None or focal is None:
         raise UsageError(
-            tr(
-                "This photo's metadata do not describe its camera. Give numbers: sensor width x "
-                "height in mm, focal length in mm, pixels, for example 23.5x15.6,35,6000x4000."
-            ),
+            Finding("plan.photo-without-camera"),
             file=path,
             field="--camera",
         )
@@ -179,10 +161,6 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
 
 def _not_a_camera(words: str) -> UsageError:
     return UsageError(
-        tr(
-            "'{camera}' does not describe a camera. Give numbers: sensor width x height in mm, "
-            "focal length in mm, pixels, for example 23.5x15.6,35,6000x4000.",
-            camera=shortened(words),
-        ),
+        Finding("plan.not-a-camera", camera=shortened(words)),
         field="--camera",
     )

@@ -15,14 +15,13 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.reprs import Shown
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.survey.plan_camera import PlanCamera
 from vomstudio.survey.registration_forecast import Forecast
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Manner = Literal["handheld", "drone", "terrain"]
@@ -230,7 +229,7 @@ def plan_survey(
             "--aperture": f_number,
         },
     )
-    warnings: list[Message] = []
+    warnings: list[Finding] = []
     aperture, kept = _aperture(camera, f_number)
     warnings += kept
     distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
@@ -239,13 +238,7 @@ def plan_survey(
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
     expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
     if expected > _MOST_PHOTOS:
-        raise UsageError(
-            tr(
-                "This survey would take about {count:,.0f} photos. Increase the distance, or plan "
-                "a part of the outcrop.",
-                count=expected,
-            )
-        )
+        raise UsageError(Finding("plan.too-many-photos", photos=expected))
     stations, least, middle = _stations(
         camera, distance_m, width_m, height_m, footprint, spacing, manner
     )
@@ -273,23 +266,19 @@ def plan_survey(
     )
 
 
-def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[str]]:
+def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[Finding]]:
     """The f-number that counts, and a warning where another was asked for."""
     if camera.f_number is None:
         return _USUAL_F_NUMBER if f_number is None else f_number, []
     if f_number in (None, camera.f_number):
         return camera.f_number, []
-    said = tr(
-        "The aperture of the {camera} cannot be set: f/{own:g} is used.",
-        camera=camera.name,
-        own=camera.f_number,
-    )
-    return camera.f_number, [said]
+    finding = Finding("plan.fixed-aperture", camera=camera.name, f_number=camera.f_number)
+    return camera.f_number, [finding]
 
 
 def _distance(
     camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
-) -> tuple[float, float, list[str]]:
+) -> tuple[float, float, list[Finding]]:
     """(distance, pixel size on the rock, a warning where that is too large), metres. Raises
     UsageError where none is given, or the lens cannot focus there."""
     warnings = []
@@ -297,25 +286,17 @@ def _distance(
         gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
     if distance_m is None:
         if gsd_m is None:
-            raise UsageError(
-                tr(
-                    "Give the distance of the camera (--distance M), the size of a pixel on the "
-                    "rock (--gsd M) or the extent of the smallest plane to be measured (--plane M)."
-                )
-            )
+            raise UsageError(Finding("plan.no-distance"))
         distance_m = distance_for(camera, gsd_m)
     if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
-        raise UsageError(
-            tr("This distance is too short for the lens to focus."), field="--distance"
-        )
+        raise UsageError(Finding("plan.too-close"), field="--distance")
     gsd = ground_sampling_distance(
         camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
     )
     if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
         warnings.append(
-            tr(
-                "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to "
-                "{closer:.3g} m.",
+            Finding(
+                "plan.too-far",
                 distance=distance_m,
                 gsd=1000 * gsd,
                 wanted=1000 * gsd_m,
@@ -329,10 +310,12 @@ def _check_input(overlap: float, lengths: Mapping[str, float | None]) -> None:
     """Raises UsageError with the name of what is wrong."""
     for name, value in lengths.items():
         if value is not None and not 0 < value < 1e6:
-            raise UsageError(tr("This must be a positive number."), field=name)
+            raise UsageError(Finding("number.not-positive", value=value), field=name)
     if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
         raise UsageError(
-            tr("Neighbouring photos should overlap by 60 to 80 %. Give 0.6 to 0.8."),
+            Finding(
+                "option.out-of-range", value=overlap, minimum=LEAST_OVERLAP, maximum=MOST_OVERLAP
+            ),
             field="--overlap",
         )
 
@@ -455,42 +438,17 @@ def _warnings(
     height: float,
     footprint: tuple[float, float],
     least: int,
-) -> list[Message]:
-    found: list[Message] = []
+) -> list[Finding]:
+    found: list[Finding] = []
     highest = max(station.up_m for station in stations)
     if manner == "handheld" and highest > _REACH_M:
         one_row = distance * height / footprint[1]
         if one_row > distance * (1.0 + 1e-9):
-            found.append(
-                tr(
-                    "The upper rows are up to {height:.1f} m above the foot of the outcrop. Use a "
-                    "drone or a pole, or stand {distance:.0f} m away, where one row covers all of "
-                    "it.",
-                    height=highest,
-                    distance=one_row,
-                )
-            )
+            found.append(Finding("plan.high-rows", height_m=highest, distance_m=one_row))
         else:
-            found.append(
-                tr(
-                    "The row is {height:.1f} m above the foot of the outcrop. Use a drone or a "
-                    "pole: photos taken upwards from the ground do not show the tops of ledges.",
-                    height=highest,
-                )
-            )
+            found.append(Finding("plan.high-row", height_m=highest))
     if min(width, height) < 0.2 * max(width, height):
-        found.append(
-            tr(
-                "The outcrop is a narrow strip, so that control points on it are nearly in one "
-                "line. Put some in front of it or beside it, and photograph those too."
-            )
-        )
+        found.append(Finding("plan.narrow-strip"))
     if least < WANTED_VIEWS:
-        found.append(
-            tr_n(
-                "Some places near the border are seen by only {count} photo. Add some there.",
-                "Some places near the border are seen by only {count} photos. Add some there.",
-                least,
-            )
-        )
+        found.append(Finding("plan.thin-border", count=least))
     return found

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.units import length_text
+from vomstudio.core.findings import Finding
 from vomstudio.survey.camera_positions import (
     accuracy_of,
     metres_from_gps,
@@ -17,9 +17,7 @@ from vomstudio.survey.camera_positions import (
     straightness,
 )
 from vomstudio.survey.check_limits import Limits, SurveyMeasurements
-from vomstudio.survey.check_results import Finding, named
 from vomstudio.survey.overlap import FEWEST_MATCHES, SetOverlap
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -48,50 +46,18 @@ def of_pairs(seen: SurveyMeasurements, best: Sequence[float], limits: Limits) ->
     if not larger:
         return [
             Finding(
-                "unmatched",
-                "error",
-                (),
-                tr(
-                    "No two photos show the same rock: every pair has fewer than {count} matches.",
-                    count=FEWEST_MATCHES,
-                ),
-                0,
+                "unmatched", "error", photos=[p.name for p in photos], value=0, least=FEWEST_MATCHES
             )
         ]
     found += _of_components(photos, parts)
     thin = tuple(photos[i].name for g in larger for i in g if best[i] < limits.overlap)
     if thin:
         most = max(best[i] for g in larger for i in g if best[i] < limits.overlap)
-        found.append(
-            Finding(
-                "low-overlap",
-                "warning",
-                thin,
-                tr(
-                    "These photos overlap their best neighbour by {overlap:.0f} % or less: "
-                    "{photos}. 60 % or more is required.",
-                    photos=named(thin),
-                    overlap=100 * most,
-                ),
-                most,
-            )
-        )
+        found.append(Finding("low-overlap", photos=thin, value=most, overlap=100 * most))
     views = float(np.median(pairs.views))
     if count >= limits.fewest_photos and views < limits.views and pairs.pairs:
         few = tuple(p.name for i, p in enumerate(photos) if pairs.views[i] < limits.views)
-        found.append(
-            Finding(
-                "few-views",
-                "warning",
-                few,
-                tr(
-                    "Half of the rock is seen by {count:.0f} photos or fewer. Every place should "
-                    "be seen by four or five.",
-                    count=views,
-                ),
-                views,
-            )
-        )
+        found.append(Finding("few-views", photos=few, value=views))
     found += _of_positions_seen(seen, limits)
     return found
 
@@ -102,35 +68,11 @@ def _of_components(photos: Sequence[Photo], parts: Sequence[Sequence[int]]) -> l
     lonely = tuple(photos[g[0]].name for g in parts if len(g) == 1)
     larger = [g for g in parts if len(g) > 1]
     if lonely:
-        found.append(
-            Finding(
-                "unmatched",
-                "warning",
-                lonely,
-                tr(
-                    "These photos match no other photo: {photos}. They overlap too little, are "
-                    "blurred, or show something else.",
-                    photos=named(lonely),
-                ),
-                len(lonely),
-            )
-        )
+        found.append(Finding("unmatched", photos=lonely, value=len(lonely)))
     if len(larger) > 1:
-        sizes = ", ".join(str(len(g)) for g in larger)
         small = tuple(photos[i].name for g in larger[1:] for i in g)
         found.append(
-            Finding(
-                "parts",
-                "warning",
-                small,
-                tr(
-                    "The photos form {count} disconnected components ({sizes} photos), which would "
-                    "become separate models.",
-                    count=len(larger),
-                    sizes=sizes,
-                ),
-                len(larger),
-            )
+            Finding("parts", photos=small, value=len(larger), sizes=[len(g) for g in larger])
         )
     return found
 
@@ -156,35 +98,10 @@ def _of_positions_seen(seen: SurveyMeasurements, limits: Limits) -> list[Finding
     found = []
     if turned:
         those = _in_any(turned)
-        found.append(
-            Finding(
-                "same-position",
-                "warning",
-                those,
-                tr(
-                    "These photos were taken from the same position as another, with a different "
-                    "direction or zoom: {photos}. Without a base there is no depth, and the "
-                    "alignment suffers. Take one photo from each position.",
-                    photos=named(those),
-                ),
-                len(turned),
-            )
-        )
+        found.append(Finding("same-position", photos=those, value=len(turned)))
     if twins:
         those = _in_any(twins)
-        found.append(
-            Finding(
-                "near-identical",
-                "info",
-                those,
-                tr(
-                    "These photos are almost identical to another: {photos}. All but one can be "
-                    "left out.",
-                    photos=named(those),
-                ),
-                len(twins),
-            )
-        )
+        found.append(Finding("near-identical", photos=those, value=len(twins)))
     return found
 
 
@@ -214,30 +131,8 @@ def of_directions(
     if spread >= limits.doming_deg:
         return []
     down = gimbal is not None and bool(np.all(gimbal[:, 2] < -math.cos(math.radians(15.0))))
-    angle = max(spread, 0.1)
-    if down:
-        first = tr(
-            "All photos look straight down (within {angle:.2g} degrees, by the drone's gimbal).",
-            angle=angle,
-        )
-    elif gimbal is not None:
-        first = tr(
-            "All photos look in nearly one direction (within {angle:.2g} degrees, by the drone's "
-            "gimbal).",
-            angle=angle,
-        )
-    else:
-        first = tr(
-            "All photos look in nearly one direction (within {angle:.2g} degrees, estimated from "
-            "the photos).",
-            angle=angle,
-        )
-    risk = tr(
-        "The model may be bent like a dome, and focal length and distance are highly correlated, "
-        "so keep the focal length at its EXIF value. Oblique photos up to 30 degrees from the "
-        "perpendicular prevent both."
-    )
-    return [Finding("one-direction", "warning", (), f"{first} {risk}", spread)]
+    source = "photos" if gimbal is None else "gimbal"
+    return [Finding("one-direction", photos=(), value=spread, source=source, straight_down=down)]
 
 
 def _gimbal_axes(photos: Sequence[Photo]) -> Array | None:
@@ -277,19 +172,7 @@ def of_sizes(
         for i, value in known.items()
         if max(value / middle, middle / value) > math.sqrt(limits.gsd_ratio)
     )
-    return [
-        Finding(
-            "gsd-spread",
-            "warning",
-            far,
-            tr(
-                "The ground sampling distances of the photos differ by a factor of {ratio:.0f}. "
-                "Keep them within an order of magnitude.",
-                ratio=ratio,
-            ),
-            ratio,
-        )
-    ]
+    return [Finding("gsd-spread", photos=far, value=ratio)]
 
 
 def _relative_sizes(pairs: SetOverlap, count: int) -> list[float | None]:
@@ -322,48 +205,13 @@ def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
     placed = [photo for photo, k in zip(photos, known, strict=True) if k]
     names = tuple(photo.name for photo in placed)
     if not placed:
-        return [
-            Finding(
-                "no-gps",
-                "info",
-                (),
-                tr(
-                    "The photos have no GPS position. Scale and orientation must come from control "
-                    "points, or from a measured length and a known direction in the scene."
-                ),
-                0,
-            )
-        ]
+        return [Finding("no-gps", photos=(), value=0)]
     found = []
     at = positions[known]
     if len(placed) > 1 and _radius(at) < 0.05:
-        return [
-            Finding(
-                "gps-equal",
-                "warning",
-                names,
-                tr(
-                    "All {count} GPS positions are identical: the receiver had not updated, or "
-                    "stored the position of a network. They cannot register a model.",
-                    count=len(placed),
-                ),
-                len(placed),
-            )
-        ]
+        return [Finding("gps-equal", photos=names, value=len(placed))]
     if len(placed) < 0.5 * len(photos):
-        found.append(
-            Finding(
-                "gps-few",
-                "info",
-                names,
-                tr(
-                    "Only {count} of {total} photos have a GPS position.",
-                    count=len(placed),
-                    total=len(photos),
-                ),
-                len(placed),
-            )
-        )
+        found.append(Finding("gps-few", photos=names, value=len(placed), total=len(photos)))
     if len(placed) >= 3:
         found.append(_of_gps_accuracy(placed, at, limits))
     return found
@@ -373,49 +221,18 @@ def _of_gps_accuracy(placed: Sequence[Photo], at: Array, limits: Limits) -> Find
     """How well the positions `at` (n, 3) of these photos determine the rotation of a model."""
     sigma, stated = accuracy_of(placed)
     error, _ = rotation_error95_deg(at, sigma)
-    accuracy = (
-        tr("{length}, as stated in the files", length=length_text(sigma, 2))
-        if stated
-        else tr("{length}, assumed", length=length_text(sigma, 2))
-    )
     if straightness(at) < limits.straight and error > limits.rotation_deg:
-        return Finding(
-            "collinear",
-            "warning",
-            (),
-            tr(
-                "The camera positions lie in one line. A model registered by them alone can rotate "
-                "about this line."
-            ),
-            straightness(at),
-        )
+        return Finding("collinear", photos=(), value=straightness(at))
     if error > limits.rotation_deg:
         return Finding(
             "gps-noise",
-            "warning",
-            (),
-            tr(
-                "The camera positions extend over {extent} with an accuracy of {accuracy}. A model "
-                "registered by them alone, and every dip on it, can be rotated by up to "
-                "{error:.0f} degrees (95 %). Control points are needed.",
-                extent=length_text(2 * _radius(at), 2),
-                accuracy=accuracy,
-                error=error,
-            ),
-            error,
+            photos=(),
+            value=error,
+            extent_m=2 * _radius(at),
+            sigma_m=sigma,
+            stated=stated,
         )
-    return Finding(
-        "gps-registration",
-        "info",
-        (),
-        tr(
-            "A model registered by the camera positions (accuracy: {accuracy}) can be rotated by "
-            "up to {error:.1f} degrees (95 %).",
-            accuracy=accuracy,
-            error=error,
-        ),
-        error,
-    )
+    return Finding("gps-registration", photos=(), value=error, sigma_m=sigma, stated=stated)
 
 
 def _radius(at: Array) -> float:

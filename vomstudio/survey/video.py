@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, plain
 from vomstudio.errors import InputError, TargetError, UsageError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_in_project
@@ -33,7 +33,6 @@ VIDEO_ENDINGS = (
 )  # fmt: skip
 """Extensions of videos of phones, cameras and drones, for file dialogs."""
 _RECORD = "frames.json"
-_NO_VIDEO = to_translate("This is not a video, is damaged, or has a format that cannot be read.")
 # Bytes at places of the head: of AVI; MP4, MOV and 3GP; MKV and WebM; WMV; MPEG program and
 # elementary streams; MPEG transport streams with packets of 188 bytes, and of 192 as cameras write.
 _FILMS = (
@@ -69,7 +68,8 @@ class Frame:
 @dataclass
 class FrameReport:
     """skipped : how many moments were left out, by reason. gaps : moments where the picture moved
-    so far that neighbouring frames may not overlap enough"""
+    so far that neighbouring frames may not overlap enough. reasons : why the video is not good
+    enough"""
 
     folder: Path
     width: int
@@ -79,7 +79,8 @@ class FrameReport:
     frames: list[Frame] = field(default_factory=list)
     skipped: dict[str, int] = field(default_factory=dict)
     gaps: list[float] = field(default_factory=list)
-    warnings: list[Message] = field(default_factory=list)
+    warnings: list[Finding] = field(default_factory=list)
+    reasons: list[Finding] = field(default_factory=list)
     good_enough: bool = True
     verdict: str = ""
 
@@ -89,7 +90,8 @@ class FrameReport:
             "skipped": dict(self.skipped),
             "good_enough": self.good_enough,
             "verdict": self.verdict,
-            "warnings": list(self.warnings),
+            "reasons": plain(self.reasons),
+            "warnings": plain(self.warnings),
             "width": self.width,
             "height": self.height,
             "video_fps": self.video_fps,
@@ -113,7 +115,9 @@ def take_frames(
     Raises InputError for what is no video, UsageError, TargetError, Cancelled.
     """
     if not 0.05 <= fps <= 10.0:
-        raise UsageError(tr("Frames per second are 0.05 to 10; 1 to 4 are usual."), field="--fps")
+        raise UsageError(
+            Finding("option.out-of-range", value=fps, minimum=0.05, maximum=10.0), field="--fps"
+        )
     progress = progress or Silent()
     target = _checked_target(Path(folder), force)
     with _Video(Path(video)) as source:
@@ -122,7 +126,7 @@ def take_frames(
             part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
         except OSError as error:
             raise TargetError(
-                tr("This folder cannot be written ({error}).", error=reason_of(parent, error)),
+                Finding("output.unwritable", reason=reason_of(parent, error)),
                 file=folder,
             ) from error
         try:
@@ -134,16 +138,13 @@ def take_frames(
                     for reason, count in report.skipped.items()
                 )
                 raise InputError(
-                    tr(
-                        "No frame of this video can be used. Frames left out: {reasons}.",
-                        reasons=reasons,
-                    ),
+                    Finding("video.no-frames", reasons=reasons),
                     file=source.path,
                 )
             _put_in_place(part, target, report)
         except OSError as error:
             raise TargetError(
-                tr("The frames cannot be written ({error}).", error=reason_of(parent, error)),
+                Finding("output.unwritable", reason=reason_of(parent, error)),
                 file=folder,
             ) from error
         finally:
@@ -167,20 +168,20 @@ class _Video:
         import cv2
 
         if path.is_dir():
-            raise InputError(tr("This is a folder. Name a video."), file=path)
+            raise InputError(Finding("file.is-folder"), file=path)
         if not path.is_file():
-            raise InputError(tr("There is no such file."), file=path)
+            raise InputError(Finding("file.missing"), file=path)
         if path.stat().st_size == 0:
-            raise InputError(tr("This file is empty (0 bytes)."), file=path)
+            raise InputError(Finding("file.empty"), file=path)
         self.path = path
         if not _is_film(path):
-            raise InputError(tr(_NO_VIDEO), file=path)
+            raise InputError(Finding("video.not-a-video"), file=path)
         with utf8_name(path) as named:
             self._capture = cv2.VideoCapture(str(named))
         ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
         if not ok or first is None:
             self._capture.release()
-            raise InputError(tr(_NO_VIDEO), file=path)
+            raise InputError(Finding("video.not-a-video"), file=path)
         self._first = np.asarray(first)
         self.height, self.width = self._first.shape[:2]
         fps = float(self._capture.get(cv2.CAP_PROP_FPS))
@@ -250,13 +251,7 @@ def _choose_frames(
         last = small
     report.seconds = (source.count or 0) / source.fps
     if stated and source.count is not None and source.count < 0.95 * stated:
-        report.warnings.append(
-            tr(
-                "The video ends after {count} of its {total} frames: it is damaged or incomplete.",
-                count=source.count,
-                total=stated,
-            )
-        )
+        report.warnings.append(Finding("video.cut-short", frames=source.count, total=stated))
     return report
 
 
@@ -324,56 +319,30 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
     moments = taken + sum(report.skipped.values())
     blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
     still = report.skipped.get(UNCHANGED, 0)
-    reasons = []
+    reasons = report.reasons
     size = max(report.width, report.height)
     if taken < _FEWEST:
-        reasons.append(
-            tr_n(
-                "Only {count} frame is sharp and different from the others; {least} are needed.",
-                "Only {count} frames are sharp and different from each other; {least} are needed.",
-                taken,
-                least=_FEWEST,
-            )
-        )
+        reasons.append(Finding("video.few-frames", count=taken, least=_FEWEST))
     if blurred > 0.5:
-        reasons.append(tr("{share:.0f} % of the video is blurred.", share=100 * blurred))
+        reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred))
     if taken and len(report.gaps) > 0.3 * taken:
-        reasons.append(
-            tr(
-                "At {count} moments the camera moves so fast that frames hardly overlap.",
-                count=len(report.gaps),
-            )
-        )
+        reasons.append(Finding("video.too-fast", moments=len(report.gaps)))
     if size < 1000:
-        reasons.append(
-            tr(
-                "Its frames have only {width} x {height} pixels.",
-                width=report.width,
-                height=report.height,
-            )
-        )
+        reasons.append(Finding("video.small", "error", width=report.width, height=report.height))
     elif size < 1900:
-        report.warnings.append(
-            tr(
-                "The frames have only {width} x {height} pixels. Photos show much more detail.",
-                width=report.width,
-                height=report.height,
-            )
-        )
+        report.warnings.append(Finding("video.small", width=report.width, height=report.height))
     if 0 < blurred <= 0.5 and blurred > 0.2:
-        report.warnings.append(
-            tr("{share:.0f} % of the video is blurred. Move more slowly.", share=100 * blurred)
-        )
+        report.warnings.append(Finding("video.blurred", share_percent=100 * blurred))
     if still > 0.3 * max(moments, 1):
-        report.warnings.append(tr("The camera stood still for much of the video. Keep moving."))
+        report.warnings.append(Finding("video.still"))
     if fps > 4.0 or fps < 1.0:
-        report.warnings.append(tr("1 to 4 frames per second are usual."))
+        report.warnings.append(Finding("video.unusual-rate", fps=fps))
     report.good_enough = not reasons
     if reasons:
         report.verdict = tr(
             "This video is not good enough. {reasons} Take photos instead, or film again slowly "
             "and smoothly, without standing still.",
-            reasons=" ".join(reasons),
+            reasons=" ".join(reason.message for reason in reasons),
         )
     else:
         report.verdict = tr_n(
@@ -388,25 +357,19 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
 # ------------------------------------------------------------------------------------------------
 def _checked_target(folder: Path, force: bool) -> Path:
     if not folder.name:
-        raise TargetError(tr("This does not name a folder."), file=folder)
+        raise TargetError(Finding("folder.unnamed"), file=folder)
     target = folder.absolute()
     check_in_project(target)
     if not target.parent.is_dir():
         raise TargetError(
-            tr(
-                "The folder {folder} does not exist. Create it, or name another one.",
-                folder=target.parent,
-            ),
+            Finding("folder.missing", folder=target.parent),
             file=folder,
         )
     if target.exists() and not target.is_dir():
-        raise TargetError(tr("This is a file. Name a folder."), file=folder)
+        raise TargetError(Finding("folder.is-file"), file=folder)
     if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
         raise TargetError(
-            tr(
-                "This folder contains other files. Use --force to write among them, or name "
-                "another folder."
-            ),
+            Finding("folder.other-files"),
             file=folder,
         )
     return target

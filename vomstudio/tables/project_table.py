@@ -95,7 +95,7 @@ def project_table(
     for subject, row in zip(subjects, feature_rows(subjects), strict=True):
         if row is None:
             feature = subject.feature
-            reason = subject.measured.problem or tr("no plane")
+            reason = str(subject.measured.problem or tr("no plane"))
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)

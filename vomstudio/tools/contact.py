@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.contact import Contact
@@ -51,11 +52,11 @@ class ContactTool(FollowingTool[Contact]):
             count,
         )
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._feature is None:
-            return tr("No contact line is being picked.")
+            return Finding("tool.nothing-open")
         if len(self.vertices) < 2:
-            return tr("A line needs at least 2 points.")
+            return Finding("feature.too-few-points", count=2 - len(self.vertices), minimum=2)
         return None
 
     @property
@@ -90,9 +91,9 @@ class ContactTool(FollowingTool[Contact]):
         measured = self.measurement
         if measured is None or measured.problem:
             problem = None if measured is None else measured.problem
-            raise GeometryError(problem or tr("No points have been picked."))
+            raise GeometryError(problem or Finding("tool.no-points"))
         if not (measured.dimension or {}).get("length_m"):
-            raise GeometryError(tr("All points coincide. Pick them farther apart."))
+            raise GeometryError(Finding("tool.coincident-points"))
         records = self._context.session.records
         if self._continued:
             return edits.set_line(records, feature.id, feature.vertices)

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.control_point import ControlPoint
@@ -80,11 +81,11 @@ class ControlTool(NothingOpen):
             )
         return tr("Control points: click {point} on the outcrop.", point=point.name)
 
-    def why_not_finish(self) -> str | None:
-        return tr("No feature is open.")
+    def why_not_finish(self) -> Finding | None:
+        return Finding("tool.nothing-open")
 
-    def why_not_cancel(self) -> str | None:
-        return tr("No feature is open.")
+    def why_not_cancel(self) -> Finding | None:
+        return Finding("tool.nothing-open")
 
     # --- what is done ------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
@@ -100,18 +101,13 @@ class ControlTool(NothingOpen):
         point = self.current
         if point is not None and point.model_id != model.id:
             self._context.say(
-                tr(
-                    "{point} is a control point of another model. Choose one of {model}, or "
-                    "none for a new one.",
-                    point=point.name,
-                    model=model.name,
-                )
+                Finding("feature.on-other-model", feature=point.name, model=model.name)
             )
             return
         try:
             id_ = self._keep(self._edit(point, model, hit))
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
             return
         self._current = "" if point is None else self._next(point)
         self._context.created(id_)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from vomstudio.core.findings import Finding
 from vomstudio.tools.chosen_elements import Combine
 from vomstudio.tools.interaction_types import Outline, PointerEvent
 from vomstudio.tools.select_words import Way
@@ -65,10 +66,10 @@ class DrawnShape:
         (x0, y0), (x1, y1) = self._places[0], self._cursor
         return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
-    def why_not_close(self) -> str | None:
+    def why_not_close(self) -> Finding | None:
         """None where it is a shape already, else the reason as a sentence."""
         if self.way == "polygon" and len(self._places) < 3:
-            return tr("A polygon has at least three corners. Click another one.")
+            return Finding("feature.too-few-points", count=3 - len(self._places), minimum=3)
         return None
 
     def hint(self) -> str:

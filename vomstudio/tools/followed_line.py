@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.tools.interaction_types import Point
 from vomstudio.words import tr, tr_n
@@ -38,12 +39,12 @@ class Way:
     voters: tuple[str, ...] = ()
     judged: int = 0
     confirmed: int = 0
-    said: str = ""
+    said: Message = ""
     final: bool = True
     costs: Array | None = None
 
 
-Answer = Callable[[Way | str], None]
+Answer = Callable[[Way | Finding], None]
 """Called with a path, or why there is none."""
 Key = tuple[str, str, Point, Point, str]
 Rank = tuple[int, float]
@@ -88,7 +89,7 @@ class FollowedLine:
         self,
         finder: PathFinder,
         found: Callable[[], None],
-        said: Callable[[str], None],
+        said: Callable[[Message], None],
         rank: Callable[[str, Array, Sequence[Point], str], Rank],
     ) -> None:
         self._finder, self._found, self._said, self._rank = finder, found, said, rank
@@ -242,12 +243,12 @@ class FollowedLine:
         self._asked.clear()
         self._live = None
 
-    def _keep(self, key: Key, found: Way | str) -> None:
+    def _keep(self, key: Key, found: Way | Finding) -> None:
         awaited = key in self._asked
         self._asked.discard(key)
         if len(self._legs) > _MOST_LEGS:
             self._legs.clear()
-        if isinstance(found, str):
+        if isinstance(found, Finding):
             # Of the leg to the cursor nothing is said: the cursor is under way.
             if awaited:
                 self._legs[key] = None

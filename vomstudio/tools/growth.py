@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model, get
 from vomstudio.extraction.selecting.neighbours import Piece
 from vomstudio.geometry import transform
 from vomstudio.tools.chosen_elements import Combine
 from vomstudio.tools.interaction_types import Hit
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.words import tr
 
 LEAST_ANGLE, LARGEST_ANGLE = 1.0, 90.0
 LEAST_DISTANCE, LARGEST_DISTANCE = 1e-4, 1e4
@@ -66,11 +66,9 @@ class Growth:
         if model is None:
             return None
         if found is None:
-            self._context.hint(
-                tr("The neighbours of each face are being looked up; then the piece grows.")
-            )
+            self._context.hint(Finding("neighbours.pending"))
             return None
-        if isinstance(found, str):
+        if isinstance(found, Finding):
             self._context.say(found)
             return None
         scale = transform.scale_of(model.to_world)
@@ -89,17 +87,10 @@ class Growth:
     def _tell(self, piece: Piece) -> None:
         """Where it is not what anybody wants."""
         if piece.count == 0:
-            self._context.hint(
-                tr("The points there tell no plane. Click where the surface is denser or smoother.")
-            )
+            self._context.hint(Finding("growth.no-plane"))
         elif piece.count == 1:
-            self._context.hint(tr("Nothing beside it is as even. Raise the angle or the distance."))
+            self._context.hint(Finding("growth.isolated"))
         elif piece.stopped:
-            self._context.hint(
-                tr(
-                    "It was stopped at {count:,}. Lower the angle or the distance.",
-                    count=piece.count,
-                )
-            )
+            self._context.hint(Finding("growth.stopped", count=piece.count))
         elif piece.count == len(piece.mask):
-            self._context.hint(tr("That is the whole model. Lower the angle or the distance."))
+            self._context.hint(Finding("growth.whole-model"))

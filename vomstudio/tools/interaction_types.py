@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,6 +13,16 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 Point = tuple[float, float, float]
+MAX_CLICK_PX = 4.0
+"""Maximum distance, in logical pixels, between press and release of a click."""
+
+
+def is_click(dx: float, dy: float) -> bool:
+    """Whether a pointer that moved by these logical pixels since the press has not left the click.
+
+    A longer movement is a drag. Every view uses this threshold.
+    """
+    return math.hypot(dx, dy) <= MAX_CLICK_PX
 
 
 class Button(enum.Enum):
@@ -24,8 +35,8 @@ class Button(enum.Enum):
 
 
 class Pointer(enum.Enum):
-    """MOVE without a button held; CLICK is press and release within 4 pixels; the DRAG kinds come
-    only for a button that the viewport leaves to the tool (a vertex handle under the cursor);
+    """MOVE without a button held; CLICK is press and release within `MAX_CLICK_PX`; the DRAG kinds
+    come only for a button that the viewport leaves to the tool (a vertex handle under the cursor);
     WHEEL only with Ctrl or Shift, for a tool that has asked for it."""
 
     MOVE = "move"

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.known_line import CLICKED, KIND, KnownKind, KnownLine
@@ -67,9 +68,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         """As of every tool that picks vertices; what was read has none."""
         line = get(self._context.session.records, feature_id, KnownLine)
         if line is not None and line.by_compass:
-            raise DocumentError(
-                tr("{line} was read by compass: change what was read in the list.", line=line.name)
-            )
+            raise DocumentError(Finding("line.from-compass", line=line.name))
         super().continue_feature(feature_id)
 
     def hint(self) -> str:
@@ -77,11 +76,11 @@ class KnownLineTool(PolylineTool[KnownLine]):
             return tr(_HINTS[self.kind])
         return tr("Click the other end. Backspace removes the first one; Esc cancels.")
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._feature is None:
-            return tr("No line is open.")
+            return Finding("tool.nothing-open")
         if len(self.vertices) < 2:
-            return tr("A line has two ends: click the other one.")
+            return Finding("feature.too-few-points", count=1, minimum=2)
         return None
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> KnownLine:
@@ -101,7 +100,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         if (why := self.why_not_finish()) is not None:
             raise GeometryError(why)
         if feature.vertices[0] == feature.vertices[1]:
-            raise GeometryError(tr("Both ends are at one place. Click the other end farther off."))
+            raise GeometryError(Finding("tool.coincident-points"))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])

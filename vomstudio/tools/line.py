@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.lineation import Lineation
@@ -58,17 +59,13 @@ class LineTool(PolylineTool[Lineation]):
             count,
         )
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._feature is None:
-            return tr("No line is being picked.")
+            return Finding("tool.nothing-open")
         missing = 2 - len(self.vertices)
         if missing <= 0:
             return None
-        return tr_n(
-            "A line needs at least 2 points: pick {count} more.",
-            "A line needs at least 2 points: pick {count} more.",
-            missing,
-        )
+        return Finding("feature.too-few-points", count=missing, minimum=2)
 
     @property
     def attributes(self) -> NextLine:
@@ -113,7 +110,7 @@ class LineTool(PolylineTool[Lineation]):
     def _edit(self, feature: Lineation) -> Edit:
         if self.measurement is None or self.measurement.problem:
             problem = self.measurement.problem if self.measurement else None
-            raise GeometryError(problem or tr("No points have been picked."))
+            raise GeometryError(problem or Finding("tool.no-points"))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])
@@ -177,7 +174,7 @@ class LineTool(PolylineTool[Lineation]):
         if measured is None or measured.line is None or measured.line_fit is None:
             if count < 2 or measured is None or not measured.problem:
                 return (points_text(count),)
-            return (points_text(count), *wrap(measured.problem, WIDTH))
+            return (points_text(count), *wrap(str(measured.problem), WIDTH))
         lines = [self._context.format_attitude(measured)]
         if not live:
             lines.append(f"n {count}")

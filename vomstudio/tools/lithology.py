@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.lithology import KIND, Lithology, words
@@ -66,17 +67,13 @@ class LithologyTool(FollowingTool[Lithology]):
             len(self.vertices),
         )
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._feature is None:
-            return tr("No rock area is being picked.")
+            return Finding("tool.nothing-open")
         missing = 3 - len(self.vertices)
         if missing <= 0 or (self.followed and len(self.vertices) > 1):
             return None
-        return tr_n(
-            "An outline needs at least 3 points: pick {count} more.",
-            "An outline needs at least 3 points: pick {count} more.",
-            missing,
-        )
+        return Finding("feature.too-few-points", count=missing, minimum=3)
 
     def choose(self, lithology: str) -> None:
         """The rock of the next area, and of the open one where it is new."""
@@ -148,9 +145,9 @@ class LithologyTool(FollowingTool[Lithology]):
         measured = self.measurement
         if measured is None or measured.problem:
             problem = None if measured is None else measured.problem
-            raise GeometryError(problem or tr("No points have been picked."))
+            raise GeometryError(problem or Finding("tool.no-points"))
         if not (measured.dimension or {}).get("outline_m2"):
-            raise GeometryError(tr("The outline has no area. Pick points around the rock."))
+            raise GeometryError(Finding("tool.no-area"))
         records = self._context.session.records
         if self._continued:
             return edits.change_feature(records, feature)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import KIND, Dimension, DimensionKind
@@ -58,7 +59,7 @@ class MeasureTool(PolylineTool[Dimension]):
 
     def hint(self) -> str:
         if (why := self._no_plane()) is not None:
-            return why
+            return why.message
         if self._feature is None:
             return tr(_HINTS[self.kind])
         if self.kind in TWO_ENDS:
@@ -71,22 +72,17 @@ class MeasureTool(PolylineTool[Dimension]):
             len(self.vertices),
         )
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._feature is None:
-            return tr("No measurement is open.")
+            return Finding("tool.nothing-open")
         missing = LEAST[self.kind] - len(self.vertices)
         if missing > 0:
-            return tr_n(
-                "At least {least} points are needed: pick {count} more.",
-                "At least {least} points are needed: pick {count} more.",
-                missing,
-                least=LEAST[self.kind],
-            )
+            return Finding("feature.too-few-points", count=missing, minimum=LEAST[self.kind])
         return self._no_plane()
 
-    def _no_plane(self) -> str | None:
+    def _no_plane(self) -> Finding | None:
         if self.kind == "thickness" and plane_of(self._context, self.plane_id) is None:
-            return tr("Choose the plane across which the thickness is measured.")
+            return Finding("thickness.no-plane")
         return None
 
     def choose(self, kind: DimensionKind | None = None, plane_id: str | None = None) -> None:
@@ -138,13 +134,10 @@ class MeasureTool(PolylineTool[Dimension]):
             raise GeometryError(why)
         measured = self.measurement
         if measured is None or measured.problem:
-            raise GeometryError(
-                measured.problem
-                if measured and measured.problem
-                else tr("No points have been picked.")
-            )
+            problem = None if measured is None else measured.problem
+            raise GeometryError(problem or Finding("tool.no-points"))
         if max((measured.dimension or {}).values(), default=0.0) <= 0.0:
-            raise GeometryError(tr("All points coincide. Pick them farther apart."))
+            raise GeometryError(Finding("tool.coincident-points"))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])

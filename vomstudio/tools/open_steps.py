@@ -173,7 +173,7 @@ class SteppedFeature(Generic[F]):
         try:
             self._context.session.set_draft(self._state(feature))
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
         else:
             self._feature, self._steps, self.current_vertex = feature, steps, mark
         if self._feature is not None:

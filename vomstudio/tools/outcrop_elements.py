@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
+    from vomstudio.core.findings import Finding
     from vomstudio.extraction.selecting.looking import Looking
     from vomstudio.extraction.selecting.neighbours import Neighbours
     from vomstudio.geometry.cloud import PointCloud
@@ -32,9 +33,11 @@ class OutcropElements(Protocol):
     def spacing(self, model_id: str) -> float:
         """Usual distance between neighbours, in the file's unit; 0 where it is not known."""
 
-    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | str | None:
-        """What lies beside what; a sentence where that cannot be told; None while it is worked out
-        in the background, after which `then` is called."""
+    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
+        """Return the neighbour graph, or why it cannot be built.
+
+        None while it is built in the background, after which `then` is called.
+        """
 
     def hidden(self, model_id: str) -> Mask | None:
         """(n,) which are hidden; None where none is."""

@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.measurement import Measurement
@@ -43,7 +44,6 @@ STEP = 1.25
 # Part of the model's size that the first brush has.
 _FIRST_RADIUS = 1.0 / 80.0
 _REMOVED = (1.0, 1.0, 1.0)
-_NO_PATCH = to_translate("No patch is being painted.")
 _HINT_NEW = to_translate(
     "Patch: paint over one surface with the left button; the right button orbits; "
     "[ and ] change the brush size."
@@ -121,10 +121,10 @@ class PatchTool(NoSteps):
             return tr(_HINT_NEW)
         return tr(_HINT_ERASES if self.removing else _HINT_ADDS, patch=patch.name)
 
-    def why_not_finish(self) -> str | None:
-        return None if self._down or self.current is not None else tr(_NO_PATCH)
+    def why_not_finish(self) -> Finding | None:
+        return None if self._down or self.current is not None else Finding("tool.nothing-open")
 
-    def why_not_cancel(self) -> str | None:
+    def why_not_cancel(self) -> Finding | None:
         return self.why_not_finish()
 
     # --- the brush ---------------------------------------------------------------------------
@@ -160,9 +160,7 @@ class PatchTool(NoSteps):
             return
         elif event.kind in (Pointer.CLICK, Pointer.DOUBLE_CLICK):
             if event.hit is None:
-                self._context.hint(
-                    tr("There is no surface under the cursor. Paint on the outcrop.")
-                )
+                self._context.hint(Finding("tool.no-surface"))
             elif not event.shift:
                 self._press(event)
                 self._release()
@@ -189,20 +187,17 @@ class PatchTool(NoSteps):
         records = self._context.session.records
         model, surface = records.get(hit.model_id), self._context.surface(hit.model_id)
         patch, removes = self.current, self.removing != self._ctrl
-        problem = ""
+        problem: Finding | None = None
         if not isinstance(model, Model) or surface is None:
-            problem = tr("This model has been removed from the project.")
+            problem = Finding("model.removed")
         elif patch is not None and patch.model_id != model.id:
-            problem = tr(
-                "This is another model than that of {patch}. A patch belongs to one model: finish "
-                "it (Enter) first.",
-                patch=patch.name,
-            )
+            problem = Finding("tool.other-model")
         elif patch is None and removes:
-            problem = tr("There is no patch to erase from. Paint one, or continue one, first.")
-        if problem or not isinstance(model, Model) or surface is None:
+            problem = Finding("tool.no-patch")
+        if problem is not None or not isinstance(model, Model) or surface is None:
             self._down = False
-            self._context.hint(problem)
+            if problem is not None:
+                self._context.hint(problem)
             self._context.tool_changed()
             return None
         self._suggest_radius(model, surface)
@@ -226,7 +221,7 @@ class PatchTool(NoSteps):
             try:
                 self._keep(stroke)
             except VomError as error:
-                self._context.say(str(error))
+                self._context.say(error)
         self._show()
         self._context.tool_changed()
 
@@ -265,12 +260,12 @@ class PatchTool(NoSteps):
     def continue_patch(self, patch_id: str) -> None:
         """Continue painting a patch of the document. Raises DocumentError."""
         if self._down:
-            raise DocumentError(tr("A stroke is being painted. Release the button first."))
+            raise DocumentError(Finding("tool.stroke-open"))
         patch = get(self._context.session.records, patch_id, Patch)
         if patch is None:
-            raise DocumentError(tr("Only a patch can be continued with the brush."))
+            raise DocumentError(Finding("tool.other-kind"))
         if self._context.surface(patch.model_id) is None:
-            raise DocumentError(tr("The model of {patch} is not open.", patch=patch.name))
+            raise DocumentError(Finding("model.not-open", model=patch.model_id))
         self._id, self._before, self._hover = patch.id, patch, None
         self._show()
         self._context.tool_changed()
@@ -304,19 +299,14 @@ class PatchTool(NoSteps):
         try:
             if before is None:
                 session.apply(edits.delete(session.records, [patch.id]))
-                self._context.hint(tr("{patch} was discarded. Undo restores it.", patch=patch.name))
+                self._context.hint(Finding("feature.discarded", feature=patch.name))
             elif patch.runs != before.runs:
                 back = {name: getattr(before, name) for name in _PAINTED}
                 what = "Discard strokes on"
                 session.apply(edits.change_feature(session.records, replace(patch, **back), what))
-                self._context.hint(
-                    tr(
-                        "The strokes on {patch} were discarded. Undo restores them.",
-                        patch=patch.name,
-                    )
-                )
+                self._context.hint(Finding("feature.strokes-discarded", feature=patch.name))
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
             return
         self._reset()
         self._given_up = (top, patch.id, before)
@@ -333,7 +323,7 @@ class PatchTool(NoSteps):
             try:
                 self._keep(stroke)
             except VomError as error:
-                self._context.say(str(error))
+                self._context.say(error)
                 return False
             self._show()
             self._context.tool_changed()
@@ -382,7 +372,7 @@ class PatchTool(NoSteps):
             try:
                 session.apply(edits.set_attributes(session.records, [patch.id], **values))
             except VomError as error:
-                self._context.say(str(error))
+                self._context.say(error)
         self._show()
 
     def document_changed(self) -> None:

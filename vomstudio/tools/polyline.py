@@ -14,6 +14,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.document.kind import may_have_plane
 from vomstudio.document.measurement import Measurement, world_points
@@ -23,7 +24,7 @@ from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Button, Discarded, Hit, Pointer, PointerEvent, Preview
 from vomstudio.tools.open_steps import SteppedFeature
 from vomstudio.tools.tool_context import ToolContext
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr_n
 
 F = TypeVar("F", bound=Picked)
 
@@ -43,7 +44,7 @@ class PolylineTool(SteppedFeature[F]):
     def hint(self) -> str:
         raise NotImplementedError
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         raise NotImplementedError
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> F:
@@ -101,8 +102,8 @@ class PolylineTool(SteppedFeature[F]):
     def document_changed(self) -> None:
         """Nothing to do: an unfinished feature is not in the document."""
 
-    def why_not_cancel(self) -> str | None:
-        return None if self.open else tr("No feature is open.")
+    def why_not_cancel(self) -> Finding | None:
+        return None if self.open else Finding("tool.nothing-open")
 
     # --- gestures ----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
@@ -137,18 +138,13 @@ class PolylineTool(SteppedFeature[F]):
             return
         hit = event.hit
         if hit is None:
-            self._context.hint(tr("There is no surface under the cursor. Click on the outcrop."))
+            self._context.hint(Finding("tool.no-surface"))
             return
         if self._feature is None:
             self._begin(hit)
             return
         if hit.model_id != self._feature.model_id:
-            self._context.hint(
-                tr(
-                    "This point lies on another model. A feature lies on one model: finish it "
-                    "(Enter) or cancel it (Esc) first."
-                )
-            )
+            self._context.hint(Finding("tool.other-model"))
             return
         if event.ctrl and len(self.vertices) > 1:
             self.insert_vertex(hit.position)
@@ -161,7 +157,7 @@ class PolylineTool(SteppedFeature[F]):
     def _begin(self, hit: Hit) -> None:
         model = self._context.session.records.get(hit.model_id)
         if not isinstance(model, Model):
-            self._context.say(tr("This model has been removed from the project."))
+            self._context.say(Finding("model.removed"))
             return
         self._ahead = []
         self._keep(self._new(model, (hit.position,)), [()], None)
@@ -190,12 +186,10 @@ class PolylineTool(SteppedFeature[F]):
     def continue_feature(self, feature_id: str) -> None:
         """Continue a feature of the document. Raises DocumentError."""
         if self.open:
-            raise DocumentError(
-                tr("A feature is open. Finish it (Enter) or cancel it (Esc) first.")
-            )
+            raise DocumentError(Finding("feature.open"))
         feature = self._context.session.records.get(feature_id)
         if not isinstance(feature, self.record):
-            raise DocumentError(tr("This tool cannot continue a feature of this kind."))
+            raise DocumentError(Finding("tool.other-kind"))
         self._continued = True
         # No line to where the cursor was last over the outcrop.
         self._hover, self._ahead = None, []
@@ -213,7 +207,7 @@ class PolylineTool(SteppedFeature[F]):
         try:
             session.apply(self._edit(feature), finishes_draft=True)
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
             return None
         self._reset()
         self._context.created(feature.id)
@@ -243,7 +237,7 @@ class PolylineTool(SteppedFeature[F]):
         try:
             self._context.session.set_draft(None)
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
             return False
         self._reset()
         return True

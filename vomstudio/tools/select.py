@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, get
@@ -99,13 +100,13 @@ class SelectTool:
             return self._shape.hint()
         return tr(HINTS[self.way]) + " " + chosen_text(self.count)
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._shape is not None:
             return self._shape.why_not_close()
-        return None if self.count else tr("Nothing is chosen.")
+        return None if self.count else Finding("selection.empty")
 
-    def why_not_cancel(self) -> str | None:
-        return None if self.open else tr("Nothing is chosen.")
+    def why_not_cancel(self) -> Finding | None:
+        return None if self.open else Finding("selection.empty")
 
     # --- settings ----------------------------------------------------------------------------
     def set_way(self, way: Way) -> None:
@@ -170,7 +171,7 @@ class SelectTool:
                 return
             self._changed()
         else:
-            self._context.hint(tr("Hold the left button and draw around what you want."))
+            self._context.hint(Finding("selection.hold-button"))
 
     def _press(self, event: PointerEvent) -> None:
         if self.way == "grow":
@@ -185,11 +186,11 @@ class SelectTool:
 
     def _grow(self, event: PointerEvent) -> None:
         if event.hit is None:
-            self._context.hint(tr("There is no surface under the cursor. Click the outcrop."))
+            self._context.hint(Finding("tool.no-surface"))
             return
         how = combination(event, self.combine)
         if self.chosen is not None and how != "new" and event.hit.model_id != self.chosen.model_id:
-            self._context.hint(tr("This is another model than that of what is chosen."))
+            self._context.hint(Finding("tool.other-model"))
             return
         self.growth.seed = None
         self._grow_from(Seed(event.hit, how))
@@ -217,9 +218,7 @@ class SelectTool:
 
     def _begin(self, event: PointerEvent) -> None:
         if event.in_photo:
-            self._context.hint(
-                tr("Shapes are drawn over the outcrop. In a photo choose Grow from a click (G).")
-            )
+            self._context.hint(Finding("selection.not-in-photo"))
             return
         how = combination(event, self.combine)
         self._shape = DrawnShape(self.way, how, (event.x, event.y))
@@ -235,7 +234,7 @@ class SelectTool:
         found = inside(self._context, looking, shape, ids, through=self.through)
         best = max(found, key=lambda id_: int(np.count_nonzero(found[id_])), default=None)
         if best is None:
-            self._context.hint(tr("No model is open and shown, so there is nothing to choose."))
+            self._context.hint(Finding("selection.no-model"))
         elif not found[best].any() and (before is None or how in ("new", "add")):
             self._context.hint(nothing_inside(through=self.through))
         else:
@@ -254,7 +253,7 @@ class SelectTool:
         chosen = self._chosen
         if chosen is None or chosen.model_id != model_id or len(chosen.mask) != len(found):
             if how in ("subtract", "intersect"):
-                self._context.hint(tr("Nothing is chosen yet that something could be taken from."))
+                self._context.hint(Finding("selection.empty"))
                 return
             chosen = ChosenElements(model_id, len(found))
         self.growth.seed = None
@@ -262,7 +261,7 @@ class SelectTool:
         if hidden is not None:
             found = found & ~hidden
         if not chosen.change(combined(chosen.mask, found, how), step):
-            self._context.hint(tr("That changes nothing of what is chosen."))
+            self._context.hint(Finding("selection.no-change"))
             return
         self._chosen = chosen
         self._keep_draft()
@@ -302,17 +301,12 @@ class SelectTool:
             return None
         if chosen.count > MOST_IN_PATCH:
             self._context.say(
-                tr(
-                    "{count:,} are too many for a patch, which is one plane: at most {most:,}. "
-                    "Choose less, or cut it out as a model.",
-                    count=chosen.count,
-                    most=MOST_IN_PATCH,
-                )
+                Finding("selection.too-many", count=chosen.count, maximum=MOST_IN_PATCH)
             )
             return None
         patch = self._preview.patch(chosen)
         if patch is None:
-            self._context.say(tr("The model of what is chosen is not open."))
+            self._context.say(Finding("model.not-open", model=chosen.model_id))
             return None
         session = self._context.session
         before = session.top
@@ -320,7 +314,7 @@ class SelectTool:
             added = edits.add_features(session.records, [patch])
             session.apply(added, finishes_draft=session.draft is not None)
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
             return None
         # Undo takes the patch back, and once more brings what was chosen for it.
         self._let_go(chosen, "Let go of what was chosen", lambda: None, after=before)
@@ -414,7 +408,7 @@ class SelectTool:
                 None if state is None else {"tool": self.name, "chosen": state}
             )
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
 
     def restore(self, state: Mapping[str, Any]) -> bool:
         try:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.records import Model, get
 from vomstudio.errors import VomError
@@ -86,10 +87,8 @@ class SelectChanges:
         again = self.wider if gains else self.narrower
         found = self._context.elements.neighbours(chosen.model_id, again)
         if found is None:
-            self._context.hint(
-                tr("The neighbours of each face are being looked up; then it is done.")
-            )
-        elif isinstance(found, str):
+            self._context.hint(Finding("neighbours.pending"))
+        elif isinstance(found, Finding):
             self._context.say(found)
         elif gains:
             self._only(chosen, found.wider(chosen.mask), tr("Widen"))
@@ -100,7 +99,7 @@ class SelectChanges:
         """Choose the faces or points of a patch."""
         data = self._context.elements.data(patch.model_id)
         if data is None:
-            self._context.say(tr("The model of {patch} is not open.", patch=patch.name))
+            self._context.say(Finding("model.not-open", model=patch.model_id))
             return
         from vomstudio.extraction.selecting.looking import count_of
 
@@ -117,11 +116,11 @@ class SelectChanges:
         model_id, data = self.model_id(), self.data()
         model = get(self._context.session.records, model_id, Model)
         if model_id is None or data is None or model is None:
-            self._context.hint(tr("Choose something first, to say which model is meant."))
+            self._context.hint(Finding("selection.empty"))
             return
         found = within(data, transform.matrix(model.to_world), name, low, high)
         if not found.any():
-            self._context.hint(tr("Nothing has such a value."))
+            self._context.hint(Finding("selection.no-such-value"))
             return
         self._tool.take(model_id, found, self._tool.combine, tr("By a field"))
 
@@ -131,14 +130,14 @@ class SelectChanges:
 
         chosen, data = self._tool.chosen, self.data()
         if chosen is None or data is None:
-            self._context.hint(tr("Choose something that has the colour first."))
+            self._context.hint(Finding("selection.empty"))
             return
         try:
             if self._colours is None or self._colours[0] is not data:
                 self._colours = (data, ElementColours(data))
             found = self._colours[1].like(chosen.ids(), tolerance)
         except VomError as error:
-            self._context.say(str(error))
+            self._context.say(error)
             return
         self._tool.take(chosen.model_id, found, self._tool.combine, tr("By colour"))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from vomstudio.core.findings import Finding
 from vomstudio.words import to_translate, tr
 
 Way = Literal["grow", "rectangle", "lasso", "polygon"]
@@ -32,11 +33,8 @@ def chosen_text(count: int) -> str:
     return tr(_CHOSEN, count=count) if count else tr(_CHOSEN_NOTHING)
 
 
-def nothing_inside(*, through: bool) -> str:
+def nothing_inside(*, through: bool) -> Finding:
     """A shape has found nothing. through : it takes what is hidden too"""
     if through:
-        return tr("No centre of a face and no point lies inside. Draw around more.")
-    return tr(
-        "Nothing that is seen lies inside. Draw around more, come nearer, or choose through "
-        "the surface."
-    )
+        return Finding("selection.nothing-inside", through=True)
+    return Finding("selection.nothing-inside", through=False)

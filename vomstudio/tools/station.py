@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.station import KIND, WHATS, Station, What
@@ -42,10 +43,10 @@ class StationTool(PolylineTool[Station]):
             return tr("Field station: click its new place; Enter finishes; Esc cancels.")
         return tr("Field station: click the place of a station or sample on the outcrop.")
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._feature is None:
-            return tr("No station is open: a click makes one.")
-        return None if self.vertices else tr("Click its place first.")
+            return Finding("tool.nothing-open")
+        return None if self.vertices else Finding("feature.too-few-points", count=1, minimum=1)
 
     def choose(self, **values: str) -> None:
         """What the next click makes: `what`, `number`, `photo`."""

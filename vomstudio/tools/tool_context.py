@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Protocol, TypeVar
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
+from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.followed_line import PathFinder
 from vomstudio.tools.interaction_types import Discarded, PointerEvent, Preview
@@ -43,11 +45,11 @@ class Tool(Protocol):
     def hint(self) -> str:
         """What the next click does, as a sentence for the status line."""
 
-    def why_not_finish(self) -> str | None:
-        """None where `finish` can be called now, else the reason as a sentence."""
+    def why_not_finish(self) -> Finding | None:
+        """Return why `finish` cannot be called now; None if it can."""
 
-    def why_not_cancel(self) -> str | None:
-        """None where `cancel` can be called now, else the reason as a sentence."""
+    def why_not_cancel(self) -> Finding | None:
+        """Return why `cancel` cannot be called now; None if it can."""
 
     def pointer(self, event: PointerEvent) -> None: ...
 
@@ -119,11 +121,11 @@ class ToolContext(Protocol):
     def show(self, preview: Preview | None) -> None:
         """Draw the unfinished feature, or nothing."""
 
-    def say(self, message: str) -> None:
-        """Tell the user in a sentence what happened and what to do."""
+    def say(self, message: Message | VomError) -> None:
+        """Report to the user what happened and what to do."""
 
-    def hint(self, message: str) -> None:
-        """The same of a click that did nothing; the message disappears by itself."""
+    def hint(self, message: Message) -> None:
+        """Report why a click did nothing; the message disappears by itself."""
 
     def tool_changed(self) -> None:
         """The tool's state has changed: its panel and the commands are refreshed."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
@@ -67,17 +68,13 @@ class TraceTool(FollowingTool[Trace]):
             count,
         )
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         if self._feature is None:
-            return tr("No trace is being picked.")
+            return Finding("tool.nothing-open")
         missing = 3 - len(self.vertices)
         if missing <= 0 or (self.followed and len(self.vertices) > 1):
             return None
-        return tr_n(
-            "A plane needs at least 3 points: pick {count} more.",
-            "A plane needs at least 3 points: pick {count} more.",
-            missing,
-        )
+        return Finding("feature.too-few-points", count=missing, minimum=3)
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
         return Trace(
@@ -198,7 +195,7 @@ class TraceTool(FollowingTool[Trace]):
         if measurement is None or measurement.fit is None or measurement.verdict is None:
             if count < 3 or measurement is None or not measurement.problem:
                 return (points_text(count),)
-            return (points_text(count), *wrap(measurement.problem, WIDTH))
+            return (points_text(count), *wrap(str(measurement.problem), WIDTH))
         fit = measurement.fit
         return (
             self._context.format_attitude(measurement),

@@ -6,13 +6,14 @@ import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import ELEVATION, FieldStyle, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import Later
 from vomstudio.words import to_translate, tr
-from vomstudio.workspace.owner_thread import Later
 
 MODES = {
     "textured": to_translate("Textured"),
@@ -188,21 +189,17 @@ def has_textures(data: Data) -> bool:
     )
 
 
-def why_not_mode(mode: str, models: list[Data]) -> str | None:
-    """Why these models cannot be shown in a mode; None where one of them can."""
+def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
+    """Return why these models cannot be shown in a mode; None if one of them can."""
     if not models:
-        return tr(_NO_MODEL)
+        return Finding("display.no-model")
     textured = any(has_textures(m) for m in models)
     if mode == "textured" and not textured:
-        if len(models) == 1:
-            return tr("This model has no textures.")
-        return tr("No open model has textures.")
+        return Finding("display.no-textures")
     if mode == "vertex_colors" and not (textured or any(m.colors is not None for m in models)):
-        if len(models) == 1:
-            return tr("This model has no colours.")
-        return tr("No open model has colours.")
+        return Finding("display.no-colours")
     if mode == "wireframe" and not any(isinstance(m, Mesh) for m in models):
-        return tr("A point cloud has no triangles.")
+        return Finding("display.cloud-without-faces")
     return None
 
 
@@ -226,19 +223,19 @@ def usual_look(models: list[Data]) -> str:
     return tr("Photo texture")
 
 
-def why_not_lit(models: list[Data]) -> str | None:
-    """Why these models cannot be lit; None where one of them can."""
+def why_not_lit(models: list[Data]) -> Finding | None:
+    """Return why these models cannot be lit; None if one of them can."""
     if not models:
-        return tr(_NO_MODEL)
+        return Finding("display.no-model")
     if not any(isinstance(m, Mesh) for m in models):
-        return tr("A point cloud has no surface to light. Eye-dome lighting shows its shape.")
+        return Finding("display.cloud-not-lit")
     return None
 
 
-def why_not_eye_dome(models: list[Data]) -> str | None:
-    """Why these models have no eye-dome lighting; None where one of them has."""
+def why_not_eye_dome(models: list[Data]) -> Finding | None:
+    """Return why these models have no eye-dome lighting; None if one of them has."""
     if not models:
-        return tr(_NO_MODEL)
+        return Finding("display.no-model")
     if not any(isinstance(m, PointCloud) for m in models):
-        return tr("Eye-dome lighting is for point clouds. A mesh can be lit.")
+        return Finding("display.no-cloud")
     return None

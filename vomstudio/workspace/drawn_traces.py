@@ -62,7 +62,7 @@ class DrawnTraces:
     def messages(self) -> tuple[Message, ...]:
         """Everything to report, with the lines that give no trace."""
         left_out = (
-            tr("{feature} was left out: {reason}", feature=name, reason=reason)
+            Finding("feature.left-out", feature=name, reason=reason)
             for name, reason in self.skipped
         )
         return (*self.warnings, *left_out)
@@ -131,7 +131,7 @@ def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawin
     for trace in edited:
         current = get(records, trace.id, Trace)
         if current is None:
-            raise DocumentError(tr("The project has no trace {id!r}.", id=trace.id))
+            raise DocumentError(Finding("record.missing", id=trace.id, kind="trace"))
         after[trace.id] = replace(
             current,
             vertices=trace.vertices,
@@ -170,12 +170,7 @@ def drawn_traces(
     model = target.model
     warnings = list(found.warnings)
     if found.content_hash not in (None, model.content_hash):
-        warnings.append(
-            tr(
-                "The orthophoto was made of another file than {model}, or of it before it changed.",
-                model=model.name,
-            )
-        )
+        warnings.append(Finding("drawing.orthophoto-of-other-file", model=model.name))
     note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
               drawing=drawing.name)  # fmt: skip
     traces: list[Trace] = []
@@ -219,11 +214,7 @@ def drawn_traces(
     if skipped and not traces and not edited and not unchanged:
         name, reason = skipped[0]
         raise GeometryError(
-            tr(
-                "None of the drawn lines defines a plane. The first is {name}: {reason}",
-                name=name,
-                reason=reason,
-            ),
+            Finding("drawing.no-plane", name=name, reason=reason),
             file=drawing,
         )
     warnings += off_surface_messages(off_surface, 0)
@@ -248,10 +239,7 @@ def _types_of(
     if missing:
         layers = ", ".join(layer or "0" for layer in list(dict.fromkeys(missing))[:MAX_NAMED])
         raise UsageError(
-            tr(
-                "The feature type of lines on these layers is not known: {layers}. Give --type.",
-                layers=layers,
-            ),
+            Finding("drawing.unknown-type", layers=layers),
             field="--type",
         )
     return [type_id for type_id in found if type_id is not None]
@@ -268,9 +256,9 @@ def _edited_trace(
     model = target.model
     trace = get(records, feature_id, Trace)
     if trace is None:
-        raise GeometryError(tr("Only traces are changed by drawings. Edit it in the project."))
+        raise GeometryError(Finding("drawing.not-a-trace"))
     if trace.model_id != model.id:
-        raise GeometryError(tr("It is a trace on another model than {model}.", model=model.name))
+        raise GeometryError(Finding("feature.on-other-model", model=model.name, feature=trace.name))
     stored = np.array(trace.vertices, np.float64)
     in_world = transform.apply(transform.matrix(model.to_world), stored)
     vertices = merge_vertices(

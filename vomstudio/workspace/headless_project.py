@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
@@ -51,7 +51,6 @@ from vomstudio.registration.placing import with_warnings
 from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import known_resolution, some_points
 from vomstudio.tools.local_surface import measured_anew, of_earlier_rules
-from vomstudio.words import tr
 from vomstudio.workspace.drawn_traces import (
     DrawingTarget,
     DrawnTraces,
@@ -156,26 +155,22 @@ class HeadlessProject:
         found = _matching(models, wanted) if wanted is not None else models
         if len(found) == 1:
             return found[0]
-        names = ", ".join(model.name for model in models)
+        names = [model.name for model in models]
         if not models:
-            raise UsageError(tr("The project has no model yet. Add one first."), field="--model")
+            raise UsageError(Finding("project.no-models"), field="--model")
         if wanted is None:
             raise UsageError(
-                tr("The project has several models. Name one of them: {names}.", names=names),
+                Finding("project.several-models", names=names),
                 field="--model",
             )
         if found:
-            ids = ", ".join(model.id for model in found)
+            ids = [model.id for model in found]
             raise UsageError(
-                tr(
-                    "Several models are called {name}. Give the id of one of them: {ids}.",
-                    name=wanted,
-                    ids=ids,
-                ),
+                Finding("model.ambiguous-name", name=wanted, ids=ids),
                 field="--model",
             )
         raise UsageError(
-            tr("No model is called {name}. The models are: {names}.", name=wanted, names=names),
+            Finding("option.not-a-choice", value=wanted, choices=names),
             field="--model",
         )
 
@@ -184,13 +179,9 @@ class HeadlessProject:
         types = self.session.of(FeatureType)
         if found := _matching(types, wanted):
             return found[0]
-        names = ", ".join(kind.name for kind in types)
+        names = [kind.name for kind in types]
         raise UsageError(
-            tr(
-                "No feature type is called {name}. The feature types are: {names}.",
-                name=wanted,
-                names=names,
-            ),
+            Finding("option.not-a-choice", value=wanted, choices=names),
             field="--type",
         )
 
@@ -220,7 +211,7 @@ class HeadlessProject:
         established = establish_frame(replace(loaded, path=path), options)
         same = [m for m in models if m.content_hash == loaded.content_hash]
         if same:
-            warning = tr("The project already contains this file, as {model}.", model=same[0].name)
+            warning = Finding("model.already-added", model=same[0].name)
             return AddedModel(same[0], False, (warning,))
         placement = established.placement
         if isinstance(placement, Registration):
@@ -269,16 +260,9 @@ class HeadlessProject:
             names.take(named)
             traces.append(named)
         if not traces:
-            message = tr("None of the picked lines ({count}) defines a plane.", count=len(picks))
-            if skipped:
-                name, reason = skipped[0]
-                first = (
-                    tr("The first is {name}: {reason}", name=name, reason=reason)
-                    if name
-                    else reason
-                )
-                message = f"{message} {first}"
-            raise GeometryError(message)
+            name, reason = skipped[0] if skipped else ("", "")
+            first = f"{name}: {reason}" if name else reason
+            raise GeometryError(Finding("picks.no-plane", count=len(picks), first=first))
         after: dict[str, Record | None] = {trace.id: trace for trace in traces}
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
         self.session.apply(change(self.session.records, f"Add {what}", after))
@@ -433,12 +417,7 @@ class HeadlessProject:
         evidence.reference = fitted.fitted.observation
         placed = with_warnings(register(evidence), fitted.warnings)
         if not placed.known.all:
-            raise GeometryError(
-                tr(
-                    "The reference leaves free: {what}. Add points that hold it.",
-                    what=", ".join(fitted.fitted.free),
-                )
-            )
+            raise GeometryError(Finding("registration.undetermined", parameters=fitted.fitted.free))
         record = registration_of(placed, pairs, model, fitted.crs, Path(reference).name)
         if fitted.reference is not None:
             record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale)
@@ -465,19 +444,28 @@ class HeadlessProject:
         """
         if profile not in PROFILES:
             raise UsageError(
-                tr("The profile is one of {profiles}.", profiles=", ".join(PROFILES)),
+                Finding("option.not-a-choice", value=profile, choices=list(PROFILES)),
                 field="profile",
             )
         self.session.apply(edits.judge_by(self.session.records, PROFILES[profile]))
 
-    def update_surroundings(self) -> tuple[int, tuple[str, ...]]:
-        """Measure resolution and outcrop face anew around features of an earlier rule.
+    def update_surroundings(self) -> tuple[int, tuple[Finding, ...]]:
+        """Measure resolution and outcrop face again around features of an earlier rule.
 
-        Returns how many, and a sentence on each model that is not at hand. Raises DocumentError
-        where there is none.
+        Returns
+        -------
+        int
+            How many features were measured.
+        tuple of Finding
+            Why the features on other models keep their earlier values.
+
+        Raises
+        ------
+        DocumentError
+            If there is no such feature.
         """
         measured: dict[str, dict[str, Any]] = {}
-        left: list[str] = []
+        left: list[Finding] = []
         records = self.session.records
         features = of_earlier_rules(records)
         for model in self.session.of(Model):
@@ -485,10 +473,7 @@ class HeadlessProject:
             if not mine:
                 continue
             surface, said = self._surface(model)
-            left += (
-                tr("{reason} The features on it keep their earlier values.", reason=why)
-                for why in said
-            )
+            left += said
             if surface is not None:
                 measured |= {f.id: measured_anew(surface, f) for f in mine}
         if features and not measured:
@@ -500,7 +485,7 @@ class HeadlessProject:
         """Undo the last edit and return its label. Raises DocumentError where there is none."""
         label = self.session.undo_label
         if label is None:
-            raise DocumentError(tr("There is nothing to undo."))
+            raise DocumentError(Finding("edit.nothing-to-undo"))
         self.session.undo()
         return label
 
@@ -508,7 +493,7 @@ class HeadlessProject:
         """Redo the last undone edit and return its label. Raises DocumentError."""
         label = self.session.redo_label
         if label is None:
-            raise DocumentError(tr("There is nothing to redo."))
+            raise DocumentError(Finding("edit.nothing-to-redo"))
         self.session.redo()
         return label
 
@@ -524,35 +509,29 @@ class HeadlessProject:
         path = self.project.find_model(model)
         if path is None:
             raise InputError(
-                tr(
-                    "{model} is no longer where it was. Open the project in the window to find it.",
-                    model=model.name,
-                ),
+                Finding("model.file-missing", model=model.name),
                 file=model.path,
             )
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         if loaded.content_hash != model.content_hash:
             raise InputError(
-                tr("The file has changed since {model} was measured on it.", model=model.name),
+                Finding("model.changed", model=model.name),
                 file=path,
             )
         return loaded
 
-    def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[str, ...]]:
-        """Return the surface of a model, and a message about new planes if it is not known."""
+    def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
+        """Return the surface of a model, and findings about new planes if it is not known."""
         surface, warnings = self._surface(model)
-        if warnings:
-            unknown = tr("Resolution and exposed face are not known for the new planes.")
-            warnings = (f"{warnings[0]} {unknown}",)
-        return surface, warnings
+        return surface, (*warnings, Finding("surroundings.unknown")) if warnings else ()
 
-    def _surface(self, model: Model) -> tuple[PaintSurface | None, tuple[str, ...]]:
-        """The surface of a model; None, with the reason, where its file is gone or has changed."""
+    def _surface(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
+        """Return the surface of a model; None, with why, if its file is gone or has changed."""
         if model.id in self._surfaces:
             return self._surfaces[model.id], ()
         path = self.project.find_model(model)
-        why = tr("The file of {model} was not found ({file}).", model=model.name, file=model.path)
+        why = Finding("model.file-missing", model=model.name, file=model.path)
         found: PaintSurface | None = None
         if path is not None:
             try:
@@ -564,13 +543,9 @@ class HeadlessProject:
                     self._extents[model.id] = some_points(loaded.data)
                     self._resolutions[model.id] = partial(known_resolution, loaded.data)
                 else:
-                    why = tr(
-                        "{file} has changed since features were measured on {model}.",
-                        file=path,
-                        model=model.name,
-                    )
+                    why = Finding("model.changed", file=path, model=model.name)
             except VomError as error:
-                why = str(error)
+                why = finding_of(error)
         self._surfaces[model.id] = found
         if found is not None:
             return found, ()

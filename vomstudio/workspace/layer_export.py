@@ -5,14 +5,15 @@ from __future__ import annotations
 import contextlib
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Lane
 from vomstudio.jobs.layer_tasks import WRITE_LAYERS, LayersOrder
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import Later
 from vomstudio.words import tr
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import Later
 from vomstudio.workspace.projects import Projects
 from vomstudio.workspace.running_jobs import Jobs
 
@@ -22,8 +23,8 @@ _AGAIN_S = 30.0
 _PATIENCE_S = 10.0
 
 
-def written_layers(folder: Path, has_features: bool) -> list[str]:
-    """Update the layers of a project at once; a list of sentences says why they could not be."""
+def written_layers(folder: Path, has_features: bool) -> list[Finding]:
+    """Update the layers of a project at once, and report if they could not be."""
     if not has_features:
         remove_layers(folder)
         return []
@@ -32,7 +33,7 @@ def written_layers(folder: Path, has_features: bool) -> list[str]:
     try:
         export_project(folder, "gpkg", folder / LAYERS, with_map=False, force=True)
     except VomError as error:
-        return [tr("The GIS layers are not up to date. {error}", error=error)]
+        return [Finding("project.layers-outdated", reason=error, reason_code=error.code)]
     return []
 
 
@@ -77,9 +78,7 @@ class GisLayers:
 
         def failed(event: Failed) -> None:
             self.written.emit("")
-            self._notices.warn(
-                tr("The GIS layers are not up to date. {error}", error=event.message)
-            )
+            self._notices.warn(Finding("project.layers-outdated", reason=event.message))
             self._timer.start(_AGAIN_S)
 
         self._jobs.submit(

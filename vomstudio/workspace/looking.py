@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.measurement import Measurement, as_uncertain
 from vomstudio.document.records import Model, Record
 from vomstudio.errors import GeometryError
 from vomstudio.geology.intersections import intersection_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
-from vomstudio.words import tr
 from vomstudio.workspace.model_loading import OpenModel
 
 
@@ -31,28 +31,28 @@ class Direction:
     error95_deg: float | None
 
 
-def across_slip(slipped: Measurement) -> Direction | str:
+def across_slip(slipped: Measurement) -> Direction | Finding:
     """The line in the fault at right angles to its slip, or why there is none. Its error is that of
     the slip's line, or of the plane where that has none."""
     if slipped.on_plane is None or slipped.line is None:
-        return tr("Select a slip lineation that lies on a fault first.")
+        return Finding("selection.no-slip")
     normal = slipped.on_plane.normal()
     across = np.cross(normal, slipped.line.vector())
     size = float(np.linalg.norm(across))
     if size < np.sin(np.radians(1.0)):
-        return tr("The lineation stands at right angles to its plane: it is no slip of it.")
+        return Finding("slip.across-plane")
     return Direction(Line.from_vector(across / size), slipped.total95_deg)
 
 
-def meeting_line(planes: Iterable[Measurement]) -> Direction | str:
+def meeting_line(planes: Iterable[Measurement]) -> Direction | Finding:
     """The intersection of two planes, or why there is none."""
     uncertain = [found for each in planes if (found := as_uncertain(each)) is not None]
     if len(uncertain) != 2:
-        return tr("Select two planes first.")
+        return Finding("selection.not-two-planes")
     try:
         met = intersection_line(*uncertain)
     except GeometryError as error:
-        return str(error)
+        return finding_of(error)
     return Direction(met.line, met.max_confidence95_deg)
 
 

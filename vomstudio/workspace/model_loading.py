@@ -1,18 +1,19 @@
-"""Loading of models: a worker process reads the file, a thread fetches what it has cached."""
+"""Loading of models: a worker process reads the file, a thread reads its cache."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
+from vomstudio.core.threads import lower_priority, start_thread
 from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
@@ -31,10 +32,10 @@ from vomstudio.jobs.model_tasks import (
     PreviewOrder,
     PreviewPoints,
 )
-from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background, Request
+from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later
 from vomstudio.words import tr
-from vomstudio.workspace.owner_thread import PICTURE_FIRST_S, Later, Post
 from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
 
@@ -83,7 +84,7 @@ PREVIEW_BYTES = 8_000_000
 
 
 class ModelLoader:
-    """Loads models. `problem` gives a sentence on what could not be opened; `convertible` gives the
+    """Loads models. `problem` reports what could not be opened; `convertible` gives the
     file of a model that is not metric, a CRS in which it would be, and the sentence.
 
     `previewed` gives the key of a large cloud that is being read and some of its points, which may
@@ -93,29 +94,38 @@ class ModelLoader:
     def __init__(
         self,
         jobs: Jobs,
-        post: Post,
+        background: Background,
+        streams: Background,
         later: Later,
         budget: Callable[[], int] = lambda: POINT_BUDGET,
     ) -> None:
-        """budget : how many points of a cloud may be held; a COPC file with more is streamed."""
-        self.problem: Signal[str] = Signal()
+        """
+        Parameters
+        ----------
+        background : Background
+            Reads the caches of models; the process waits for it.
+        streams : Background
+            Begins to stream clouds. The threads that unpack points later have its priority.
+        budget : callable
+            Maximum number of points of a cloud in memory; a larger COPC file is streamed.
+        """
+        self.problem: Signal[Finding | VomError] = Signal()
         self.convertible: Signal[Path, str, str] = Signal()
         self.previewed: Signal[str, PointCloud] = Signal()
         self.ended: Signal[str] = Signal()
-        self._jobs, self._post, self._budget = jobs, post, budget
+        self._jobs, self._background, self._streams = jobs, background, streams
+        self._budget = budget
         self._running: dict[str, RunningJob | None] = {}
-        self._stops: dict[str, threading.Event] = {}
         self._unbuilt: list[MeshSurface | CloudSurface] = []
         self._building = later(PICTURE_FIRST_S, self._build)
 
     @property
     def busy(self) -> bool:
-        """A model is being loaded."""
+        """Whether a model is being loaded."""
         return bool(self._running)
 
     def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
-        """Read `path` and call `then` in the owner's thread. A key that is being loaded is not
-        loaded twice."""
+        """Read a file and call `then` in the owner's thread, unless the key is being loaded."""
         if key in self._running:
             return
 
@@ -131,7 +141,7 @@ class ModelLoader:
             if crs := event.error.get("suggested_crs"):
                 self.convertible.emit(path, str(crs), event.message)
             else:
-                self.problem.emit(event.message)
+                self.problem.emit(event.to_error())
 
         self._preview(key, path, cache)
         self._running[key] = self._jobs.submit(
@@ -143,40 +153,29 @@ class ModelLoader:
         )
 
     def _stream(self, key: str, path: Path, then: Then) -> None:
-        """A picture of the first levels at once; the rest is read as it is looked at."""
-        stop = self._stops[key] = threading.Event()
+        """Show the first levels at once; the others are read when the camera needs them."""
         self._running[key] = None
-        threading.Thread(
-            target=self._stream_in_thread, args=(key, path, then, stop), daemon=True
-        ).start()
 
-    def _stream_in_thread(self, key: str, path: Path, then: Then, stop: threading.Event) -> None:
-        # The threads that unpack points for this one and for all later ones are as modest as who
-        # starts them.
-        lower_priority()
-        try:
+        def read(request: Request[OpenModel]) -> OpenModel:
             cloud = copc.stream(path, self._budget())
-            self._glimpse(key, cloud.overview())
-            # What names the file is worked out while its picture is looked at already.
-            content_hash = file_hash(path, lambda: not stop.is_set())
+            request.deliver(partial(self.previewed.emit, key, cloud.overview()))
+            # The hash that identifies the file is computed while its picture is looked at.
+            content_hash = file_hash(path, lambda: not request.is_stale)
             crs, warnings = copc.crs_of(path)
-        except VomError as error:
-            if not stop.is_set():
-                self._arrive(key, str(error), then)
-            return
-        except Exception:
-            # Or it would count as loading for ever.
-            self._arrive(key, tr("{file} could not be opened.", file=path.name), then)
-            raise
-        if stop.is_set():
-            return
-        surface = surface_of(cloud)
-        opened = OpenModel(cloud, surface, warnings, cloud.store.usual_spacing, crs, content_hash)
-        surface.build()
-        self._arrive(key, opened, then)
+            request.check()
+            surface = surface_of(cloud)
+            surface.build()
+            spacing = cloud.store.usual_spacing
+            return OpenModel(cloud, surface, warnings, spacing, crs, content_hash)
+
+        self._streams.run_request(
+            read,
+            partial(self._hand_over, key, then),
+            lambda error: self._refuse(key, error),
+        )
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
-        """Ask for a quick look at a large cloud before the whole of it."""
+        """Request some points of a large cloud before all of them are read."""
         if (
             path.suffix.lower() not in PREVIEW_SUFFIXES
             or model_cache.folder_of(path, cache).exists()
@@ -192,11 +191,16 @@ class ModelLoader:
         os.close(descriptor)
         out = Path(name)
 
-        def ready(found: PreviewPoints) -> None:
-            if not found.points or key not in self._running:
+        def ready(preview: PreviewPoints) -> None:
+            if not preview.points or key not in self._running:
                 out.unlink(missing_ok=True)
                 return
-            threading.Thread(target=self._read_preview, args=(key, out)).start()
+            self._background.run(
+                partial(_read_preview, out),
+                lambda cloud: self._show_preview(key, cloud),
+                lambda _: None,
+                expected=(OSError, ValueError, KeyError),
+            )
 
         self._jobs.submit(
             PREVIEW_MODEL,
@@ -207,26 +211,6 @@ class ModelLoader:
             quiet=True,
         )
 
-    def _read_preview(self, key: str, out: Path) -> None:
-        try:
-            with open_arrays(out) as arrays:
-                colors = arrays.get("colors")
-                fields = {"intensity": arrays["intensity"]} if "intensity" in arrays else {}
-                cloud = PointCloud(arrays["points"], colors, fields=fields)
-        except (OSError, ValueError, KeyError):
-            return
-        finally:
-            out.unlink(missing_ok=True)
-        self._glimpse(key, cloud)
-
-    def _glimpse(self, key: str, cloud: PointCloud) -> None:
-        """From any thread."""
-        self._post(lambda: self._show_preview(key, cloud))
-
-    def _arrive(self, key: str, outcome: OpenModel | str, then: Then) -> None:
-        """From any thread."""
-        self._post(lambda: self._hand_over(key, outcome, then))
-
     def _show_preview(self, key: str, cloud: PointCloud) -> None:
         if key in self._running:
             self.previewed.emit(key, cloud)
@@ -235,9 +219,8 @@ class ModelLoader:
         """Cancel everything that is being loaded."""
         for key in self._running:
             self.ended.emit(key)
-        for stop in self._stops.values():
-            stop.set()
-        self._stops.clear()
+        self._background.cancel_all()
+        self._streams.cancel_all()
         self._building.stop()
         self._unbuilt.clear()
         for job in self._running.values():
@@ -250,48 +233,53 @@ class ModelLoader:
             return
         # Reading a large cache takes its time: not in the owner's thread.
         self._running[key] = None
-        threading.Thread(target=self._fetch_in_thread, args=(key, path, cached, then)).start()
 
-    def _fetch_in_thread(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
-        try:
-            loaded = model_cache.hand_over(cached.folder)
-        except VomError as error:
-            text = tr("{file} could not be cached. {error}", file=path.name, error=error)
-            self._arrive(key, text, then)
-            return
-        except Exception:
-            self._arrive(key, tr("{file} could not be opened.", file=path.name), then)
-            raise
-        data = loaded.data
-        # Asked for again and again in the owner's thread, and a tenth of a second for ten million.
-        _ = data.bounds
-        surface = surface_of(data)
-        opened = OpenModel(
-            data,
-            surface,
-            cached.warnings,
-            cached.resolution,
-            cached.crs,
-            cached.content_hash,
-        )
-        self._arrive(key, opened, then)
+        def read() -> OpenModel:
+            data = model_cache.hand_over(cached.folder).data
+            # The owner's thread needs them often: 0.1 s for ten million points.
+            _ = data.bounds
+            return OpenModel(
+                data,
+                surface_of(data),
+                cached.warnings,
+                cached.resolution,
+                cached.crs,
+                cached.content_hash,
+            )
 
-    def _hand_over(self, key: str, outcome: OpenModel | str, then: Then) -> None:
-        if key not in self._running:
-            return
+        def refuse(error: VomError) -> None:
+            finding = Finding(
+                "model.not-cached", file=path.name, reason=error, reason_code=error.code
+            )
+            self._refuse(key, finding)
+
+        self._background.run(read, partial(self._hand_over, key, then), refuse)
+
+    def _hand_over(self, key: str, then: Then, opened: OpenModel) -> None:
         del self._running[key]
-        self._stops.pop(key, None)
-        if isinstance(outcome, str):
-            self.problem.emit(outcome)
-        else:
-            then(outcome)
-            self._unbuilt.append(outcome.surface)
-            self._building.start()
+        then(opened)
+        self._unbuilt.append(opened.surface)
+        self._building.start()
+        self.ended.emit(key)
+
+    def _refuse(self, key: str, reason: Finding | VomError) -> None:
+        del self._running[key]
+        self.problem.emit(reason)
         self.ended.emit(key)
 
     def _build(self) -> None:
         surfaces, self._unbuilt = self._unbuilt, []
-        threading.Thread(target=_build_all, args=(surfaces,)).start()
+        start_thread(_build_all, surfaces, name="surfaces", daemon=False)
+
+
+def _read_preview(path: Path) -> PointCloud:
+    try:
+        with open_arrays(path) as arrays:
+            colors = arrays.get("colors")
+            fields = {"intensity": arrays["intensity"]} if "intensity" in arrays else {}
+            return PointCloud(arrays["points"], colors, fields=fields)
+    finally:
+        path.unlink(missing_ok=True)
 
 
 def _build_all(surfaces: list[MeshSurface | CloudSurface]) -> None:

@@ -76,7 +76,7 @@ class Models:
         """Open a project folder or a model file; where it is neither, the reason is shown."""
         path = path.expanduser()
         if not is_there(path):
-            self._notices.warn(tr("{path} does not exist.", path=path), "error")
+            self._notices.warn(Finding("file.missing", file=path), "error")
         elif is_project(path) or (is_folder(path) and path.suffix == ".vom"):
             try:
                 self._projects.open(path)
@@ -107,28 +107,15 @@ class Models:
         """Read the data of a model of the project."""
         path = self._projects.project.find_model(model)
         if path is None:
-            text = tr(
-                "The file of {model} was not found ({file}). Its features are still there. Choose "
-                "the file with Model > Locate file.",
-                model=model.name,
-                file=model.path,
-            )
-            self._notices.tell(Notice(text, "warning", "locate"))
+            finding = Finding("model.file-missing", model=model.name, file=model.path)
+            self._notices.tell(Notice(finding, "warning", "locate"))
             return
 
         def arrived(opened: OpenModel) -> None:
             if model.id not in self._projects.records:
                 return
             if opened.content_hash != model.content_hash:
-                self._notices.warn(
-                    tr(
-                        "{file} has changed since features were measured on {model}, so it is not "
-                        "shown. The features are unchanged. To measure on the changed file, open "
-                        "it as a new model.",
-                        file=path,
-                        model=model.name,
-                    )
-                )
+                self._notices.warn(Finding("model.changed", file=path, model=model.name))
                 return
             self._attach(model.id, path, opened)
 
@@ -165,16 +152,14 @@ class Models:
             then()
             stored = project.model_path(copy.path)
             if self._editing.attempt(edits.relocate_model, model_id, stored, model.content_hash):
-                self._notices.info(
-                    tr("{model} has been copied into the project folder.", model=model.name)
-                )
+                self._notices.info(Finding("model.copied", model=model.name))
 
         self._jobs.submit(
             COPY_MODEL,
             ModelCopy(path, project.folder / "models", cameras, photos, model.registration),
             title=tr("Copying {model}", model=model.name),
             on_done=arrived,
-            on_failed=lambda event: self._notices.warn(event.message, "error"),
+            on_failed=lambda event: self._notices.warn(event.to_error(), "error"),
         )
 
     def _offer_conversion(self, path: Path, crs: str, message: str) -> None:
@@ -188,21 +173,19 @@ class Models:
             return
         (path, crs), project = self.convertible, self._projects.project
 
-        text = tr(
-            "{file} was converted to {crs}; the project uses the copy.", file=path.name, crs=crs
-        )
+        finding = Finding("model.converted", file=path.name, crs=crs)
 
         def converted(copy: ConvertedModel) -> None:
             if self._projects.project is project:
                 self.convertible = None
-                self.open_model(copy.path, path.stem, then=lambda _: self._notices.info(text))
+                self.open_model(copy.path, path.stem, then=lambda _: self._notices.info(finding))
 
         self._jobs.submit(
             CONVERT_MODEL,
             ModelConversion(path, project.folder / "models", crs),
             title=tr("Converting {file} to {crs}", file=path.name, crs=crs),
             on_done=converted,
-            on_failed=lambda event: self._notices.warn(event.message, "error"),
+            on_failed=lambda event: self._notices.warn(event.to_error(), "error"),
         )
 
     def _add(
@@ -219,7 +202,7 @@ class Models:
         if same:
             if same[0].id not in self.open:
                 self._attach(same[0].id, path, opened)
-            self._notices.info(tr("{file} is already open.", file=path.name))
+            self._notices.info(Finding("model.already-open", file=path.name))
             return
         stored = self._projects.project.model_path(path)
         other = self._projects.records.get(like or "")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vomstudio.core.findings import UNCODED, Message
 from vomstudio.errors import VomError
-from vomstudio.io.project.journal_trouble import NotWritten
+from vomstudio.io.project.journal_failures import NotWritten
 from vomstudio.signals import Signal
 
 SAVE_AS = "save_as"
@@ -18,12 +19,25 @@ CONVERT = "convert_model"
 
 @dataclass(frozen=True)
 class Notice:
-    """A message: one or more sentences, translated. level: "info", "hint" (disappears by itself),
-    "warning" or "error". action: the name of a command that helps, offered beside the message."""
+    """A message for the user.
 
-    text: str
+    level : "info", "hint" (disappears by itself), "warning" or "error"
+    action : name of a command that helps, offered beside the message
+    """
+
+    message: Message | VomError
     level: str = "info"
     action: str = ""
+
+    @property
+    def text(self) -> str:
+        """The translated sentences."""
+        return str(self.message)
+
+    @property
+    def code(self) -> str:
+        """The code of the finding or error; ``uncoded`` for a sentence."""
+        return UNCODED if isinstance(self.message, str) else self.message.code
 
 
 class Notices:
@@ -36,19 +50,19 @@ class Notices:
         """Pass a notice on."""
         self.told.emit(notice)
 
-    def info(self, text: str) -> None:
-        """A notice of what was done."""
-        self.told.emit(Notice(text))
+    def info(self, message: Message) -> None:
+        """Report what was done."""
+        self.told.emit(Notice(message))
 
-    def hint(self, text: str) -> None:
-        """A notice that disappears by itself."""
-        self.told.emit(Notice(text, "hint"))
+    def hint(self, message: Message) -> None:
+        """Show a notice that disappears by itself."""
+        self.told.emit(Notice(message, "hint"))
 
-    def warn(self, text: str, level: str = "warning") -> None:
-        """A warning, or another level."""
-        self.told.emit(Notice(text, level))
+    def warn(self, message: Message | VomError, level: str = "warning") -> None:
+        """Show a warning, or a notice of another level."""
+        self.told.emit(Notice(message, level))
 
     def fail(self, error: VomError) -> None:
         """The message of an error, with what helps where a project cannot be written."""
         helps = SAVE_AS if isinstance(error, NotWritten) else ""
-        self.told.emit(Notice(str(error), "error", helps))
+        self.told.emit(Notice(error, "error", helps))

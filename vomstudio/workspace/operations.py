@@ -9,6 +9,12 @@ from __future__ import annotations
 from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
+from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
+from vomstudio.geology.fold_options import FoldOptions
+from vomstudio.geology.fractures.fracture_options import FractureOptions
+from vomstudio.geology.populations.statistics_options import StatisticsOptions
+from vomstudio.geology.sets.set_options import SetOptions
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
 from vomstudio.registration.distances.compare_options import CompareOptions
@@ -59,5 +65,75 @@ OPERATIONS: tuple[Operation, ...] = (
         function="measurable",
         window="surface.fields_panel.FieldsPanel",
         missing=_OF_MODELS,
+    ),
+    Operation(
+        "sets",
+        (SetOptions,),
+        function="sets",
+        window="analyse.sets_panel.SetsPanel",
+        missing={
+            "project method": "`vs.sets` takes the planes of a project",
+            "project command": "`set` writes the sets of features",
+        },
+    ),
+    Operation(
+        "fractures",
+        (FractureOptions,),
+        function="fractures",
+        window="sections.fractures_panel.FracturesPanel",
+        missing={
+            "project method": "`vs.fractures` takes the traces of a project",
+            "project command": "`fractures` reads the exported traces",
+        },
+    ),
+    Operation(
+        "stats",
+        (StatisticsOptions,),
+        function="stats",
+        window="analyse.statistics_panel.StatisticsPanel",
+        missing={
+            "project method": "`vs.stats` takes the planes of a project",
+            "project command": "`stats` reads a project",
+        },
+    ),
+    Operation(
+        "fold",
+        (FoldOptions,),
+        function="fold",
+        window="common.fold_box.FoldBox",
+        missing={
+            "project method": "`vs.fold` takes the planes of a project",
+            "project command": "`fold` reads a project",
+        },
+    ),
+    Operation(
+        "slope",
+        (SlopeOptions,),
+        function="slope",
+        window="analyse.slopes_panel.SlopesPanel",
+        missing={
+            "project method": "`vs.slope` takes the planes of a project",
+            "project command": "`slope` reads a project",
+        },
+    ),
+    Operation(
+        "threepoint",
+        (ThreePointOptions,),
+        function="threepoint",
+        window="sections.three_points_panel.ThreePointsPanel",
+        missing={
+            "project method": "`vs.threepoint` takes points of a project",
+            "project command": "`threepoint` reads a table of points",
+        },
+    ),
+    Operation(
+        "displacement",
+        (DisplacementOptions,),
+        function="displacement",
+        window="sections.displacement_panel.DisplacementPanel",
+        missing={
+            "project method": "`vs.displacement` takes cut-offs of a project",
+            "project command": "`displacement` reads a table of cut-offs",
+        },
     ),
 )

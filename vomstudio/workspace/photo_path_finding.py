@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.files.regular import is_regular
 from vomstudio.geometry import transform
 from vomstudio.tools.followed_line import Way
-from vomstudio.words import tr
 from vomstudio.workspace.photos import ModelPhotos
 
 if TYPE_CHECKING:
@@ -45,13 +45,7 @@ class PhotoPaths:
         world = transform.apply(views.to_world, ends)
         # What is only just hidden is at the edge of what was clicked.
         if not views.shows(row, world, 4.0 * views.resolution).all():
-            raise GeometryError(
-                tr(
-                    "The photo {photo} does not show both way-points, so the piece between them is "
-                    "followed over the surface.",
-                    photo=photo.rpartition("/")[2],
-                )
-            )
+            raise GeometryError(Finding("photo.not-showing", photo=photo.rpartition("/")[2]))
         path = follower.follow(views.pixels(row, world), alone=live)
         points = transform.apply(transform.invert(views.to_world), path.points)
         return Way(
@@ -69,13 +63,7 @@ class PhotoPaths:
         if follower is None or follower.photos.chosen != row:
             self._follower = None
             if row not in self._opened.files:
-                raise GeometryError(
-                    tr(
-                        "The file of the photo {photo} was not found, so the line is followed over "
-                        "the surface. Choose the folder with Locate photos.",
-                        photo=photo,
-                    )
-                )
+                raise GeometryError(Finding("photo.file-missing", photo=photo))
             follower = PhotoFollower(replace(self._opened, chosen=row), cost)
             self._follower = follower
         return follower.by(cost)

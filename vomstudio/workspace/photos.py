@@ -1,14 +1,15 @@
-"""Which photos belong to the open models, and where they are."""
+"""The photos of the open models, and their folders."""
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -18,9 +19,8 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.signals import Signal
-from vomstudio.words import tr
+from vomstudio.studio.background import Background
 from vomstudio.workspace.models import Models
-from vomstudio.workspace.owner_thread import Post
 from vomstudio.workspace.projects import Projects
 
 if TYPE_CHECKING:
@@ -52,13 +52,12 @@ class PhotoLinks:
     Nothing is read before `want`: preparing a model of millions of faces takes seconds.
     """
 
-    def __init__(self, projects: Projects, models: Models, post: Post) -> None:
+    def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
-        self._projects, self._models, self._post = projects, models, post
+        self._projects, self._models, self._background = projects, models, background
         self._ready: dict[str, ModelPhotos] = {}
         self._trees: dict[str, tuple[object, RayTree]] = {}
-        self._busy: set[str] = set()
-        self._problems: dict[str, str] = {}
+        self._problems: dict[str, Finding] = {}
         self._wanted = False
 
     # --- asked -------------------------------------------------------------------------------
@@ -71,15 +70,15 @@ class PhotoLinks:
         return [m.id for m in self._projects.of(Model) if m.id in self._ready]
 
     def busy(self) -> bool:
-        """Photos of a model are being read."""
-        return bool(self._busy)
+        """Whether photos of a model are being read."""
+        return self._background.is_busy
 
-    def problem(self, model_id: str) -> str:
-        """Why a model has no photos though it has cameras; empty where it has none."""
-        return self._problems.get(model_id, "")
+    def problem(self, model_id: str) -> Finding | None:
+        """Return why a model has no photos though it has cameras."""
+        return self._problems.get(model_id)
 
     def want(self) -> None:
-        """From now on photos are searched for."""
+        """Search for photos from now on."""
         if not self._wanted:
             self._wanted = True
             for model_id in self._models.open:
@@ -135,79 +134,40 @@ class PhotoLinks:
         if not self._wanted or opened is None or path is None or not isinstance(record, Model):
             return
         if isinstance(opened.data, StreamedCloud):
-            self._problems[model_id] = tr(
-                "{model} is too large to be held in memory as a whole, so lines of sight to it "
-                "cannot be traced. Open the mesh of the same outcrop, or a thinned cloud.",
-                model=record.name,
-            )
+            self._problems[model_id] = Finding("model.cloud-too-large", model=record.name)
             return
-        self._busy.add(model_id)
         self._problems.pop(model_id, None)
         kept = self._trees.get(model_id)
         tree = kept[1] if kept is not None and kept[0] is opened.data else None
         chosen = self._chosen(model_id, "photos")
         # A project that was moved together with its photos.
         around = self._projects.project.folder.parent
-        arguments = (record, path, chosen, around, opened.data, opened.resolution or 0.0, tree)
-        threading.Thread(target=self._make, args=arguments, daemon=True).start()
-        self.changed.emit(model_id)
+        data, resolution = opened.data, opened.resolution or 0.0
 
-    def _make(
-        self,
-        record: Model,
-        path: Path,
-        chosen: Path | None,
-        around: Path,
-        data: Mesh | PointCloud,
-        resolution: float,
-        tree: RayTree | None,
-    ) -> None:
-        # Kernels take a third of a second to import: not while the window starts.
-        from vomstudio.geometry.rays.raytree import RayTree
-        from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
-
-        try:
-            cameras = read_cameras(path)
-            if tree is None:
-                tree = RayTree(data, _REACH_SPACINGS * resolution)
-            # The first ray loads the kernels: not in the owner's thread.
-            tree.cast(np.zeros(3), np.ones((1, 3)))
-            views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
-            first = () if chosen is None else (chosen,)
-            folder = find_photos(cameras, path, first)
-            folder = folder or find_photos(cameras, around / FILE_NAME)
-            made = ModelPhotos(record.id, record.name, views, folder)
-        except VomError as error:
-            outcome: ModelPhotos | str = str(error)
-        except Exception:
-            # Or it would be busy for ever.
-            unusable = tr("The photos could not be used.")
-            self._post(lambda: self._take(record.id, unusable, data))
-            raise
-        else:
-            outcome = made
-        self._post(lambda: self._take(record.id, outcome, data))
-
-    def _take(self, model_id: str, made: ModelPhotos | str, data: object) -> None:
-        if model_id not in self._busy:
-            # Another project has taken the place of the one that asked.
-            return
-        self._busy.discard(model_id)
-        if model_id not in self._projects.records:
-            return
-        if isinstance(made, str):
+        def refuse(error: VomError) -> None:
             self._ready.pop(model_id, None)
-            self._problems[model_id] = made
-        else:
-            self._ready[model_id] = made
-            self._trees[model_id] = (data, made.views.tree)
+            self._problems[model_id] = finding_of(error)
+            self.changed.emit(model_id)
+
+        self._background.run(
+            lambda: _read_photos(record, path, chosen, around, data, resolution, tree),
+            partial(self._store, data),
+            refuse,
+            key=model_id,
+        )
         self.changed.emit(model_id)
+
+    def _store(self, data: object, photos: ModelPhotos) -> None:
+        self._ready[photos.model_id] = photos
+        self._trees[photos.model_id] = (data, photos.views.tree)
+        self.changed.emit(photos.model_id)
 
     def edited(self, edit: Edit) -> None:
         """Forget the photos of removed models, and read those of moved ones anew."""
         for id_, after in edit.after.items():
             before = edit.before[id_]
             if isinstance(before, Model) and after is None:
+                self._background.cancel(id_)
                 self._ready.pop(id_, None)
                 self._trees.pop(id_, None)
                 self.changed.emit(id_)
@@ -219,8 +179,33 @@ class PhotoLinks:
                 self.look(id_)
 
     def forget_all(self) -> None:
-        """Another project is opened."""
+        """Forget all photos: another project is opened."""
+        self._background.cancel_all()
         self._ready.clear()
         self._trees.clear()
         self._problems.clear()
-        self._busy.clear()
+
+
+def _read_photos(
+    record: Model,
+    path: Path,
+    chosen: Path | None,
+    around: Path,
+    data: Mesh | PointCloud,
+    resolution: float,
+    tree: RayTree | None,
+) -> ModelPhotos:
+    # Kernels take a third of a second to import: not while the window starts.
+    from vomstudio.geometry.rays.raytree import RayTree
+    from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
+
+    cameras = read_cameras(path)
+    if tree is None:
+        tree = RayTree(data, _REACH_SPACINGS * resolution)
+    # The first ray loads the kernels: not in the owner's thread.
+    tree.cast(np.zeros(3), np.ones((1, 3)))
+    views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
+    first = () if chosen is None else (chosen,)
+    folder = find_photos(cameras, path, first)
+    folder = folder or find_photos(cameras, around / FILE_NAME)
+    return ModelPhotos(record.id, record.name, views, folder)

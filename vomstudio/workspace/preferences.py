@@ -7,8 +7,8 @@ from pathlib import Path
 from vomstudio.errors import VomError
 from vomstudio.io.settings import Settings, SettingsFile
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later, Post
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import PICTURE_FIRST_S, Later, Post
 
 
 class Preferences:

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
@@ -17,7 +18,6 @@ from vomstudio.io.project.export import thresholds_of
 from vomstudio.io.project.journal import read_replay, read_schema_and_replay
 from vomstudio.tables.orientation_table import Row
 from vomstudio.tables.project_table import project_table
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class ProjectSummary:
     project: str
     schema: int
     sound: bool
-    problems: tuple[str, ...]
+    problems: tuple[Finding, ...]
     models: tuple[ModelFacts, ...]
     features: int
     kinds: dict[str, int]
@@ -142,10 +142,7 @@ def _chosen(records: Any, wanted: Sequence[str], folder: Path) -> set[str]:
         found = {f.id for f in features if word in (f.id, getattr(f, "name", None))}
         if not found:
             raise InputError(
-                tr(
-                    "The project has no feature {feature}. See vomstudio project list.",
-                    feature=word,
-                ),
+                Finding("record.missing", id=word, kind="feature"),
                 file=folder,
             )
         chosen |= found

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.collector import no_collection
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement_cache import Measurements
@@ -16,11 +17,10 @@ from vomstudio.files.regular import is_regular
 from vomstudio.files.user_folders import home_is_writable
 from vomstudio.io.project.folder import Project, create_untitled, is_free, untitled_projects
 from vomstudio.io.project.journal import NAME as JOURNAL
-from vomstudio.io.project.journal_trouble import Trouble
+from vomstudio.io.project.journal_failures import is_lost
 from vomstudio.signals import Signal
-from vomstudio.words import tr
+from vomstudio.studio.owner_thread import Aside, in_the_way
 from vomstudio.workspace.notices import SAVE_AS, Notice, Notices
-from vomstudio.workspace.owner_thread import Aside, in_the_way
 from vomstudio.workspace.preferences import Preferences
 
 T = TypeVar("T")
@@ -77,6 +77,10 @@ class Projects:
         """The records of one class, in the order in which they came."""
         return self.session.of(cls)
 
+    def name_of(self, id_: str) -> str:
+        """Return the name of a record, or its id if it has no name or is gone."""
+        return getattr(self.records.get(id_), "name", id_)
+
     def view(self, key: str, default: Any = None) -> Any:
         """View state that is kept with the project."""
         journal = self.project.journal
@@ -94,12 +98,7 @@ class Projects:
         if not self._told and not home_is_writable():
             self._told = True
             self._notices.warn(
-                tr(
-                    "Your home folder cannot be written, so settings are not kept, and unsaved "
-                    "work lies in {folder}, which the system may empty. Save the project in "
-                    "another folder.",
-                    folder=self.project.folder.parent,
-                )
+                Finding("project.home-not-writable", folder=self.project.folder.parent)
             )
 
     def open(self, folder: Path) -> None:
@@ -108,7 +107,7 @@ class Projects:
         if present is not None and folder.resolve() == present.folder.resolve():
             return
         if self._opening:
-            self._notices.warn(tr("Another project is being opened. Wait until it is there."))
+            self._notices.warn(Finding("project.opening"))
             return
         self._opening = True
         try:
@@ -159,7 +158,7 @@ class Projects:
         if self._project is not None:
             self.leave()
         self._project, self.measurements = project, measurements
-        project.wait_in_memory(self._tell_trouble)
+        project.wait_in_memory(self._report_failure)
         project.session.changed.connect(self.edited.emit)
         project.session.history_changed.connect(lambda _: self.history_changed.emit())
         self._mark_open(True)
@@ -177,41 +176,35 @@ class Projects:
         self._preferences.mark_open(project.folder, is_open and not project.untitled)
 
     # --- where it cannot be written ----------------------------------------------------------
-    def _tell_trouble(self, trouble: Trouble | None) -> None:
-        if trouble is None:
-            self._notices.tell(Notice(tr("All steps are on the disk again."), "warning"))
+    def _report_failure(self, failure: Finding | None) -> None:
+        if failure is None:
+            self._notices.tell(Notice(Finding("project.on-disk-again"), "warning"))
             return
-        if trouble.lost:
-            said = tr(
-                "{trouble} What you do is kept in memory only, until you save the project "
-                "elsewhere.",
-                trouble=trouble.sentence,
-            )
-        else:
-            said = tr(
-                "{trouble} What you do is kept in memory only, until it can be written or you save "
-                "the project elsewhere.",
-                trouble=trouble.sentence,
-            )
-        self._notices.tell(Notice(f"{self.project.folder}: {said}", "error", SAVE_AS))
+        finding = Finding(
+            "project.steps-in-memory",
+            file=self.project.folder,
+            reason=failure.message,
+            reason_code=failure.code,
+        )
+        self._notices.tell(Notice(finding, "error", SAVE_AS))
 
     @property
     def kept(self) -> bool:
         """Every step is on the disk, where the project was opened, and the next one can be."""
-        return self.project.trouble is None
+        return self.project.write_failure is None
 
     @property
     def whole_on_disk(self) -> bool:
         """Every step is on the disk, where the project was opened, though the next may not be."""
-        trouble = self.project.trouble
-        return trouble is None or not (trouble.lost or self.project.journal.waits)
+        failure = self.project.write_failure
+        return failure is None or not (is_lost(failure) or self.project.journal.waits)
 
     # --- keeping -----------------------------------------------------------------------------
     def save(self) -> None:
         """Mark the present state as saved. Raises VomError."""
         self.session.save()
         self.saved.emit()
-        self._notices.info(tr("{project} was saved.", project=self.project.name))
+        self._notices.info(Finding("project.saved", project=self.project.name))
 
     def save_as(self, folder: Path) -> None:
         """Raises TargetError."""
@@ -224,9 +217,9 @@ class Projects:
         # The same records under another name: no view has to be built anew.
         self.history_changed.emit()
         self.saved.emit()
-        self._notices.info(tr("The project was saved as {folder}.", folder=folder))
-        for sentence in left_out:
-            self._notices.warn(sentence)
+        self._notices.info(Finding("project.saved-as", folder=folder))
+        for finding in left_out:
+            self._notices.warn(finding)
 
     def discard(self) -> None:
         """Undo what was not saved; it stays in the history. Raises VomError."""

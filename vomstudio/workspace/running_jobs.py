@@ -9,14 +9,15 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Literal
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import WorkerError
 from vomstudio.failures.error_collector import ERRORS
 from vomstudio.jobs.events import Done, Event, Failed, Fault, Stage, Step
 from vomstudio.jobs.job import Job, Lane, Request, Result
 from vomstudio.jobs.supervisor import Worker
 from vomstudio.signals import Signal
+from vomstudio.studio.owner_thread import Post
 from vomstudio.words import tr
-from vomstudio.workspace.owner_thread import Post
 
 
 @dataclass
@@ -173,10 +174,4 @@ class Jobs:
 
 
 def _report(title: str, fault: Fault) -> None:
-    sentence = tr(
-        "{job}: an internal error occurred ({error}). Your project is unchanged. Please save a "
-        "report, so that the fault can be found.",
-        job=title,
-        error=fault.what,
-    )
-    ERRORS.tell(sentence, fault.what)
+    ERRORS.tell(Finding("job.internal-error", job=title, error=fault.what), fault.what)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
@@ -48,13 +49,13 @@ class SavedViews:
         name = " ".join(view.name.split())
         if not name or len(name) > _LONGEST:
             raise UsageError(
-                tr("Give the view a name of at most {count} letters.", count=_LONGEST),
+                Finding("view.name-length", maximum=_LONGEST),
                 field=tr("name"),
             )
         others = [each for each in self.all() if each.name != name]
         if len(others) >= _MOST:
             raise UsageError(
-                tr("A project keeps at most {count} views. Delete one first.", count=_MOST),
+                Finding("view.too-many", maximum=_MOST),
                 field=tr("name"),
             )
         self._write([*others, SavedView(name, view.camera, view.box)])

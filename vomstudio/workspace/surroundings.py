@@ -1,22 +1,21 @@
-"""Features whose surroundings were measured by an earlier rule are measured anew, in one step."""
+"""Update of features whose surroundings were measured by an earlier rule."""
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.records import Model, Surrounded
 from vomstudio.errors import VomError
-from vomstudio.failures import exception_hooks
 from vomstudio.geometry.surface import Surface
+from vomstudio.studio.background import Background
 from vomstudio.tools.local_surface import (
     measured_anew,
     model_of_earlier_rule,
     of_earlier_rules,
 )
-from vomstudio.words import tr, tr_n
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
@@ -24,7 +23,7 @@ from vomstudio.workspace.projects import Projects
 
 
 class Surroundings:
-    """update : measure those whose models are open, in a thread, as one edit"""
+    """Measures the surroundings of features on open models again, as one edit."""
 
     def __init__(
         self,
@@ -32,105 +31,87 @@ class Surroundings:
         models: Models,
         editing: Editing,
         notices: Notices,
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self._projects, self._models, self._editing = projects, models, editing
-        self._notices, self._hand_over = notices, hand_over
-        self._running = False
-        self._told = ""
+        self._notices, self._background = notices, background
+        self._offered_for = ""
 
-    def why_not(self) -> str | None:
-        """Why there is nothing to update; None where there is."""
-        if self._running:
-            return tr("The surroundings are being measured.")
+    def why_not(self) -> Finding | None:
+        """Return why there is nothing to update; None if there is."""
+        if self._background.is_busy:
+            return Finding("surroundings.running")
         # Asked after every gesture, of thousands of features that lie on a few models.
         models = self._projects.records.counted(model_of_earlier_rule)
         if not models:
-            return tr("No feature was measured by an earlier rule.")
+            return Finding("surroundings.up-to-date")
         hashes = self._hashes()
         if not any(hashes.get(id_) == hash_ for id_, hash_ in models):
-            return tr("The models of these features are not open. Locate their files first.")
+            return Finding("surroundings.models-closed")
         return None
 
     def offer(self, model_id: str) -> None:
-        """Say once of a project that some features on this model can be updated."""
+        """Report once per project that features on this model can be updated."""
         folder = str(self._projects.project.folder)
-        count = sum(feature.model_id == model_id for feature in self._at_hand())
-        if not count or self._told == folder:
+        count = sum(feature.model_id == model_id for feature in self._updatable_features())
+        if not count or self._offered_for == folder:
             return
-        self._told = folder
-        self._notices.info(
-            tr_n(
-                "The resolution and outcrop face of {count} feature were measured by an earlier "
-                "rule. Interpret > Update earlier features measures them anew.",
-                "The resolution and outcrop face of {count} features were measured by an earlier "
-                "rule. Interpret > Update earlier features measures them anew.",
-                count,
-            )
-        )
+        self._offered_for = folder
+        self._notices.info(Finding("surroundings.earlier-rule", count=count))
 
     def update(self) -> None:
-        """Begin; the edit comes when all are measured."""
+        """Measure in a thread; the edit follows when all are measured."""
         if self.why_not() is not None:
             return
-        self._running = True
-        features = list(self._at_hand())
+        features = list(self._updatable_features())
         surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
-        threading.Thread(
-            target=self._measure, args=(features, surfaces), name="surroundings", daemon=True
-        ).start()
+        measured: dict[str, dict[str, Any]] = {}
+
+        def fail(error: VomError) -> None:
+            self._notices.fail(error)
+            self._finish(features, measured)
+
+        self._background.run(
+            lambda: _measure(features, surfaces, measured),
+            lambda _: self._finish(features, measured),
+            fail,
+        )
 
     def _earlier(self) -> list[Surrounded]:
         return self._projects.records.once(of_earlier_rules)
 
     def _hashes(self) -> dict[str, str]:
-        """Of the models that are open, by id."""
+        """Return the content hashes of the open models by id."""
         return {
             model.id: model.content_hash
             for model in self._projects.records.of(Model)
             if self._models.surface(model.id) is not None
         }
 
-    def _at_hand(self) -> Iterator[Surrounded]:
+    def _updatable_features(self) -> Iterator[Surrounded]:
         hashes = self._hashes()
         return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
 
-    def _measure(self, features: list[Surrounded], surfaces: Mapping[str, Surface | None]) -> None:
-        found: dict[str, dict[str, Any]] = {}
-        try:
-            for feature in features:
-                surface = surfaces[feature.model_id]
-                if surface is not None:
-                    found[feature.id] = measured_anew(surface, feature)
-        except VomError as error:
-            problem = str(error)
-            self._hand_over(lambda: self._notices.warn(problem, "error"))
-        except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-            exception_hooks.report_as_uncaught(error)
-        self._hand_over(lambda: self._finish(features, found))
-
-    def _finish(self, features: list[Surrounded], found: Mapping[str, dict[str, Any]]) -> None:
-        self._running = False
+    def _finish(self, features: list[Surrounded], measured: Mapping[str, dict[str, Any]]) -> None:
         records = self._projects.records
         # What was changed meanwhile has been measured by today's rule.
-        still = {f.id: found[f.id] for f in features if f.id in found and records.get(f.id) is f}
+        still = {
+            f.id: measured[f.id] for f in features if f.id in measured and records.get(f.id) is f
+        }
         if not still or not self._editing.attempt(edits.update_surroundings, still):
             return
         left = len(self._earlier())
-        self._notices.info(
-            tr_n(
-                "The surroundings of {count} feature were measured anew. Undo takes it back.",
-                "The surroundings of {count} features were measured anew. Undo takes it back.",
-                len(still),
-            )
-            + (
-                ""
-                if not left
-                else " "
-                + tr_n(
-                    "{count} feature keeps its earlier values, since its model is not open.",
-                    "{count} features keep their earlier values, since their models are not open.",
-                    left,
-                )
-            )
-        )
+        self._notices.info(Finding("surroundings.updated", count=len(still)))
+        if left:
+            self._notices.warn(Finding("surroundings.left-out", count=left))
+
+
+def _measure(
+    features: list[Surrounded],
+    surfaces: Mapping[str, Surface | None],
+    measured: dict[str, dict[str, Any]],
+) -> None:
+    for feature in features:
+        surface = surfaces[feature.model_id]
+        if surface is not None:
+            measured[feature.id] = measured_anew(surface, feature)

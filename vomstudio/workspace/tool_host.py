@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature, FeatureType
 from vomstudio.document.selection import Selection
 from vomstudio.document.session import Session
-from vomstudio.failures import exception_hooks
+from vomstudio.errors import VomError
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.signals import Signal, telling
+from vomstudio.studio.background import Background
 from vomstudio.tools.interaction_types import Discarded, PointerEvent, Preview
 from vomstudio.tools.registry import TOOLS
 from vomstudio.tools.tool_context import Tool
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
@@ -49,7 +50,7 @@ class ToolHost:
         notices: Notices,
         paths: PathFinding,
         elements: OutcropElements,
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self.undo_changed: Signal[()] = Signal()
@@ -59,7 +60,7 @@ class ToolHost:
         self.let_go: Signal[Discarded] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
         self._selection, self._preferences, self._notices = selection, preferences, notices
-        self.paths, self.elements, self._hand_over = paths, elements, hand_over
+        self.paths, self.elements, self._background = paths, elements, background
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
@@ -80,12 +81,10 @@ class ToolHost:
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
             if name in self.tools:
-                self.hint(tr("Finish the open feature (Enter) or cancel it (Esc) first."))
+                self.hint(Finding("feature.open"))
                 self.active_changed.emit(self.active_name)
                 return
-            self._notices.info(
-                tr("The open feature stays unfinished. Finish it with Enter or cancel it with Esc.")
-            )
+            self._notices.info(Finding("tool.draft-kept"))
         self._next_of[self.active_name] = (self.next_type_id, self.next_set)
         self.active_name = name
         self.active_changed.emit(name)
@@ -167,17 +166,11 @@ class ToolHost:
         if tool is not None:
             self.activate(name)
         if tool is None or not tool.restore(state):
-            self._notices.warn(tr("An unfinished feature could not be read and was left out."))
+            self._notices.warn(Finding("tool.draft-unreadable"))
             return
         self.tool_changed()
         count = len(state.get("vertices", ()))
-        self._notices.info(
-            tr_n(
-                "An unfinished feature with {count} point was restored. You can go on picking.",
-                "An unfinished feature with {count} points was restored. You can go on picking.",
-                count,
-            )
-        )
+        self._notices.info(Finding("tool.draft-restored", count=count))
 
     # --- ToolContext -------------------------------------------------------------------------
     @property
@@ -188,15 +181,7 @@ class ToolHost:
         return self._models.surface(model_id)
 
     def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
-        def run() -> None:
-            found: T | None = None
-            try:
-                found = work()
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-            self._hand_over(lambda: then(found))
-
-        threading.Thread(target=run, name="tool", daemon=True).start()
+        self._background.run(work, then, lambda _: then(None))
 
     def measure(self, feature: Feature) -> Measurement:
         return self._derived.measure(feature)
@@ -210,10 +195,10 @@ class ToolHost:
     def show(self, preview: Preview | None) -> None:
         self.preview.emit(preview)
 
-    def say(self, message: str) -> None:
+    def say(self, message: Message | VomError) -> None:
         self._notices.warn(message)
 
-    def hint(self, message: str) -> None:
+    def hint(self, message: Message) -> None:
         self._notices.hint(message)
 
     def tool_changed(self) -> None:

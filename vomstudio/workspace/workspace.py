@@ -6,14 +6,17 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.document.selection import Selection
 from vomstudio.io.settings import Settings
 from vomstudio.signals import Signal
-from vomstudio.words import tr, tr_n
+from vomstudio.studio.background import Background
+from vomstudio.studio.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.blind_repeats import BlindRepeats
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
@@ -24,7 +27,6 @@ from vomstudio.workspace.layer_export import GisLayers
 from vomstudio.workspace.model_loading import ModelLoader
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.notices import Notices
-from vomstudio.workspace.owner_thread import Aside, Call, Later, Post, in_the_way
 from vomstudio.workspace.path_finding import PathFinding
 from vomstudio.workspace.photos import PhotoLinks
 from vomstudio.workspace.preferences import Preferences
@@ -64,6 +66,12 @@ class Workspace:
             # By the time the call is made its receiver may be gone.
             post(lambda: None if self._closed else call())
 
+        def background(name: str, **options: Any) -> Background:
+            created = Background(post, name, **options)
+            self._backgrounds.append(created)
+            return created
+
+        self._backgrounds: list[Background] = []
         self.preferences = Preferences(settings, self.notices, hand_over, later)
         self.jobs = Jobs(hand_over)
         self.selection = Selection()
@@ -73,7 +81,13 @@ class Workspace:
         self.visibility = Visibility(self.projects)
         self.fold = FoldChoice(self.projects, self.derived, self.selection)
         self.display = Display(lambda values: self.projects.keep_view("display", values), later)
-        self.loader = ModelLoader(self.jobs, hand_over, later, lambda: settings.point_budget)
+        self.loader = ModelLoader(
+            self.jobs,
+            background("models", daemon=False),
+            background("streams", niceness=5),
+            later,
+            lambda: settings.point_budget,
+        )
         self.models = Models(
             self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
         )
@@ -81,10 +95,10 @@ class Workspace:
             self.projects,
             self.models,
             self.visibility,
-            hand_over,
+            background("neighbours"),
             ModelCutting(self.projects, self.models, self.jobs, self.notices),
         )
-        self.photos = PhotoLinks(self.projects, self.models, hand_over)
+        self.photos = PhotoLinks(self.projects, self.models, background("photos of models"))
         self.tools = ToolHost(
             self.projects,
             self.models,
@@ -92,15 +106,20 @@ class Workspace:
             self.selection,
             self.preferences,
             self.notices,
-            PathFinding(self.models, hand_over, self.photos.of),
+            PathFinding(self.models, background("path finding", threads=1), self.photos.of),
             self.elements,
-            hand_over,
+            background("tool"),
         )
         self.surroundings = Surroundings(
-            self.projects, self.models, self.editing, self.notices, hand_over
+            self.projects, self.models, self.editing, self.notices, background("surroundings")
         )
         self.fields = SurfaceFields(
-            self.projects, self.models, self.derived, self.display, self.jobs, hand_over
+            self.projects,
+            self.models,
+            self.derived,
+            self.display,
+            self.jobs,
+            background("surface fields"),
         )
         self.facets = FacetProposals(
             self.projects,
@@ -109,7 +128,7 @@ class Workspace:
             self.display,
             self.jobs,
             lambda: settings.thresholds,
-            hand_over,
+            background("facets"),
             self.derived.foresee,
         )
         self.proposed_traces = TraceProposals(
@@ -118,9 +137,9 @@ class Workspace:
             self.tools,
             self.jobs,
             lambda: settings.thresholds,
-            hand_over,
+            background("proposed traces"),
         )
-        self.grids = FaceGrids(self.projects, self.models, hand_over)
+        self.grids = FaceGrids(self.projects, self.models, background("cells"))
         self.repeats = BlindRepeats(
             self.projects, self.tools, self.visibility, self.selection, hand_over
         )
@@ -129,7 +148,7 @@ class Workspace:
         self._join()
 
     def _join(self) -> None:
-        self.loader.problem.connect(lambda text: self.notices.warn(text, "error"))
+        self.loader.problem.connect(lambda finding: self.notices.warn(finding, "error"))
         self.projects.leaving.connect(self._leave)
         self.projects.opened.connect(self._begin)
         self.projects.edited.connect(self._edited)
@@ -158,33 +177,19 @@ class Workspace:
         self.project_opened.emit()
         self.history_changed.emit()
         if session.recovered:
-            self.notices.warn(tr("Unsaved work was restored. Save it, or discard it with Undo."))
+            self.notices.warn(Finding("project.recovered"))
         self._tell_left_out(self.projects.project.problems)
         for model in session.of(Model):
             self.models.load(model)
         if session.draft is not None:
             self.tools.restore(session.draft.state)
 
-    def _tell_left_out(self, problems: Sequence[str]) -> None:
+    def _tell_left_out(self, problems: Sequence[Finding]) -> None:
         for problem in problems:
-            self.notices.warn(
-                tr(
-                    "A part of the project could not be read and was left out. {problem}",
-                    problem=problem,
-                )
-            )
+            self.notices.warn(_left_out((problem,)))
         if len(problems) > 1:
             # The bar shows the newest notice only.
-            self.notices.warn(
-                tr_n(
-                    "{count} part of the project could not be read and was left out; it is "
-                    "named among the messages. The first: {problem}",
-                    "{count} parts of the project could not be read and were left out; each is "
-                    "named among the messages. The first: {problem}",
-                    len(problems),
-                    problem=problems[0],
-                )
-            )
+            self.notices.warn(_left_out(problems))
 
     def _leave(self) -> None:
         self.repeats.forget()
@@ -221,6 +226,8 @@ class Workspace:
     def close(self) -> None:
         """The program ends: close the project and stop all workers, whatever fails of it."""
         self._closed = True
+        for background in self._backgrounds:
+            background.stop()
         with ExitStack() as steps:
             steps.callback(self.jobs.close)
             steps.callback(self.layers.finish)
@@ -259,12 +266,9 @@ class Workspace:
         twice = sorted({new[i].name for i in looked_at if count[new[i].name] > 1})
         if twice:
             self.notices.warn(
-                tr_n(
-                    "{count} name belongs to more than one feature: {names}. Tables tell them "
-                    "apart by their ids only. Rename one with F2.",
-                    "{count} names belong to more than one feature: {names}. Tables tell them "
-                    "apart by their ids only. Rename some with F2.",
-                    len(twice),
+                Finding(
+                    "feature.same-names",
+                    count=len(twice),
                     names=", ".join(twice[:5]) + (" …" if len(twice) > 5 else ""),
                 )
             )
@@ -275,3 +279,13 @@ class Workspace:
         chosen = [i for i in self.selection.ids if get_feature(records, i) is not None]
         ids = [i for i in chosen if i not in but]
         return bool(ids) and self.editing.attempt(edits.delete, ids)
+
+
+def _left_out(problems: Sequence[Finding]) -> Finding:
+    first = problems[0]
+    return Finding(
+        "project.parts-left-out",
+        count=len(problems),
+        first=first.message,
+        first_code=first.code,
+    )

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.options import given_options
 from vomstudio.document.records import Model, Registration
 from vomstudio.document.registration_frames import change_file_frame
@@ -130,7 +130,7 @@ def check_place(options: FrameOptions, project: str | Path | None) -> None:
         return
     given = [name.replace("_", "-") for name in given_options(options)]
     raise UsageError(
-        tr("With --project the model stands as it does there. Leave out the other option."),
+        Finding("option.not-with-project"),
         field=f"--{given[0]}",
     )
 
@@ -141,9 +141,9 @@ def model_in(project: str | Path, loaded: LoadedModel) -> Model:
     models = _models_of(project)
     same = [model for model in models if model.content_hash == loaded.content_hash]
     if not same:
-        names = ", ".join(f"{model.name} ({model.path})" for model in models) or tr("none")
+        names = [f"{model.name} ({model.path})" for model in models]
         raise UsageError(
-            tr("No model of this project is this file. It has {names}.", names=names),
+            Finding("project.other-model", models=names or None),
             file=Path(project),
             field="--project",
         )

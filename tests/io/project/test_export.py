@@ -7,12 +7,13 @@ import json
 import numpy as np
 import pytest
 
+from tests.messages import refused
 from tests.samples import ZIGZAG, bed
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Frame, Model
-from vomstudio.errors import InputError, TargetError, UsageError
+from vomstudio.errors import TargetError, UsageError
 from vomstudio.io.project.export import export_project
 from vomstudio.io.project.folder import Project
 from vomstudio.io.text.orientation_reading import read_orientations
@@ -105,13 +106,13 @@ def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(projec
 
 
 def test_a_format_that_is_not_known_is_named(project, tmp_path):
-    with pytest.raises(UsageError, match="docx"):
+    with refused("option.not-a-choice", UsageError, value="docx"):
         export_project(project.folder, "docx", tmp_path / "o.docx")
 
 
 def test_an_empty_project_has_nothing_to_export(tmp_path):
     Project.create(tmp_path / "b.vom").close()
-    with pytest.raises(InputError, match="no features"):
+    with refused("export.no-features"):
         export_project(tmp_path / "b.vom", "csv", tmp_path / "o.csv")
     assert not (tmp_path / "o.csv").exists()
 

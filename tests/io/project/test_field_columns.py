@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from vomstudio.errors import InputError
+from tests.messages import refused
+from vomstudio.core.findings import Finding, as_finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.project.field_columns import guess
 from vomstudio.io.project.field_table import FieldTable, is_orientation, number_in, read_field_table
@@ -16,8 +18,8 @@ from vomstudio.io.project.readings import (
     FieldRow,
     Turn,
     make_readings,
+    missing_choice,
     understand,
-    what_is_missing,
 )
 
 
@@ -218,12 +220,14 @@ def test_without_names_two_neighbours_that_can_be_angles_are_taken_for_them(
 
 def test_declinations_are_told_with_their_value_or_how_many_they_are(book: Path) -> None:
     table = table_of(book, "dip direction,dip,mag dec\n1,2,2.6\n1,2,\n1,2,2.6\n")
-    (said,) = guess(table).remarks
-    assert "“mag dec” (2.6) is not applied" in said
+    (finding,) = guess(table).findings
+    assert finding.code == "reading.declination-column"
+    assert finding.values == {"column": "mag dec", "count": 1, "first": "2.6"}
+    assert "“mag dec” (2.6) is not applied" in finding.message
     table = table_of(book, "dip direction,dip,declination\n1,2,2.6\n1,2,2.7\n")
-    (said,) = guess(table).remarks
-    assert "(2 different values)" in said
-    assert guess(table_of(book, "dip direction,dip\n1,2\n")).remarks == ()
+    (finding,) = guess(table).findings
+    assert "(2 different values)" in finding.message
+    assert guess(table_of(book, "dip direction,dip\n1,2\n")).findings == ()
 
 
 # --- cells ---------------------------------------------------------------------------------------
@@ -238,8 +242,8 @@ def test_rows_of_another_width_are_told_and_kept_in_their_columns(book: Path) ->
     table = table_of(book, "name,dip direction,dip\na,132,41,,\nb,132\nc,132,41,wet,cold\n")
     assert table.rows == [["a", "132", "41"], ["b", "132", ""], ["c", "132", "41"]]
     assert dict(table.ragged) == {
-        1: "The row has 2 cells instead of 3.",
-        2: "The row has 5 cells instead of 3. Put cells with commas in quotation marks.",
+        1: Finding("table.other-cell-count", cells=2, expected=3),
+        2: Finding("table.other-cell-count", cells=5, expected=3),
     }
     table = table_of(book, "132,41\n120,30\n1,2,3\n5,6\n")
     assert (table.names, table.width, list(table.ragged)) == (None, 2, [2])
@@ -266,9 +270,9 @@ def test_names_with_blanks_are_put_together_where_blanks_part_the_cells(book: Pa
 
 
 def test_a_table_without_rows_says_so(book: Path) -> None:
-    with pytest.raises(InputError, match="table has no rows"):
+    with refused("table.no-rows"):
         table_of(book, "# nothing\n\n")
-    with pytest.raises(InputError, match="nothing below the header"):
+    with refused("table.no-rows"):
         table_of(book, "strike,dip\n")
 
 
@@ -297,39 +301,44 @@ def test_numbers_in_cells(book: Path) -> None:
 
 # --- rows ----------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
-    ("columns", "notation", "word"),
+    ("columns", "notation", "expected"),
     [
-        ({}, "dipdir/dip", "two angles"),
-        ({"azimuth": 0}, "dipdir/dip", "dip or plunge"),
-        ({"inclination": 0}, "dipdir/dip", "azimuth"),
-        ({"azimuth": 0, "inclination": 1}, None, "strike and dip direction cannot be told apart"),
-        ({"text": 0}, None, "strike and dip direction cannot be told apart"),
+        ({}, "dipdir/dip", ("azimuth", "inclination")),
+        ({"azimuth": 0}, "dipdir/dip", ("inclination",)),
+        ({"inclination": 0}, "dipdir/dip", ("azimuth",)),
+        ({"azimuth": 0, "inclination": 1}, None, None),
+        ({"text": 0}, None, None),
     ],
 )
-def test_what_is_missing_is_asked_for(
-    columns: dict[str, int], notation: str | None, word: str
+def test_missing_choice_is_asked_for(
+    columns: dict[str, int], notation: str | None, expected: tuple[str, ...] | None
 ) -> None:
-    said = what_is_missing(columns, notation)
-    assert said is not None
-    assert word in said
+    finding = missing_choice(columns, notation)
+    if expected is None:
+        assert finding == Finding("reading.notation-missing")
+    else:
+        assert finding == Finding("reading.columns-missing", roles=expected)
 
 
 def test_nothing_is_asked_for_where_all_is_said() -> None:
-    assert what_is_missing({"azimuth": 0, "inclination": 1}, "strike/dip") is None
-    assert what_is_missing({"text": 0}, "quadrant") is None
+    assert missing_choice({"azimuth": 0, "inclination": 1}, "strike/dip") is None
+    assert missing_choice({"text": 0}, "quadrant") is None
 
 
 @pytest.mark.parametrize(
     ("row", "expected"),
     [
         ("0,0", (0.0, 0.0)), ("132,0", (0.0, 0.0)), ("360,90", (0.0, 90.0)),
-        ("359.5,0.5", (359.5, 0.5)), ("-1,5", None), ("361,5", "361"), ("360.5,5", "360.5"),
-        ("5,91", "91"), ("5,-1", "dip of -1"), ("x,5", None), ("5,x", None), (",5", "no azimuth"),
-        ("5,", "no dip"), ("-,n/a", "no angles"), (",", "no angles"),
+        ("359.5,0.5", (359.5, 0.5)), ("-1,5", None), ("361,5", {"angle": "azimuth", "value": 361}),
+        ("360.5,5", {"angle": "azimuth", "value": 360.5}), ("5,91", None),
+        ("5,-1", {"angle": "dip", "value": -1}), ("x,5", None), ("5,x", None),
+        (",5", {"missing": ("azimuth",)}), ("5,", {"missing": ("inclination",)}),
+        ("-,n/a", {"missing": ("azimuth", "inclination")}),
+        (",", {"missing": ("azimuth", "inclination")}),
     ],
 )  # fmt: skip
 def test_angles_of_a_plane_end_where_a_compass_ends(
-    book: Path, row: str, expected: tuple[float, float] | str | None
+    book: Path, row: str, expected: tuple[float, float] | dict[str, Any] | None
 ) -> None:
     found = readings(book, f"name,dip direction,dip\na,1,2\nb,{row}\nc,3,4\n")
     if isinstance(expected, tuple):
@@ -338,7 +347,10 @@ def test_angles_of_a_plane_end_where_a_compass_ends(
         assert found.rows[1].geometry == "plane"
     else:
         assert [bad.line for bad in found.bad] == [3]
-        assert (expected or "") in found.bad[0].reason
+        if expected is not None:
+            code = "reading.no-angle" if "missing" in expected else "angle.out-of-range"
+            assert found.bad[0].reason.code == code
+            assert expected.items() <= found.bad[0].reason.values.items()
         assert str(found.bad[0]) == f"Line 3: {found.bad[0].reason}"
         assert [r.line for r in found.rows] == [2, 4]
 
@@ -348,16 +360,18 @@ def test_angles_of_a_plane_end_where_a_compass_ends(
     [
         ("0,0", (0.0, 0.0)), ("360,90", (0.0, 90.0)), ("100,20", (100.0, 20.0)),
         ("10,-30", (190.0, 30.0)), ("350,-90", (170.0, 90.0)), ("N50W,25", (310.0, 25.0)),
-        ("361,5", "trend of 361"), ("-1,5", "trend of -1"), ("-0.5,5", "trend of -0.5"),
-        ("5,91", "plunge of 91"), ("5,-91", "plunge of -91"), ("5,90.5", "plunge of 90.5"),
+        ("361,5", ("trend", 361.0)), ("-1,5", ("trend", -1.0)), ("-0.5,5", ("trend", -0.5)),
+        ("5,91", ("plunge", 91.0)), ("5,-91", ("plunge", -91.0)), ("5,90.5", ("plunge", 90.5)),
     ],
 )  # fmt: skip
 def test_angles_of_a_line_end_where_a_compass_ends(
-    book: Path, row: str, expected: tuple[float, float] | str
+    book: Path, row: str, expected: tuple[float | str, float]
 ) -> None:
     found = readings(book, f"trend,plunge\n1,2\n{row}\n")
-    if isinstance(expected, str):
-        assert expected in found.bad[0].reason
+    if isinstance(expected[0], str):
+        reason = found.bad[0].reason
+        assert reason.code == "angle.out-of-range"
+        assert (reason.values["angle"], reason.values["value"]) == expected
         return
     assert found.bad == ()
     made = found.rows[1]
@@ -365,8 +379,7 @@ def test_angles_of_a_line_end_where_a_compass_ends(
     assert made.inclination_deg == expected[1]
     assert made.inclination_deg == 90.0 or made.azimuth_deg == expected[0]
     upward = "-" in row
-    assert ("plunges upward" in " ".join(found.remarks)) is upward
-    assert not upward or "(line 3)." in found.remarks[0]
+    assert _rows_of(found) == ([("reading.upward", (3,))] if upward else [])
 
 
 @pytest.mark.parametrize(
@@ -421,7 +434,7 @@ def test_all_that_a_row_says_is_kept(book: Path) -> None:
         FieldRow(3, "b", "plane", 120.0, 30.0),
         FieldRow(4, "c", "plane", 1.0, 2.0, position=(4.0, 5.0, -6.0), overturned=True),
     )
-    assert (found.bad, found.remarks, found.type_names) == ((), (), ("Bedding",))
+    assert (found.bad, found.findings, found.type_names) == ((), (), ("Bedding",))
 
 
 @pytest.mark.parametrize("word", ["1", "true", "YES", "y", "x", "overturned", "Inverted"])
@@ -430,16 +443,20 @@ def test_words_for_an_overturned_bed(book: Path, word: str) -> None:
     assert made.overturned
 
 
+def _rows_of(found: FieldReadings) -> list[tuple[str, tuple[int, ...]]]:
+    """Codes and lines of the findings."""
+    return [(each.code, each.values["rows"]) for each in map(as_finding, found.findings)]
+
+
 @pytest.mark.parametrize("place", ["1e13,2,3", "1,-1e13,3", "1,2,1e13"])
 def test_a_position_beyond_the_earth_is_left_out_and_said(book: Path, place: str) -> None:
     header = "x,y,z,dip direction,dip\n"
     found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
     assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
-    (remark,) = found.remarks
-    assert remark.startswith("1 reading is imported without position (line 2).")
-    assert remark.endswith("1e+13 is not a coordinate in metres. Correct or remove it.")
+    assert _rows_of(found) == [("reading.no-position", (2,))]
+    assert "1e+13" in as_finding(found.findings[0]).values["reason"]
     found = readings(book, f"{header}{place},1,2\n{place},1,2\n")
-    assert found.remarks[0].startswith("2 readings are imported without position (lines 2 and 3).")
+    assert _rows_of(found) == [("reading.no-position", (2, 3))]
 
 
 @pytest.mark.parametrize("place", ["1,2,", "1,,3", ",2,3"])
@@ -447,18 +464,14 @@ def test_half_a_position_is_left_out_and_said(book: Path, place: str) -> None:
     header = "x,y,z,dip direction,dip\n"
     found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
     assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
-    assert found.remarks == (
-        "1 reading is imported without position: x, y or z is missing (line 2).",
-    )
+    assert _rows_of(found) == [("reading.coordinate-missing", (2,))]
     found = readings(book, f"{header}{place},1,2\n{place},1,2\n")
-    assert found.remarks == (
-        "2 readings are imported without position: x, y or z is missing (lines 2 and 3).",
-    )
+    assert _rows_of(found) == [("reading.coordinate-missing", (2, 3))]
 
 
 def test_a_height_alone_is_no_half_position(book: Path) -> None:
     found = readings(book, "x,y,z,dip direction,dip\n,,3,1,2\n")
-    assert (found.rows[0].position, found.remarks) == (None, ())
+    assert (found.rows[0].position, found.findings) == (None, ())
 
 
 def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(book: Path) -> None:
@@ -469,22 +482,19 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     assert [r.position for r in found.rows] == [
         (150.0, 4600.0, 350.0), None, (150.0, -9000.0, 350.0), None,
     ]  # fmt: skip
-    assert found.remarks == (
-        "1 reading is imported without position: x, y or z is missing (line 5).",
-        "1 reading is imported without position (line 3). A latitude of 91 is not within -90 to "
-        "90. Correct it.",
-    )
+    assert _rows_of(found) == [
+        ("reading.coordinate-missing", (5,)), ("reading.no-position", (3,)),
+    ]  # fmt: skip
+    assert "latitude of 91" in as_finding(found.findings[1]).values["reason"]
     found = understand(table, columns, "dipdir/dip", lambda *_: None)
     assert [r.position for r in found.rows] == [None] * 4
     found = understand(table, columns, "dipdir/dip")
-    assert found.remarks[0] == (
-        "3 readings are imported without position: degrees need a project with a CRS (lines 2, 4 "
-        "and 5)."
-    )
+    assert _rows_of(found)[0] == ("reading.degrees-without-crs", (2, 4, 5))
+    assert "(lines 2, 4 and 5)" in str(found.findings[0])
     found = understand(table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
                        {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},
                        "dipdir/dip")  # fmt: skip
-    assert found.remarks[0].startswith("1 reading is imported without position: degrees")
+    assert _rows_of(found) == [("reading.degrees-without-crs", (2,))]
 
 
 def test_metres_go_before_degrees(book: Path) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import refused
 from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
@@ -100,7 +101,7 @@ def test_a_newer_journal_is_refused_with_a_plain_sentence(tmp_path):
     db = sqlite3.connect(tmp_path / "a.vom" / "journal.sqlite")
     db.execute("PRAGMA user_version = 99")
     db.close()
-    with pytest.raises(InputError, match="newer VOM Studio"):
+    with refused("project.newer"):
         Project.open(tmp_path / "a.vom")
 
 
@@ -147,13 +148,14 @@ def test_what_is_no_project_is_refused(tmp_path, what):
         path.mkdir()
     elif what == "file":
         path.write_text("x")
-    with pytest.raises(InputError, match="project"):
+    code = "project.missing" if what == "nothing" else "project.not-a-project"
+    with refused(code):
         project_folder(path)
 
 
 def test_a_project_is_not_made_over_another(tmp_path):
     Project.create(tmp_path / "a.vom").close()
-    with pytest.raises(TargetError, match="already a project here"):
+    with refused("project.exists", TargetError):
         Project.create(tmp_path / "a.vom")
 
 
@@ -183,7 +185,7 @@ def test_a_folder_with_something_in_it_is_not_saved_over(tmp_path):
     project = Project.create(tmp_path / "a.vom")
     (tmp_path / "b.vom").mkdir()
     (tmp_path / "b.vom" / "precious.txt").write_text("x")
-    with pytest.raises(TargetError, match="not empty"):
+    with refused("folder.not-empty", TargetError):
         project.save_as(tmp_path / "b.vom")
     assert (tmp_path / "b.vom" / "precious.txt").read_text() == "x"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.vom", "b.vom"]

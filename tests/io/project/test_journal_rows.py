@@ -15,11 +15,13 @@ from typing import Any
 
 import pytest
 
+from tests.messages import refused
 from tests.samples import bed
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.journal import Row
 from vomstudio.document.records import Frame, Model
-from vomstudio.errors import DocumentError, InputError, TargetError
+from vomstudio.errors import DocumentError, TargetError
 from vomstudio.io.project import journal as journals
 from vomstudio.io.project.folder import Project
 from vomstudio.io.project.journal import (
@@ -124,7 +126,7 @@ def test_a_row_says_when_with_which_program_and_with_which_settings_it_was_writt
     assert begin <= datetime.fromisoformat(row.time) <= datetime.now(UTC)
     assert datetime.fromisoformat(row.time).utcoffset() == timedelta(0)
     assert row.version == __version__
-    assert (row.problem, row.notice) == ("", "")
+    assert (row.problem, row.notice) == (None, None)
 
 
 def test_a_copied_row_keeps_its_time_program_and_settings(journal: SqliteJournal) -> None:
@@ -141,8 +143,8 @@ def test_a_copied_row_keeps_its_time_program_and_settings(journal: SqliteJournal
     assert abs(datetime.fromisoformat(third.time) - datetime.now(UTC)) < timedelta(minutes=1)
 
 
-@pytest.mark.parametrize("refused", ["INSERT ON journal", "INSERT ON head"])
-def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, refused: str) -> None:
+@pytest.mark.parametrize("statement", ["INSERT ON journal", "INSERT ON head"])
+def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, statement: str) -> None:
     """An edit that cannot be written leaves disk and window as they were, and the next one is
     written as if it had never been tried."""
     project = Project.create(tmp_path / "a.vom")
@@ -150,8 +152,8 @@ def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, refused:
     session = project.session
     session.apply(edits.add_model(session.records, MODEL))
     before, records = chained(path), dict(session.records)
-    changed(path, f"CREATE TRIGGER full BEFORE {refused} BEGIN SELECT RAISE(ABORT, 'full'); END")
-    with pytest.raises(DocumentError, match=r"full.*Nothing was changed") as caught:
+    changed(path, f"CREATE TRIGGER full BEFORE {statement} BEGIN SELECT RAISE(ABORT, 'full'); END")
+    with refused("journal.not-written", DocumentError, reason="full") as caught:
         session.apply(edits.add_trace(session.records, bed("t0")))
     assert str(path) in str(caught.value)
     assert chained(path) == before
@@ -248,24 +250,25 @@ def test_closing_while_somebody_reads_loses_nothing(path: Path) -> None:
 
 # --- reading -------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
-    ("gone", "said"),
+    ("gone", "span"),
     [
-        ("seq = 1", "row 1 is missing"),
-        ("seq < 3", "rows 1 to 2 are missing"),
-        ("seq = 5", "row 5 is missing"),
-        ("seq IN (4, 5, 6)", "rows 4 to 6 are missing"),
-        ("seq = 7", "row 7 is missing"),
-        ("seq > 4", "rows 5 to 7 are missing"),
+        ("seq = 1", (1, 1)),
+        ("seq < 3", (1, 2)),
+        ("seq = 5", (5, 5)),
+        ("seq IN (4, 5, 6)", (4, 6)),
+        ("seq = 7", (7, 7)),
+        ("seq > 4", (5, 7)),
     ],
 )
 def test_missing_rows_are_named_and_no_other_is_blamed(
-    four_beds: Path, gone: str, said: str
+    four_beds: Path, gone: str, span: tuple[int, int]
 ) -> None:
     changed(four_beds / "journal.sqlite", f"DELETE FROM journal WHERE {gone}")
     kept = [seq for (seq,) in asked(four_beds / "journal.sqlite", "SELECT seq FROM journal")]
     played = read_replay(four_beds)
-    assert [p for p in played.problems if "missing" in p] == [
-        f"Journal {said}. What was done there is lost."
+    first, last = span
+    assert [p for p in played.problems if p.code == "journal.rows-missing"] == [
+        Finding("journal.rows-missing", count=last - first + 1, first=first, last=last)
     ]
     assert traces(four_beds) == {f"t{seq - 4}" for seq in kept if seq >= 4}
 
@@ -276,15 +279,15 @@ def test_what_stands_for_lost_rows_says_so_and_nothing_else(four_beds: Path) -> 
     journal = SqliteJournal(path)
     last = list(journal.rows())[-1]
     journal.close()
-    words = "Journal rows 6 to 7 are missing. What was done there is lost."
-    assert last == Row(7, "gap", None, "", None, None, "", "", None, notice=words)
+    missing = Finding("journal.rows-missing", count=2, first=6, last=7)
+    assert last == Row(7, "gap", None, "", None, None, "", "", None, notice=missing)
 
 
 def test_a_damaged_row_takes_no_other_with_it(four_beds: Path) -> None:
     changed(four_beds / "journal.sqlite", "UPDATE journal SET time = 'x' WHERE seq IN (4, 6)")
     problems = read_replay(four_beds).problems
-    assert [p.split(" (")[0] for p in problems] == ["Journal row 4", "Journal row 6"]
-    assert all("differs from what was written" in problem for problem in problems)
+    assert [p.values["row"] for p in problems] == [4, 6]
+    assert {p.values["reason_code"] for p in problems} == {"row.checksum"}
     assert traces(four_beds) == {"t1", "t3"}
 
 
@@ -310,9 +313,9 @@ def test_bytes_that_are_no_text_and_text_that_is_no_json_are_damage_of_their_row
     four_beds: Path, damage: str
 ) -> None:
     changed(four_beds / "journal.sqlite", damage)
-    assert any("row 5" in problem for problem in read_replay(four_beds).problems)
+    assert any(problem.values["row"] == 5 for problem in read_replay(four_beds).problems)
     project = Project.open(four_beds)
-    assert any("row 5" in problem for problem in project.problems)
+    assert any(problem.values["row"] == 5 for problem in project.problems)
     held = {f.id for f in project.session.features()}
     assert {"t0", "t3"} <= held
     assert "t1" not in held
@@ -326,10 +329,10 @@ def test_text_that_is_no_json_is_named_even_where_its_sum_is_right(journal: Sqli
     journal._db.execute(journals.INSERT_ROW, (*values, total))
     journal._db.execute(journals.SET_HEAD, (1, 1, total))
     (row,) = journal.rows()
-    assert row.problem == ""
+    assert row.problem is None
     played = journals.replay([row])
     assert len(played.problems) == 1
-    assert "damaged" in played.problems[0]
+    assert played.problems[0].values["reason_code"] == "record.unknown-kind"
     assert played.records == {}
 
 
@@ -371,7 +374,7 @@ def test_where_all_rows_were_lost_that_is_said_and_work_can_go_on(four_beds: Pat
     path = four_beds / "journal.sqlite"
     changed(path, "DELETE FROM journal")
     project = Project.open(four_beds)
-    assert ["rows 1 to 7 are missing" in problem for problem in project.problems] == [True]
+    assert project.problems == [Finding("journal.rows-missing", count=7, first=1, last=7)]
     project.session.apply(edits.add_model(project.session.records, MODEL))
     project.close()
     assert min(asked(path, "SELECT seq FROM journal"))[0] == 8
@@ -386,10 +389,10 @@ def test_the_newest_rows_are_given_in_their_order(four_beds: Path) -> None:
     assert [row.seq for row in every] == [1, 2, 3, 4, 5, 6, 7]
     assert journal.last == 7
     journal._db.execute("ALTER TABLE journal RENAME TO elsewhere")
-    with pytest.raises(InputError, match="damaged") as caught:
+    with refused("journal.damaged") as caught:
         journal.last_rows(3)
     assert "journal.sqlite" in str(caught.value)
-    with pytest.raises(InputError, match=r"damaged.*Restore it from a copy"):
+    with refused("journal.damaged"):
         list(journal.rows())
     journal.close()
 
@@ -408,7 +411,13 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str)
     if what != "nothing":
         folder.mkdir()
     path = folder / "journal.sqlite"
-    words = {"nothing": "Check the name", "folder": "Check the name", "newer": "Update the program"}
+    codes = {
+        "nothing": "project.not-a-project",
+        "folder": "project.not-a-project",
+        "text": "journal.damaged",
+        "other database": "journal.foreign",
+        "newer": "project.newer",
+    }
     if what == "text":
         path.write_text("notes of the 3rd of May\n" * 40)
     elif what == "other database":
@@ -418,7 +427,7 @@ def test_what_cannot_be_read_is_refused_with_its_name(tmp_path: Path, what: str)
         changed(path, f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     before = path.read_bytes() if path.is_file() else None
     for read in (read_replay, SqliteJournal if path.is_file() else read_replay):
-        with pytest.raises(InputError, match=words.get(what, "journal")) as caught:
+        with refused(codes[what]) as caught:
             read(folder if read is read_replay else path)
         assert "x.vom" in str(caught.value)
     assert (path.read_bytes() if path.is_file() else None) == before
@@ -437,14 +446,14 @@ def test_a_torn_file_is_refused_before_anything_is_written_to_it(four_beds: Path
     whole[middle : middle + 4096] = b"\xa5" * 4096
     path.write_bytes(whole)
     for _ in range(2):
-        with pytest.raises(InputError, match=r"damaged.*Restore it from a copy"):
+        with refused("journal.damaged"):
             Project.open(four_beds)
         assert path.read_bytes() == bytes(whole)
     assert sorted(p.name for p in four_beds.iterdir()) == ["journal.sqlite", "lock"]
 
 
 def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> None:
-    with pytest.raises(InputError, match="missing"):
+    with refused("project.not-a-project"):
         SqliteJournal(path)
     assert not path.exists()
     made = SqliteJournal(path, create=True)
@@ -453,7 +462,7 @@ def test_a_journal_is_made_where_none_is_and_opened_where_one_is(path: Path) -> 
     assert asked(path, "PRAGMA application_id") == [(APPLICATION_ID,)] == [(0x564F4D31,)]
     assert asked(path, "PRAGMA user_version") == [(SCHEMA_VERSION,)]
     whole = path.read_bytes()
-    with pytest.raises(TargetError, match="already a project here"):
+    with refused("project.exists", TargetError):
         SqliteJournal(path, create=True)
     assert path.read_bytes() == whole
 
@@ -472,12 +481,12 @@ def test_a_journal_that_another_program_holds_is_said_to_be_in_use(
         holder.execute("BEGIN EXCLUSIVE")
         monkeypatch.setattr(journals.sqlite3, "connect", impatient)
         for read in (SqliteJournal, read_replay):
-            with pytest.raises(InputError, match="in use by another program"):
+            with refused("journal.in-use"):
                 read(four_beds / "journal.sqlite")
 
 
 def test_a_place_that_cannot_be_written_is_said_to_be_one(tmp_path: Path) -> None:
-    with pytest.raises(TargetError, match="cannot be opened for writing"):
+    with refused("journal.not-opened", TargetError):
         SqliteJournal(tmp_path / "nowhere" / "journal.sqlite", create=True)
 
 

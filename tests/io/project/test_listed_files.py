@@ -14,6 +14,7 @@ import pyogrio
 import pytest
 import shapely
 
+from tests.messages import refused
 from tests.samples import bed
 from tests.specimens.figures import command
 from vomstudio.document import edits
@@ -118,7 +119,7 @@ def test_they_are_undone_and_are_there_again_after_closing(project: Path):
 
 def test_what_is_no_choice_is_refused_and_never_gets_into_the_journal(project: Path):
     opened = Project.open(project)
-    with pytest.raises(DocumentError, match="'fossil' is none of"):
+    with refused("option.not-a-choice", DocumentError, value="fossil"):
         edits.set_attributes(opened.session.records, ["s1"], what="fossil")
     opened.close()
 
@@ -278,23 +279,24 @@ def test_bad_files_are_said_with_the_remedy(project: Path, tmp_path: Path):
     opened = Project.open(project)
     records = opened.session.records
 
-    def refused(path: Path) -> str:
+    def error(path: Path) -> InputError:
         with pytest.raises(InputError) as caught:
             read_listed(path, MODEL, records, CRS)
-        return str(caught.value)
+        return caught.value
 
-    assert "no such file" in refused(tmp_path / "gone.gpkg")
+    assert error(tmp_path / "gone.gpkg").code == "file.missing"
     (tmp_path / "text.gpkg").write_text("notes")
-    assert "no file of vectors" in refused(tmp_path / "text.gpkg")
+    assert error(tmp_path / "text.gpkg").code == "import.not-vectors"
     flat = tmp_path / "flat_contacts.geojson"
     flat.write_text(
         '{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {"name": '
         '"F9"}, "geometry": {"type": "LineString", "coordinates": [[15, 42], [15.1, 42]]}}]}'
     )
-    assert "no heights" in refused(flat)
+    assert "no heights" in error(flat).message
     other = tmp_path / "roads.geojson"
     other.write_text(flat.read_text())
-    assert "layers called stations, contacts, lithologies" in refused(other)
+    assert error(other).code == "import.no-layers"
+    assert error(other).values["layers"] == ("stations", "contacts", "lithologies")
     (tmp_path / "stations.csv").write_text("name,x,y,z\nA,1,2,3\nB,1,no,3\n")
     found = read_listed(tmp_path / "stations.csv", MODEL, records, CRS)
     assert [f.name for f in found.features] == ["A"]

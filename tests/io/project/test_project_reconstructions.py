@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import refused
 from vomstudio.errors import TargetError
 from vomstudio.io.project import folder as projects
 from vomstudio.io.project import reconstructions
@@ -135,7 +136,7 @@ def test_what_can_be_neither_moved_nor_copied_stays_where_it_is(untitled, tmp_pa
         Path, "rename", lambda s, t: refuse() if s.name == RECONSTRUCTIONS else rename(s, t)
     )
     monkeypatch.setattr(reconstructions, "copy_reconstructions", refuse)
-    with pytest.raises(TargetError, match="disk is full"):
+    with refused("reconstruction.not-moved", TargetError, reason="the disk is full"):
         untitled.save_as(tmp_path / "a.vom")
     assert (left / "model.obj").exists()
     assert untitled.folder == tmp_path / "a.vom"

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import NOTATIONS, format_plane
@@ -19,8 +20,8 @@ from vomstudio.io.project.field_table import read_field_table
 from vomstudio.io.project.readings import (
     Turn,
     make_readings,
+    missing_choice,
     understand,
-    what_is_missing,
 )
 from vomstudio.tables.orientation_table import orientation_row, write_orientation_csv
 
@@ -46,7 +47,7 @@ def read(tmp_path, text: str, notation: str | None = None, name: str = "book.csv
     table = table_of(tmp_path, text, name)
     found = guess(table)
     notation = notation or found.notation
-    assert what_is_missing(found.columns, notation) is None
+    assert missing_choice(found.columns, notation) is None
     return understand(table, found.columns, notation)
 
 
@@ -123,7 +124,8 @@ def test_lines_among_planes_are_told_by_their_columns(tmp_path):
     assert [(r.geometry, r.azimuth_deg, r.inclination_deg) for r in understood.rows] == [
         ("plane", 132.0, 41.0), ("line", 100.0, 20.0), ("line", 190.0, 30.0),
     ]  # fmt: skip
-    assert "line 4" in " ".join(understood.remarks)
+    (finding,) = understood.findings
+    assert (finding.code, finding.values["rows"]) == ("reading.upward", (4,))
 
 
 def test_decimal_commas_are_read_between_semicolons(tmp_path):
@@ -137,18 +139,20 @@ def test_a_bare_azimuth_is_not_taken_for_either(tmp_path):
     for text in ("azimuth,dip\n132,41\n", "132,41\n120,30\n", "id,orientation\n1,132/41\n"):
         found = guess(table_of(tmp_path, text))
         assert found.notation is None
-        assert "strike" in what_is_missing(found.columns, found.notation)
+        choice = missing_choice(found.columns, found.notation)
+        assert choice.code == "reading.notation-missing"
 
 
 def test_a_missing_angle_is_asked_for(tmp_path):
     found = guess(table_of(tmp_path, "name,dip\na,41\n"))
-    assert "azimuth" in what_is_missing(found.columns, "dipdir/dip")
-    assert what_is_missing({}, "dipdir/dip")
+    assert missing_choice(found.columns, "dipdir/dip").values == {"roles": ("azimuth",)}
+    assert missing_choice({}, "dipdir/dip")
 
 
 def test_a_declination_column_is_said_and_not_applied(tmp_path):
     found = guess(table_of(tmp_path, "dip direction,dip,declination\n132,41,2.6\n"))
-    assert "2.6" in found.remarks[0]
+    assert found.findings[0].code == "reading.declination-column"
+    assert found.findings[0].values["first"] == "2.6"
 
 
 # --- bad rows --------------------------------------------------------------------------------
@@ -168,8 +172,12 @@ def test_rows_that_cannot_be_read_are_listed_by_line_and_leave_the_others(tmp_pa
     assert [r.name for r in understood.rows] == ["a", "g"]
     assert understood.rows[1].notes == "covered, wet"
     assert [b.line for b in understood.bad] == [4, 5, 6, 7, 8]
-    for bad, word in zip(understood.bad, ("no dip", "400", "95", "NORTH", "cells"), strict=True):
-        assert word in bad.reason
+    missing, azimuth, dip, word, cells = (bad.reason for bad in understood.bad)
+    assert missing == Finding("reading.no-angle", missing=("inclination",))
+    assert (azimuth.code, azimuth.values["value"]) == ("angle.out-of-range", 400.0)
+    assert "95" in dip.message
+    assert "NORTH" in word.message
+    assert cells == Finding("table.other-cell-count", cells=5, expected=4)
 
 
 def test_a_quadrant_that_the_strike_cannot_dip_to_is_refused(tmp_path):
@@ -181,8 +189,8 @@ def test_a_quadrant_that_the_strike_cannot_dip_to_is_refused(tmp_path):
 def test_half_a_position_is_left_out_and_said(tmp_path):
     understood = read(tmp_path, "dip direction,dip,x,y,z\n132,41,1,2,\n132,41,1,2,3\n132,41,,,\n")
     assert [r.position for r in understood.rows] == [None, (1.0, 2.0, 3.0), None]
-    assert understood.remarks[0].startswith("1 reading is imported without position")
-    assert "line 2" in understood.remarks[0]
+    (finding,) = understood.findings
+    assert (finding.code, finding.values["rows"]) == ("reading.coordinate-missing", (2,))
 
 
 def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
@@ -197,7 +205,7 @@ def test_a_position_in_degrees_lands_where_the_crs_has_it(tmp_path):
     assert y == pytest.approx(5_096_085.926 * 0.9996, abs=0.01)
     without = understand(table, found.columns, found.notation)
     assert without.rows[0].position is None
-    assert "degrees need a project with a CRS" in without.remarks[0]
+    assert without.findings[0].code == "reading.degrees-without-crs"
 
 
 @pytest.mark.parametrize("text", ["", "# only\n", "strike,dip\n"])
@@ -303,4 +311,6 @@ def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_sta
     assert understood.bad == ()
     assert understood.rows[0].position is None
     assert understood.rows[1].position is not None
-    assert understood.remarks == (f"1 reading is imported without position (line 2). {said}",)
+    (finding,) = understood.findings
+    assert (finding.code, finding.values["rows"]) == ("reading.no-position", (2,))
+    assert finding.values["reason"] == said

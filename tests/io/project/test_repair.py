@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import refused
 from tests.samples import bed
 from vomstudio.document import edits
 from vomstudio.document.journal import Replay
@@ -75,7 +76,7 @@ def test_work_goes_on_in_the_new_journal(damaged: Project, folder: Path) -> None
 def test_a_sound_journal_is_left_alone(damaged: Project, folder: Path) -> None:
     damaged.repair()
     before = (folder / "journal.sqlite").stat().st_ino
-    with pytest.raises(DocumentError, match="nothing to repair"):
+    with refused("journal.sound", DocumentError):
         damaged.repair()
     assert (folder / "journal.sqlite").stat().st_ino == before
     assert [path.name for path in folder.glob("journal-*")] == ["journal-damaged-1.sqlite"]
@@ -161,5 +162,5 @@ def test_a_new_journal_that_says_less_than_the_window_shows_is_not_taken(
         return played
 
     monkeypatch.setattr(repair_module, "read_replay", less)
-    with pytest.raises(DocumentError, match="Restore the journal from a copy"):
+    with refused("journal.inconsistent", DocumentError):
         damaged.repair()

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.messages import refused
 from vomstudio.document.records import Frame, Reconstruction, Registration
-from vomstudio.errors import InputError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.io.project.reconstructions import RECONSTRUCTIONS, read_reconstruction
@@ -182,15 +182,20 @@ def test_what_a_result_does_not_say_is_left_open(project: Path, photos: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("text", "said"), [(None, "lost"), ("{", "lost"), ("[]", "not the result")]
+    ("text", "code"),
+    [
+        (None, "reconstruction.unreadable"),
+        ("{", "reconstruction.unreadable"),
+        ("[]", "reconstruction.invalid"),
+    ],
 )
 def test_a_result_that_cannot_be_read_is_named(
-    project: Path, photos: Path, text: str | None, said: str
+    project: Path, photos: Path, text: str | None, code: str
 ) -> None:
     folder = reconstruct(project, photos, result=None)
     if text is not None:
         (folder / "reconstruction.json").write_text(text)
-    with pytest.raises(InputError, match=said) as caught:
+    with refused(code) as caught:
         read_reconstruction(folder, "s", "cliff")
     assert "reconstruction.json" in str(caught.value)
 

@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import with_code
 from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around, face, make
 from tests.tiers import first_in_default_tier
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
-from vomstudio.survey.check_results import Finding
 
 
 def aligned(made: Made, work: Path) -> Alignment:
@@ -52,12 +53,12 @@ def test_five_photos_contradict_a_focal_length_that_is_a_quarter_off(
     assert alignment.registered == 5
     assert camera.focal == "freed"
     assert abs(camera.values[0] - 1500) < 3 * camera.sigma[0] < 30
-    assert "EXIF" in camera.reason
+    assert with_code(camera.reasons, "lens.exif-contradicted")
     assert worst_centre(alignment, made) < 0.05
     told = finding(alignment, "focal-wrong")
     assert told is not None
-    assert told.value == pytest.approx(focal / 1500 - 1, abs=0.02)
-    assert len(told.photos) == 5
+    assert told.values["value"] == pytest.approx(focal / 1500 - 1, abs=0.02)
+    assert len(told.values["photos"]) == 5
 
 
 def test_a_focal_length_that_is_right_is_not_contradicted(tmp_path: Path) -> None:
@@ -92,7 +93,7 @@ def test_an_unknown_focal_length_that_nothing_determines_is_that_of_a_usual_lens
     assert told is not None
     assert told.severity == "warning"
     assert camera.values[0] == pytest.approx(30 / 36 * 1600, rel=0.01)
-    assert "assumed" in camera.reason
+    assert with_code(camera.reasons, "lens.focal-assumed")
 
 
 def finding(alignment: Alignment, code: str) -> Finding | None:
@@ -109,7 +110,8 @@ def test_lenses_are_told_apart_where_files_say_nothing(tmp_path: Path) -> None:
     found = sorted((round(c.values[0], -1), len(c.photos)) for c in alignment.cameras)
     assert found == [(1500, 5), (2300, 5)]
     assert worst_centre(alignment, made) < 0.05
-    assert any("with 2 lenses" in note for note in alignment.notes)
+    (finding,) = with_code(alignment.notes, "lens.several-lenses")
+    assert finding.values["lenses"] == 2
     assert not (tmp_path / "work" / "lenses").exists()
 
 

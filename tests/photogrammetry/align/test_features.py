@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 from scipy.spatial import cKDTree
 
+from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.align.features import (
     ExtractTask,
     FeatureOptions,
@@ -91,7 +92,7 @@ def test_a_mask_hides_features() -> None:
     assert found.keypoints[:, 0].max() < 200
     assert len(found.keypoints) == (free.keypoints[:, 0] < 200).sum()
     hidden = extract(ExtractTask(encoded(pixels), encoded(mask * 0)))
-    assert hidden.problem == "Its mask hides all of it."
+    assert hidden.problem == Finding("alignment.photo-masked")
 
 
 def test_features_carry_the_colour_of_their_place() -> None:
@@ -104,18 +105,19 @@ def test_features_carry_the_colour_of_their_place() -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "problem"),
+    ("data", "code"),
     [
-        (b"", "cannot be read"),
-        (b"no picture", "cannot be read"),
-        (encoded(rock(), "JPEG")[:5000], "cannot be read"),
-        (encoded(np.zeros((200, 300, 3), np.uint8)), "no features that could be found"),
-        (encoded(np.zeros((1, 1, 3), np.uint8)), "no features that could be found"),
+        (b"", "alignment.photo-unreadable"),
+        (b"no picture", "alignment.photo-unreadable"),
+        (encoded(rock(), "JPEG")[:5000], "alignment.photo-unreadable"),
+        (encoded(np.zeros((200, 300, 3), np.uint8)), "alignment.photo-without-features"),
+        (encoded(np.zeros((1, 1, 3), np.uint8)), "alignment.photo-without-features"),
     ],
 )
-def test_a_photo_without_use_is_a_sentence_and_no_error(data: bytes, problem: str) -> None:
+def test_a_photo_without_use_is_a_sentence_and_no_error(data: bytes, code: str) -> None:
     found = extract(ExtractTask(data))
-    assert problem in (found.problem or "")
+    assert found.problem is not None
+    assert found.problem.code == code
     assert len(found.keypoints) == 0
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pycolmap
 import pytest
 
-from vomstudio.errors import InputError
+from tests.messages import refused
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.photogrammetry.align import match_database
 from vomstudio.photogrammetry.align.features import Features
@@ -97,15 +97,15 @@ def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None
     path, _ = made
     with pytest.raises(RuntimeError, match="no graphics"), match_database.opened(path):
         raise RuntimeError("no graphics")
-    with pytest.raises(InputError, match="no graphics"), match_database.reading(path):
+    with refused("alignment.matches-unreadable"), match_database.reading(path):
         raise RuntimeError("no graphics")
 
 
 def test_what_is_no_database_is_named(tmp_path: Path) -> None:
     path = tmp_path / "database.db"
-    with pytest.raises(InputError, match="no matches") as raised:
+    with refused("alignment.no-matches") as raised:
         match_database.pair_counts(path)
     assert raised.value.file == str(path)
     path.write_bytes(b"nothing of the kind" * 400)
-    with pytest.raises(InputError, match="cannot be read"):
+    with refused("alignment.matches-unreadable"):
         match_database.match_counts(path)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import Cancelled
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.matching import choose_pairs
@@ -68,7 +69,7 @@ class Told(Silent):
 def test_a_small_set_is_compared_with_itself():
     chosen = choose_pairs([photo(k) for k in range(60)], [None] * 60)
     assert len(chosen.pairs) == 60 * 59 // 2
-    assert "1770 pairs" in chosen.rule
+    assert chosen.rule == Finding("alignment.matched-all", count=1770)
 
 
 @pytest.mark.full
@@ -109,7 +110,7 @@ def test_photos_with_gps_are_compared_with_the_nearest():
     degree = 111_320.0
     photos = [photo(k, 7.0, 46.0 + 10.0 * k / degree) for k in range(100)]
     chosen = choose_pairs(photos, [None] * 100)
-    assert "nearest by GPS" in chosen.rule
+    assert chosen.rule.code == "alignment.matched-by-gps"
     pairs = set(chosen.pairs)
     # In a line each photo has its fifteen on either side; at the ends all thirty on one.
     assert all((k, k + d) in pairs for d in range(1, 16) for k in range(100 - d))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.align.scene_check import check_scene
@@ -10,13 +11,18 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.pipeline.report_data import as_placed, calibration
 
 NAMES = ("f", "cx", "cy", "k")
+ASSUMED = Finding("lens.focal-assumed", focal_mm=30.0, error_percent=None)
+BY_GROUND = Finding(
+    "lens.ground-estimated", count=3, focal_px=1500.0, sigma_px=6.0, change_percent=15.0,
+    ground_percent=0.4, required_percent=1.5,
+)  # fmt: skip
 UNKNOWN = np.full((4, 4), np.nan)
 UNKNOWN[3, 3] = 1.0
 HELD = Calibration(
     "SIMPLE_RADIAL", NAMES, (1300.0, 800.0, 600.0, 0.01), (0.0, 0.0, 0.0, 0.002),
-    tuple(map(tuple, UNKNOWN)), ("a.jpg", "b.jpg", "c.jpg"), "held", "is assumed", None, 20.0,
+    tuple(map(tuple, UNKNOWN)), ("a.jpg", "b.jpg", "c.jpg"), "held", (ASSUMED,), None, 20.0,
 )  # fmt: skip
-LENS = {"photos": list(HELD.photos), "freed": True, "sigma_px": 6.0, "reason": "freed by ground"}
+LENS = {"photos": list(HELD.photos), "freed": True, "sigma_px": 6.0, "reason": BY_GROUND.to_dict()}
 FREED = {"lenses": [LENS]}
 
 
@@ -42,7 +48,7 @@ def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:
     (camera,) = as_placed([HELD], scene(1500.0), FREED)
     assert camera.values[0] == 1500.0
     assert (camera.focal, camera.sigma[0]) == ("freed", 6.0)
-    assert "freed by ground" in camera.reason
+    assert camera.reasons == (ASSUMED, BY_GROUND)
     told = check_scene(scene(1500.0), cameras=[camera])
     assert not any(finding.code == "focal-vague" for finding in told.findings)
 
@@ -50,7 +56,7 @@ def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:
 def test_cameras_that_nothing_changed_stay_as_they_are() -> None:
     (camera,) = as_placed([HELD], scene(1300.0), {})
     assert camera.values == HELD.values
-    assert (camera.focal, camera.reason) == (HELD.focal, HELD.reason)
+    assert (camera.focal, camera.reasons) == (HELD.focal, HELD.reasons)
 
 
 def test_what_the_ground_freed_has_an_error_and_no_correlations() -> None:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import with_code
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -45,41 +47,47 @@ def test_enough_points_are_counted_and_nothing_is_complained_of() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "count", "cause"),
     [
-        (marks("A", "B"), "There are 2"),
-        (marks("A"), "There is 1"),
-        ([], "There are 0"),
-        ([*marks("A", "B"), *marks("C", photos=1)], "There are 2"),
-        (marks("A", "B", "E"), "not among the control points: E"),
-        ([Mark(k, "x.jpg", 1, 1) for k in "ABC"], "not in the folder: x.jpg"),
+        (marks("A", "B"), 2, None),
+        (marks("A"), 1, None),
+        ([], 0, None),
+        ([*marks("A", "B"), *marks("C", photos=1)], 2, None),
+        (marks("A", "B", "E"), 2, "control.without-coordinates"),
+        ([Mark(k, "x.jpg", 1, 1) for k in "ABC"], 0, "control.photos-missing"),
     ],
 )
-def test_too_few_points_are_counted_with_the_reason(given: list[Mark], said: str) -> None:
+def test_too_few_points_are_counted_with_the_reason(
+    given: list[Mark], count: int, cause: str | None
+) -> None:
     found = check_control(POINTS, given, PHOTOS)
     assert found.problem is not None
-    assert "3 are needed, each marked in 2 or more of the photos" in found.problem
-    assert said in found.problem
+    values = {"count": count, "least": 3, "photos": 2, "reason_codes": (cause,) if cause else ()}
+    assert found.problem.code == "control.too-few"
+    assert values.items() <= found.problem.values.items()
 
 
 def test_check_points_do_not_count_as_control() -> None:
     points = [replace(p, check=p.label in "BC") for p in POINTS]
-    assert "There are 2 usable" in str(check_control(points, marks(*"ABCD"), PHOTOS).problem)
+    problem = check_control(points, marks(*"ABCD"), PHOTOS).problem
+    assert problem is not None
+    assert (problem.code, problem.values["count"]) == ("control.too-few", 2)
 
 
 def test_points_in_one_line_are_refused() -> None:
     points = [ControlPoint(k, (float(n), 2.0 * n, 3.0 * n)) for n, k in enumerate("ABC")]
-    assert "one line" in str(check_control(points, marks(*"ABC"), PHOTOS).problem)
+    assert check_control(points, marks(*"ABC"), PHOTOS).problem == Finding("control.collinear")
 
 
 def test_what_is_weak_is_said() -> None:
     found = check_control(POINTS, [*marks("A", "B", "C", photos=2), *marks("D", photos=1)], PHOTOS)
     assert found.problem is None
-    said = "; ".join(found.warnings)
-    assert "With 3 control points there is no redundancy" in said
-    assert "no check points" in said
-    assert "fewer than 2 photos and are not used: D" in said
-    assert "fewer than 4 photos: A, B, C" in said
+    assert [each for each in found.warnings if each.code != "control.same-spot"] == [
+        Finding("control.no-redundancy", count=3, least=4),
+        Finding("control.no-check-points"),
+        Finding("control.few-marks", labels=["D"]),
+        Finding("control.more-marks", wanted=4, labels=["A", "B", "C"]),
+    ]
 
 
 def test_the_zone_of_the_gps_is_proposed_where_the_points_lie_in_it() -> None:
@@ -97,7 +105,8 @@ def test_the_zone_of_the_gps_is_proposed_where_the_points_lie_in_it() -> None:
     wrong = check_control(near, marks(*"ABCD"), photos, "EPSG:32632")
     assert wrong.crs == "EPSG:32632"
     # Six degrees of longitude at 45 degrees are some 472 km.
-    assert any("47" in text and "km from the photos' GPS" in text for text in wrong.warnings)
+    (finding,) = with_code(wrong.warnings, "control.far-from-photos")
+    assert finding.values["distance_km"] == pytest.approx(472.0, abs=8.0)
 
 
 def test_saint_martin_has_six_points_of_which_one_mark_has_no_point(data_dir: Path) -> None:
@@ -108,7 +117,8 @@ def test_saint_martin_has_six_points_of_which_one_mark_has_no_point(data_dir: Pa
     )
     assert found.problem is None
     assert sum(p.usable for p in found.points) == 6
-    assert any("u-of-You" in text for text in found.warnings)
+    (finding,) = with_code(found.warnings, "control.tie-points")
+    assert finding.values["labels"] == ("u-of-You",)
 
 
 def test_a_place_outside_the_crs_does_not_stop_the_check() -> None:
@@ -122,6 +132,8 @@ def test_a_place_outside_the_crs_does_not_stop_the_check() -> None:
 
 def test_marks_without_coordinates_are_tie_markers_where_two_photos_have_them() -> None:
     given = [*marks(*"ABCD"), *marks("T", photos=2), *marks("U", photos=1)]
-    said = " ".join(check_control(POINTS, given, PHOTOS).warnings)
-    assert "tie points only: T" in said
-    assert "so they are not used: U" in said
+    warnings = check_control(POINTS, given, PHOTOS).warnings
+    (ties,) = with_code(warnings, "control.tie-points")
+    assert ties.values["labels"] == ("T",)
+    (unused,) = with_code(warnings, "control.without-coordinates")
+    assert unused.values["labels"] == ("U",)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import with_code
 from tests.photogrammetry.made_photos import LENS, ORIGIN, Made, MadePhoto, looking
 from tests.photogrammetry.place.test_georeference import ARBITRARY
 from vomstudio.geometry.cameras import Intrinsics, View
@@ -102,7 +103,7 @@ def test_positions_of_centimetres_find_the_focal_length_of_a_nadir_block(flight:
     scene, report = flight.placed(0.02, 0.03)
     assert report.adjusted
     assert scene.views[0].intrinsics.focal[0] == pytest.approx(1500, rel=0.004)
-    assert any("estimated with ground control" in said for said in report.decisions)
+    assert with_code(report.decisions, "lens.ground-estimated")
     # 5 % of 45 m are 2 m.
     assert abs(np.median(flight.heights(scene))) < 0.1
     assert flight.shape(scene) < 0.6 * flight.shape(flight.scene)
@@ -113,7 +114,7 @@ def test_positions_of_centimetres_find_the_focal_length_of_a_nadir_block(flight:
 def test_positions_of_metres_leave_the_shape_as_the_photos_know_it(flight: Flight) -> None:
     scene, report = flight.placed(3.0, None)
     assert not report.adjusted
-    assert "pixels on the ground" in report.decisions[0]
+    assert report.decisions[0].code == "gps.not-useful"
     assert flight.shape(scene) == pytest.approx(flight.shape(flight.scene), rel=1e-6)
     assert np.mean(scene.errors_px) == pytest.approx(np.mean(flight.scene.errors_px), rel=1e-3)
     assert scene.views[0].intrinsics == flight.scene.views[0].intrinsics
@@ -141,7 +142,8 @@ def test_decimetres_from_one_flying_height_do_not_free_the_focal_length() -> Non
     level = Flight((45.0,))
     scene, report = level.placed(0.1, 0.15)
     assert scene.views[0].intrinsics.focal[0] == 1575.0
-    assert any("held at 1575 px" in said for said in report.decisions)
+    (finding,) = with_code(report.decisions, "lens.ground-held")
+    assert finding.values["focal_px"] == 1575.0
 
 
 def test_the_bowing_of_a_lens_that_bends_otherwise_than_its_model_is_cured() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.messages import with_code
 from tests.photogrammetry.made_photos import ORIGIN, around, face
 from tests.photogrammetry.place.test_georeference import scene_of
 from vomstudio.geometry.cameras import View
@@ -116,7 +117,7 @@ def test_every_observation_stays_with_its_photo_and_its_point(
 def test_rays_of_the_markers_meet_better_than_after_the_similarity_alone(wall: Wall) -> None:
     few = [mark for mark in wall.marks if mark.label in ("P1", "P2", "P4")]
     parts, report = join_components(wall.parts, few, threads=1)
-    assert any("no redundancy" in w for w in report.joined[0].warnings)
+    assert with_code(report.joined[0].warnings, "control.no-redundancy")
     a, b = (placed(part, few) for part in wall.parts)
     fit = fit_similarity([b[label] for label in a], list(a.values()))
     rough = merged(wall.parts[0], wall.parts[1], fit)
@@ -152,7 +153,8 @@ def test_a_wrong_mark_is_left_out_and_named() -> None:
     parts, report = join_components(wall.parts, marks, threads=1)
     assert len(parts) == 1
     assert [m.label for m in report.joined[0].markers if not m.used] == ["P3"]
-    assert any("left out: P3" in warning for warning in report.joined[0].warnings)
+    (finding,) = with_code(report.joined[0].warnings, "control.left-out")
+    assert finding.values["labels"] == ("P3",)
     assert np.median(wall.errors(parts[0])) < 0.01
 
 
@@ -167,13 +169,17 @@ def test_what_is_missing_is_said(wall: Wall) -> None:
     parts, report = join_components(wall.parts, two + once, threads=1)
     assert len(parts) == 2
     assert not report.joined
-    (said,) = report.not_joined
-    assert "The component of 4 photos" in said
-    assert "2 markers are found in it and in the largest component (P1, P2)" in said
-    assert "3 markers that are not in one line" in said
-    assert "or from one position: P3" in said
+    (finding,) = report.not_joined
+    values = {
+        "reason_code": "join.few-markers",
+        "size": 4,
+        "least": 3,
+        "markers": ("P1", "P2"),
+        "not_located": ("P3",),
+    }
+    assert values.items() <= finding.values.items()
     _, report = join_components(wall.parts, [], threads=1)
-    assert "No marker is found" in report.not_joined[0]
+    assert report.not_joined[0].values["markers"] == ()
 
 
 def test_markers_on_a_line_are_refused(wall: Wall) -> None:
@@ -184,7 +190,7 @@ def test_markers_on_a_line_are_refused(wall: Wall) -> None:
     ]
     parts, report = join_components(wall.parts, line, threads=1)
     assert len(parts) == 2
-    assert "lie on one line" in report.not_joined[0]
+    assert report.not_joined[0].values["reason_code"] == "join.collinear"
 
 
 def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
@@ -195,7 +201,7 @@ def test_markers_that_belong_to_other_stones_join_nothing(wall: Wall) -> None:
     ]
     parts, report = join_components(wall.parts, wrong, threads=1)
     assert len(parts) == 2
-    assert "contradict" in report.not_joined[0]
+    assert report.not_joined[0].values["reason_code"] == "join.contradicted"
 
 
 def test_control_points_of_their_own_bring_parts_together(wall: Wall) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.messages import with_code
 from tests.photogrammetry.made_photos import LENS, abreast, face
 from tests.photogrammetry.place.test_gps_priors import Flight, block, ground, nadir
 from vomstudio.geology.bowing import model_shape, shape_change
@@ -129,7 +130,8 @@ def test_the_path_of_the_cameras_bends_as_the_ground_does(k2: float, word: str) 
     assert report.bowing is not None
     assert true * -np.sign(k2) > 1e-4
     assert report.bowing.curvature_per_m == pytest.approx(true, rel=0.35)
-    assert any(f"(a {word})" in said for said in report.warnings)
+    (finding,) = with_code(report.warnings, "registration.bowed")
+    assert f"(a {word})" in finding.values["where"]
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import refused
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -146,9 +147,9 @@ def test_parts_of_the_photos_have_frames_of_their_own() -> None:
     made = marked("a.jpg", "b.jpg").marked("A", "pc.jpg", (5.0, 5.0))
     assert set(placed.predict(made, "A").expected) == {"c.jpg"}
     assert placed.part_of("pb.jpg") == 1
-    (said,) = missing(made, placed)
-    assert "Component 2 (3 photos) is not joined" in said
-    assert "A (2 in the model, 1 in component 2)" in said
+    (finding,) = missing(made, placed)
+    assert (finding.code, finding.values["size"]) == ("join.few-markers", 3)
+    assert finding.values["not_located"] == ("A",)
 
 
 def test_what_a_registration_lacks_is_said_plainly() -> None:
@@ -158,12 +159,15 @@ def test_what_a_registration_lacks_is_said_plainly() -> None:
         for photo in ("a.jpg", "b.jpg"):
             made = made.marked(label, photo, (1.0, 2.0))
     made = made.marked("A", "a.jpg", (1.0, 2.0))
-    assert missing(made) == [
-        "3 control points are needed, each marked in 2 photos. Too few marks: A (1 mark)."
-    ]
+    (finding,) = missing(made)
+    values = {"count": 2, "total": 3, "least": 3, "photos": 2, "labels": ("A",)}
+    assert finding.code == "control.too-few"
+    assert values.items() <= finding.values.items()
+    assert "A (1 mark)" in finding.message
     assert ready(made) == ["B", "C"]
     assert missing(made.marked("A", "b.jpg", (3.0, 3.0))) == []
-    assert "Add 1 more control point" in missing(made.removed("A"))[0]
+    (finding,) = missing(made.removed("A"))
+    assert (finding.values["count"], finding.values["total"]) == (2, 2)
     assert missing(made.removed("A").removed("B").removed("C")) == []
     assert ready(made, ["a.jpg"]) == []
 
@@ -173,7 +177,7 @@ def test_control_points_in_one_line_are_told_of() -> None:
     for label in "ABC":
         for photo in ("a.jpg", "b.jpg"):
             made = made.marked(label, photo, (1.0, 2.0))
-    assert missing(made) == ["The control points lie on one line. Mark one beside it."]
+    assert [finding.code for finding in missing(made)] == ["control.collinear"]
 
 
 def test_points_are_changed_renamed_and_removed() -> None:
@@ -185,10 +189,10 @@ def test_points_are_changed_renamed_and_removed() -> None:
     assert made.marks == (Mark("tie1", "a.jpg", 3.0, 4.0),)
     named = made.renamed("tie1", "corner")
     assert named.labels == ("corner",)
-    with pytest.raises(GeometryError, match="corner is in use"):
+    with refused("label.in-use", GeometryError):
         named.begun_with("x").renamed("x", "corner")
     for bad in ("", " a", "a\nb"):
-        with pytest.raises(GeometryError, match="A label must"):
+        with refused("label.invalid", GeometryError):
             named.renamed("corner", bad)
     made = named.placed(ControlPoint("corner", (1.0, 2.0, 3.0), None, True))
     assert made.role("corner") == "check"

@@ -4,6 +4,7 @@ its sides, so each point's side is the one from which its photos saw it."""
 import numpy as np
 import pytest
 
+from tests.messages import refused, with_code
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface import all_around
 from tests.photogrammetry.surface.texture_truth import sample_pages
@@ -73,10 +74,10 @@ def test_a_surface_that_is_inside_out_is_turned_over_and_said(photographed):
     made = make_texture(inside_out, taken)
     assert volume(made.mesh) > 0
     assert made.report.unseen_share < 0.02
-    assert any("turned over" in text for text in made.report.warnings)
+    assert with_code(made.report.warnings, "texture.turned-over")
 
 
 def test_a_model_of_which_more_than_half_is_in_no_photo_is_refused(photographed):
     _, _, taken, _, mesh = photographed
-    with pytest.raises(GeometryError, match=r"% of the surface is in no photo"):
+    with refused("texture.mostly-unseen", GeometryError):
         make_texture(mesh, taken[:2])

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from tests.messages import refused, with_code
 from tests.photogrammetry import rock_face as rock
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
@@ -144,22 +145,23 @@ def test_one_thread_makes_the_same_surface_every_time(base):
 def test_a_cloud_that_is_too_large_is_thinned_and_says_so():
     made = build_surface(patch(), SurfaceOptions(faces=2000, max_points=8000))
     assert made.facts["points"] == 8000
-    assert any("8,000" in text for text in made.warnings)
+    (finding,) = with_code(made.warnings, "surface.thinned")
+    assert finding.values["points"] == 8000
 
 
 @pytest.mark.parametrize(
-    ("points", "normals", "said"),
+    ("points", "normals", "code"),
     [
-        (np.zeros((0, 3)), np.zeros((0, 3)), "no points"),
-        (np.random.default_rng(0).random((500, 3)), None, "no normals"),
-        (np.eye(3), np.eye(3), "3 points"),
-        (np.ones((500, 3)), np.ones((500, 3)), "the same position"),
-        (np.full((500, 3), np.nan), np.ones((500, 3)), "0 points"),
+        (np.zeros((0, 3)), np.zeros((0, 3)), "surface.no-points"),
+        (np.random.default_rng(0).random((500, 3)), None, "surface.no-normals"),
+        (np.eye(3), np.eye(3), "surface.few-points"),
+        (np.ones((500, 3)), np.ones((500, 3)), "surface.coincident-points"),
+        (np.full((500, 3), np.nan), np.ones((500, 3)), "surface.few-points"),
     ],
 )
-def test_clouds_that_make_no_surface_are_refused_in_words(points, normals, said):
+def test_clouds_that_make_no_surface_are_refused_in_words(points, normals, code):
     normals = None if normals is None else normals.astype(np.float32)
-    with pytest.raises(GeometryError, match=said):
+    with refused(code, GeometryError):
         build_surface(PointCloud(points, None, normals))
 
 

@@ -5,10 +5,11 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.messages import refused, with_code
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface.texture_truth import compare, sample_pages
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import Cancelled, GeometryError, InputError
+from vomstudio.errors import Cancelled, GeometryError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
 from vomstudio.jobs.executors import Threads
@@ -178,7 +179,7 @@ def test_faces_that_no_photo_sees_are_counted_and_take_the_colour_beside_them(ro
     made = make_texture(tall, taken)
     report = made.report
     assert 0.3 < report.unseen_share < 0.5
-    assert any("in no photo" in text for text in report.warnings)
+    assert with_code(report.warnings, "texture.unseen")
     assert sum(report.seen_by_share.values()) == pytest.approx(1)
     assert sum(report.drawn_share.values()) == pytest.approx(1 - report.unseen_share)
     assert made.mesh.colors is not None
@@ -303,25 +304,26 @@ def test_photos_that_see_nothing_are_named_in_words(rock_wall):
     lens = views[0].intrinsics
     aside = rock.looking("aside.png", lens, np.array([0, -9.0, 0]), np.array([0, -20.0, 0]))
     away = SimpleNamespace(photo=taken[0].photo, mask=None, view=aside)
-    with pytest.raises(GeometryError, match="No photo sees this mesh"):
+    with refused("texture.no-photo-sees", GeometryError):
         make_texture(wall(), [away])
     made = make_texture(wall(), [*taken, away])
-    assert any("aside.png sees nothing" in text for text in made.report.warnings)
+    (finding,) = with_code(made.report.warnings, "texture.photo-sees-nothing")
+    assert finding.values["photo"] == "aside.png"
 
 
 def test_bad_photos_and_meshes_are_refused_in_words(rock_wall):
     _, views, _, taken = rock_wall
-    with pytest.raises(GeometryError, match="at least one photo"):
+    with refused("texture.no-photos", GeometryError):
         make_texture(wall(), [])
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
-    with pytest.raises(GeometryError, match="no triangles"):
+    with refused("texture.no-triangles", GeometryError):
         make_texture(empty, taken)
     broken = SimpleNamespace(photo=taken[0].photo[:500], mask=None, view=views[0])
-    with pytest.raises(InputError, match="cannot be decoded"):
+    with refused("photo.unreadable"):
         make_texture(wall(), [broken])
     small = rock.encoded(np.zeros((20, 30, 3), np.uint8))
     other = SimpleNamespace(photo=small, mask=None, view=views[0])
-    with pytest.raises(InputError, match="30 x 20 pixels where its camera has 360 x 270"):
+    with refused("photo.other-size"):
         make_texture(wall(), [other])
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from vomstudio.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from vomstudio.geology.orientation import Line, Plane
+    from vomstudio.geology.orientation import Plane
 
 
 def plane_of(text: str, field: str) -> Plane:
@@ -16,15 +16,5 @@ def plane_of(text: str, field: str) -> Plane:
 
     try:
         return parse_plane(text, "dipdir/dip")
-    except InputError as error:
-        raise UsageError(error.message, field=field) from error
-
-
-def line_of(text: str, field: str) -> Line:
-    """Of trend/plunge. Raises UsageError."""
-    from vomstudio.geology.notation import parse_line
-
-    try:
-        return parse_line(text)
     except InputError as error:
         raise UsageError(error.message, field=field) from error

@@ -24,6 +24,8 @@ def add_options(parser: Parser, options: type[Any]) -> None:
             words["metavar"] = metavar(each)
             if each.kind is not str:
                 words["type"] = each.kind
+        if each.is_required:
+            words["required"] = True
         parser.add_argument(each.flag, **words)
 
 

@@ -102,8 +102,8 @@ def _in_a_sentence(error: Exception) -> VomError:
     match error:
         case VomError():
             return error
-        case ImportError() if (said := missing_library(error)) is not None:
-            return VomError(said)
+        case ImportError() if (finding := missing_library(error)) is not None:
+            return VomError(finding)
         case MemoryError():
             return _OurFault(tr("There is not enough memory for this. Close other programs."))
         case OSError():

@@ -12,6 +12,7 @@ from typing import Any, Protocol, TextIO
 
 from vomstudio.cli.common.output import stderr_silenced, to_json
 from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, StepClock, clock
+from vomstudio.core.threads import start_thread
 from vomstudio.errors import Cancelled
 from vomstudio.progress import CancelToken, Progress, Silent
 
@@ -116,10 +117,9 @@ class ProgressDisplay:
         self._stage, self._clock = "", StepClock(None)
         self._part: tuple[int, int] | None = None
         self._finished = threading.Event()
-        self._thread = threading.Thread(target=self._draw, name="progress", daemon=True)
 
     def __enter__(self) -> ProgressDisplay:
-        self._thread.start()
+        self._thread = start_thread(self._draw, name="progress")
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -8,32 +8,54 @@ for one and for several of the value ``count``.
 from __future__ import annotations
 
 from vomstudio.core.finding_texts import (
+    alignment,
     control,
     drawings,
+    edits,
     files,
+    fractures,
     frames,
+    jobs,
     models,
     options,
     photos,
+    placing,
     planes,
+    projects,
+    reconstruction,
     registration,
+    sets,
     structures,
+    survey,
+    tools,
+    workspace,
 )
 from vomstudio.core.finding_texts.entry import Entry, Severity
 
 __all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "texts_of"]
 
 SUBJECTS = (
+    alignment,
     control,
     drawings,
+    edits,
     files,
+    fractures,
     frames,
+    jobs,
     models,
     options,
     photos,
+    placing,
     planes,
+    projects,
+    reconstruction,
     registration,
+    sets,
     structures,
+    survey,
+    tools,
+    workspace,
 )
 
 TEXTS: dict[str, Entry] = {

@@ -68,13 +68,6 @@ TEXTS: dict[str, Entry] = {
             " click error if there is one."
         ),
     ),
-    "control.mark-scatter": (
-        "warning",
-        to_translate(
-            "Marks of the control points scatter by {scatter_px:.0f} px. The stated errors include"
-            " this. Check the marks, and the poses of the photos."
-        ),
-    ),
     "control.marks-scattered": (
         "error",
         to_translate(
@@ -94,6 +87,223 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "The marks of these points do not meet in one place, so the points were not used:"
             " {labels}. Check their marks."
+        ),
+    ),
+    "control.too-few": (
+        "error",
+        to_translate(
+            "Only {count} of {total} control points can be used. {least} are needed, each marked in"
+            " {photos} or more photos. {reasons}"
+        ),
+    ),
+    "control.collinear": (
+        "error",
+        to_translate(
+            "The points lie on one line, about which the model can rotate. Add a point beside this"
+            " line."
+        ),
+    ),
+    "control.not-located": (
+        "error",
+        to_translate("The marks do not locate all control points in the model. Check them."),
+    ),
+    "control.contradicts": (
+        "error",
+        to_translate(
+            "The control points contradict each other or the photos by {sigma_m:.3g} m, so the"
+            " model can rotate by {rotation_deg:.0f}°. Check coordinates, labels and marks."
+        ),
+    ),
+    "control.contradicts-photos": (
+        "warning",
+        to_translate(
+            "The photos contradict the control points. The model was registered by a similarity and"
+            " not adjusted to them."
+        ),
+    ),
+    "control.adjusted": (
+        "info",
+        to_translate(
+            "The model was adjusted to the control points. Points it is not adjusted to are"
+            " {adjusted_m:.3g} m off, and {similarity_m:.3g} m by a similarity."
+        ),
+    ),
+    "control.not-adjusted": (
+        "warning",
+        to_translate(
+            "The model was not adjusted to the control points: points it is not adjusted to would"
+            " be {adjusted_m:.3g} m off instead of {similarity_m:.3g} m."
+        ),
+    ),
+    "control.tie-points": (
+        "info",
+        to_translate("{count} point without coordinates is used as a tie point."),
+        to_translate("{count} points without coordinates are used as tie points."),
+    ),
+    "control.no-redundancy": (
+        "warning",
+        to_translate(
+            "{count} points have no redundancy, so a blunder cannot be detected. Use {least} or"
+            " more."
+        ),
+    ),
+    "control.no-check-points": (
+        "warning",
+        to_translate(
+            "No check points judge the model independently of those that place it. Leave some out"
+            " as check points."
+        ),
+    ),
+    "control.left-out": (
+        "warning",
+        to_translate("Points that contradict the others were left out: {labels}."),
+    ),
+    "control.more-marks": (
+        "warning",
+        to_translate(
+            "These points are marked in fewer than {wanted} photos: {labels}. Mark them in more."
+        ),
+    ),
+    "control.photos-without-pose": (
+        "warning",
+        to_translate(
+            "Marks in these photos are not used, since they are not among the cameras of the model:"
+            " {photos}. Check the names."
+        ),
+    ),
+    "control.photos-missing": (
+        "warning",
+        to_translate(
+            "Marks in these photos are not used, since they are not in the folder: {photos}."
+        ),
+    ),
+    "control.without-coordinates": (
+        "warning",
+        to_translate(
+            "Marks of these points are not used: {labels}. They have no coordinates. Write labels"
+            " alike in both tables."
+        ),
+    ),
+    "control.same-spot": (
+        "warning",
+        to_translate(
+            "In {photo} the points {first} and {second} are marked at the same place (x {x:.0f}, y"
+            " {y:.0f}). Remove or move one mark."
+        ),
+    ),
+    "control.far-from-photos": (
+        "warning",
+        to_translate(
+            "In {crs} the control points are {distance_km:,.0f} km from the photos' GPS positions."
+            " Check the CRS, and that x and y are east and north."
+        ),
+    ),
+    "label.invalid": (
+        "error",
+        to_translate(
+            "A label must have one or more printable characters, without spaces around them."
+        ),
+    ),
+    "label.in-use": (
+        "error",
+        to_translate("The label {label} is in use. Choose another label."),
+    ),
+    "control.all-check": (
+        "error",
+        to_translate(
+            "All {count} points are marked as check, and none places the model. Mark 3 or more as"
+            " control."
+        ),
+    ),
+    "control.one-place": (
+        "error",
+        to_translate(
+            "All points are at one place, by which nothing can be placed. Give the coordinates of"
+            " each."
+        ),
+    ),
+    "control.apart": (
+        "warning",
+        to_translate(
+            "{first} are {distance_m:,.0f} m away from {second}: they may be of two zones or units."
+            " Bring all into one. --crs shows which are right."
+        ),
+    ),
+    "control.group-swapped": (
+        "warning",
+        to_translate(
+            "x and y look exchanged, either of {first} or of {second}. Exchange those that are"
+            " wrong. --crs shows which."
+        ),
+    ),
+    "control.constant-heights": (
+        "warning",
+        to_translate(
+            "All heights are {height:g}, but on the model the points differ in height: heights that"
+            " were not measured tilt the model. Give the heights."
+        ),
+    ),
+    "control.missing-heights": (
+        "warning",
+        to_translate(
+            "The heights of {labels} ({height:g}) look missing, since the other points fit without"
+            " them. Give these heights, or leave the points out."
+        ),
+    ),
+    "control.similar-labels": (
+        "warning",
+        to_translate(
+            "These labels look like those of one point: {labels}. Keep one, or give them different"
+            " names."
+        ),
+    ),
+    "control.same-coordinates": (
+        "warning",
+        to_translate(
+            "{labels} have the same coordinates: a row may have been copied. Correct one, or leave"
+            " it out."
+        ),
+    ),
+    "control.swapped-labels": (
+        "warning",
+        to_translate(
+            "{first} and {second} look exchanged: the points would fit within {after_m:.2g} m"
+            " instead of {before_m:.2g} m. Exchange these labels."
+        ),
+    ),
+    "control.other-order": (
+        "warning",
+        to_translate(
+            "The rows look listed in another order: they would fit within {after_m:.2g} m instead"
+            " of {before_m:.2g} m if {first} had the coordinates of {second}, and so on."
+        ),
+    ),
+    "control.mark-outside": (
+        "warning",
+        to_translate(
+            "The mark of {label} at x {x:.0f}, y {y:.0f} is outside of {photo} ({width} x {height}"
+            " pixels), and was left out. Correct it."
+        ),
+    ),
+    "control.other-pixels": (
+        "error",
+        to_translate(
+            "The marks do not fit the photos: they are {miss_px:.0f} pixels off, and would be"
+            " {better_px:.1f} if {change}. Correct the marks."
+        ),
+    ),
+    "control.wrong-mark": (
+        "warning",
+        to_translate(
+            "The mark of {label} in {photo} at x {x:.0f}, y {y:.0f} contradicts its other marks,"
+            " which put it at x {wanted_x:.0f}, y {wanted_y:.0f}. It was left out."
+        ),
+    ),
+    "control.contradicting-marks": (
+        "warning",
+        to_translate(
+            "The marks of {label} contradict each other. Check the one in {photo} at x {x:.0f}, y"
+            " {y:.0f}, and the others."
         ),
     ),
 }

@@ -38,4 +38,28 @@ TEXTS: dict[str, Entry] = {
             " the file again."
         ),
     ),
+    "file.missing": (
+        "error",
+        to_translate("There is no such file. Check its name."),
+    ),
+    "file.is-folder": (
+        "error",
+        to_translate("This is a folder. Name a file in it."),
+    ),
+    "file.empty": (
+        "error",
+        to_translate("The file is empty. Export or copy it again."),
+    ),
+    "file.unreadable": (
+        "error",
+        to_translate("The file cannot be read ({reason}). Check its name and its disk."),
+    ),
+    "output.unwritable": (
+        "error",
+        to_translate("The file cannot be written ({reason}). Choose another place."),
+    ),
+    "folder.not-created": (
+        "error",
+        to_translate("The folder cannot be created ({reason}). Choose another place."),
+    ),
 }

@@ -10,6 +10,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{value}” is not valid. Choose one of: {choices}."),
     ),
+    "option.missing": ("error", to_translate("A value is needed, not None. Give one.")),
     "option.not-text": ("error", to_translate("Text is needed, not a value of type {type}.")),
     "option.too-small": (
         "error",
@@ -31,5 +32,16 @@ TEXTS: dict[str, Entry] = {
     "option.conflict": (
         "error",
         to_translate("{option} and {other} exclude each other. Leave out one of them."),
+    ),
+    "number.not-positive": (
+        "error",
+        to_translate("{value:g} is not a positive number. Correct it."),
+    ),
+    "frame.not-in-metres": (
+        "error",
+        to_translate(
+            "The coordinate reference system {crs} is not in metres. Choose one that is, such as a"
+            " UTM zone."
+        ),
     ),
 }

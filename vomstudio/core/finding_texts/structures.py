@@ -13,6 +13,25 @@ TEXTS: dict[str, Entry] = {
             " {wanted} before you rely on its 95 % error."
         ),
     ),
+    "fold.too-few-sets": (
+        "error",
+        to_translate("Two or three different sets are needed, such as A,B."),
+    ),
+    "displacement.no-bed": (
+        "error",
+        to_translate("A slip direction needs the bed whose cut-offs were measured. Give the bed."),
+    ),
+    "displacement.rake-without-strike": (
+        "error",
+        to_translate(
+            "A horizontal fault has no strike to count a rake from. Give the trend and plunge of"
+            " the slip."
+        ),
+    ),
+    "slope.horizontal-face": (
+        "error",
+        to_translate("The face is horizontal, so nothing slides out of it. Give its dip."),
+    ),
     "slope.pairs-of-one-set": (
         "info",
         to_translate(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.bed_words import notes_with_beds
@@ -21,7 +22,6 @@ from vomstudio.document.measurement import (
 from vomstudio.document.records import Logged, Point, Repeatable, Typed
 from vomstudio.geometry.lines import path_length
 from vomstudio.words import to_translate as _
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,11 @@ def measure(at: Measuring, contacts: Sequence[Contact]) -> list[Measurement]:
     models = [at.model(contact.model_id) for contact in contacts]
     measured = []
     for points, model in zip(world_lines(contacts, models), models, strict=True):
-        problem = None if len(points) > 1 else tr("A line needs at least 2 points.")
+        problem = (
+            None
+            if len(points) > 1
+            else Finding("feature.too-few-points", count=2 - len(points), minimum=2)
+        )
         figures = {} if problem else {"length_m": path_length(points)}
         figures |= registration_errors(figures, model, None)
         measured.append(

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.bed_words import notes_with_beds
@@ -49,7 +50,6 @@ from vomstudio.document.registration_errors import model_of
 from vomstudio.geology.intersections import stray95, t95
 from vomstudio.geometry.lines import path_length, ring_area
 from vomstudio.words import to_translate as _
-from vomstudio.words import tr
 
 DimensionKind = Literal["distance", "polyline", "area", "thickness"]
 
@@ -84,19 +84,19 @@ def measure(at: Measuring, dimensions: Sequence[Dimension]) -> list[Measurement]
 def _measure(at: Measuring, feature: Dimension) -> Measurement:
     model = at.model(feature.model_id)
     points = world_points(feature, model)
-    problem = None
+    problem: Finding | None = None
     figures: dict[str, float] = {}
     step: Floats | None = None
     if feature.kind == "area":
         if len(points) < 3:
-            problem = tr("An area needs at least 3 points.")
+            problem = Finding("feature.too-few-points", count=3 - len(points), minimum=3)
         else:
             figures = {
                 "area_m2": ring_area(points),
                 "perimeter_m": path_length(np.vstack([points, points[:1]])),
             }
     elif len(points) < 2:
-        problem = tr("A length needs 2 points.")
+        problem = Finding("feature.too-few-points", count=2 - len(points), minimum=2)
     else:
         step = points[-1] - points[0]
         figures = {
@@ -125,15 +125,15 @@ def _measure(at: Measuring, feature: Dimension) -> Measurement:
 
 def _thickness(
     at: Measuring, feature: Dimension, step: Floats
-) -> tuple[dict[str, float], str | None]:
+) -> tuple[dict[str, float], Finding | None]:
     """Distance across the plane, and its 95 % error (of this one figure, not joint): points that
     lie apart along the bed turn a tilt of the plane into thickness, and each of the two lies on a
     surface as uneven as the plane's own points are."""
     plane = at.plane(feature.plane_id)
     if plane is None:
         if not feature.plane_id:
-            return {}, tr("A thickness is measured across a plane. Choose one.")
-        return {}, tr("The plane it is measured across was deleted or has no fit.")
+            return {}, Finding("thickness.no-plane")
+        return {}, Finding("thickness.plane-lost")
     across = float(step @ plane.normal)
     figures = {"thickness_m": abs(across)}
     tilt = stray95(plane, step - across * plane.normal, joint=False)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.dimension_errors import registration_errors
@@ -70,7 +71,7 @@ def _measure(feature: Lithology, model: Model | None, points: Floats) -> Measure
     figures: dict[str, float] = {}
     problem = None
     if len(points) < 3:
-        problem = tr("An outline needs at least 3 points.")
+        problem = Finding("feature.too-few-points", count=3 - len(points), minimum=3)
     else:
         if feature.area is not None:
             figures["area_m2"] = feature.area * transform.scale_of(rows_of(model)) ** 2

@@ -11,12 +11,12 @@ import json
 import os
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.threads import run_in_thread
 from vomstudio.errors import InputError
 from vomstudio.failures import lifeline
 from vomstudio.files import memory_limit
@@ -51,6 +51,8 @@ def ask(module: str, question: Mapping[str, Any], progress: Progress, path: Path
     InputError
         With ``file.memory-exceeded`` if the process came to no end of its own.
     """
+    from concurrent.futures import wait
+
     line = lifeline.Lifeline()
     try:
         process = subprocess.Popen(
@@ -67,33 +69,23 @@ def ask(module: str, question: Mapping[str, Any], progress: Progress, path: Path
             pass_fds=line.descriptors,
         )
         line.started()
-        answers: list[bytes] = []
-        is_over = threading.Event()
         text = json.dumps(question).encode("ascii")
-
-        def talk() -> None:
-            try:
-                answers.append(process.communicate(text)[0])
-            finally:
-                is_over.set()
-
-        threading.Thread(target=talk, name="reader process", daemon=True).start()
+        answer = run_in_thread(process.communicate, text, name="reader process")
         try:
             progress.stage(tr("Reading {file}", file=path.name))
             looks = 0
-            # Not `Thread.join`: once interrupted, it takes the thread for ended (Python 3.11).
-            while not is_over.wait(_LOOK_S):
+            while not wait([answer], _LOOK_S).done:
                 looks += 1
                 progress.step(looks)
         finally:
             if process.poll() is None:
                 process.kill()
-            is_over.wait()
+            wait([answer])
     finally:
         line.close()
-    if process.returncode != 0 or not answers:
+    if process.returncode != 0 or answer.exception() is not None:
         raise InputError(Finding("file.memory-exceeded"), file=path)
-    return answers[0]
+    return answer.result()[0]
 
 
 def serve(answer: Callable[[dict[str, Any]], bytes]) -> int:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.faults.displacement import (
-    NO_ERRORS,
     Displacement,
     Errors,
     Separations,
@@ -20,9 +19,9 @@ from vomstudio.geology.faults.displacement import (
     net_slip_of_piercing_points,
     separations,
 )
-from vomstudio.geology.notation import format_azimuth
+from vomstudio.geology.faults.displacement_options import DisplacementOptions
+from vomstudio.geology.notation import format_azimuth, line_option, plane_option
 from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
-from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr, tr_n
@@ -71,37 +70,34 @@ def displacements(
     names: Sequence[str],
     hanging_wall: Floats,
     footwall: Floats,
-    fault: Plane,
-    *,
-    bed: Plane | None = None,
-    rake_deg: float | None = None,
-    slip: Line | None = None,
-    errors: Errors = NO_ERRORS,
+    options: DisplacementOptions,
 ) -> Displacements:
-    """hanging_wall, footwall : (n, 3) World, metres. Without a bed the points of a pair were one.
-    rake_deg : of the slip lineation, 0 to 180, as `orientation.rake_of` counts it; slip : that line
-    itself, in place of its rake.
-    Raises GeometryError where no pair has a result, UsageError for a slip without a bed,
-    a rake on a horizontal fault, and errors that are none."""
-    if bed is None and (rake_deg is not None or slip is not None):
-        raise UsageError(
-            tr("A slip direction needs the bed whose cut-offs were measured."), field="--bed"
-        )
-    if rake_deg is not None and not 0.0 <= rake_deg <= 180.0:
-        raise UsageError(
-            tr(
-                "The rake of a lineation is 0 to 180 degrees, from the right-hand-rule strike "
-                "down the dip."
-            ),
-            field="--rake",
-        )
-    check_errors(
-        {"--sigma": errors.sigma_m},
-        {
-            "--fault-error": errors.fault95_deg,
-            "--bed-error": errors.bed95_deg,
-            "--rake-error": errors.rake95_deg,
-        },
+    """Compute the displacements of pairs of points on both sides of a fault.
+
+    Parameters
+    ----------
+    names : sequence of str
+    hanging_wall, footwall : ndarray of float, shape (n, 3)
+        World, m. Without a bed the points of a pair were one.
+    options : DisplacementOptions
+
+    Returns
+    -------
+    Displacements
+
+    Raises
+    ------
+    GeometryError
+        If no pair has a result.
+    UsageError
+        For attitudes that cannot be read, and for a rake on a horizontal fault.
+    """
+    fault = plane_option(options.fault, "--fault")
+    bed = None if options.bed is None else plane_option(options.bed, "--bed")
+    slip = None if options.slip is None else line_option(options.slip, "--slip")
+    rake_deg = options.rake_deg
+    errors = Errors(
+        options.sigma_m, options.fault_error_deg, options.bed_error_deg, options.rake_error_deg
     )
     warnings: list[Message] = []
     if slip is not None:
@@ -150,13 +146,7 @@ def _said_of_slip(slip: Line, fault: Plane) -> list[str]:
 def _said_of_rake(fault: Plane) -> list[str]:
     """Of a fault whose strike is not the one that a reader may count the rake from."""
     if fault.undefined:
-        raise UsageError(
-            tr(
-                "A horizontal fault has no strike from which a rake could be counted. Give the "
-                "trend and plunge of the slip."
-            ),
-            field="--rake",
-        )
+        raise UsageError(Finding("displacement.rake-without-strike"), field="--rake")
     if not fault.vertical or fault.strike_rhr_deg < 180.0:
         return []
     return [

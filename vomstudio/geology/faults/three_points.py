@@ -19,7 +19,6 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
-from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -96,9 +95,7 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     """The three-point problem: points (n, 3) in World on one surface, n at least 3; of more than
     three the plane of least squares. sigma_m : standard deviation of each coordinate; without it
     the misfit of more than three points tells it, and their errors follow Student and Fisher with
-    n - 3 degrees of freedom. Raises GeometryError for fewer points and points on one line,
-    UsageError for a sigma that is none."""
-    check_errors({"--sigma": sigma_m})
+    n - 3 degrees of freedom. Raises GeometryError for fewer points and points on one line."""
     p = np.asarray(points, np.float64)
     if p.ndim != 2 or p.shape[1] != 3 or len(p) < 3 or not np.isfinite(p).all():
         raise GeometryError(tr("At least three points with finite x, y, z are needed."))

@@ -16,6 +16,7 @@ from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import (
     SlopeFace,
     critical_lines,
@@ -101,16 +102,13 @@ class FacetSlopes(Shown):
 def facet_slopes(
     table: OrientationRows,
     faces: Sequence[FacetFace],
-    friction_deg: float,
-    lateral_deg: float,
-    limits: str,
+    options: SlopeOptions,
     progress: Progress | None = None,
 ) -> FacetSlopes:
     """Shares of planes, and of intersections of all pairs of them, that are critical at each facet,
     as `table_slope` has them for its attitude; but of planes that are the facets themselves, each
     facet's own is none. A facet without a dip direction is skipped. Raises
-    GeometryError for a table without planes and where no facet is a slope, UsageError for angles
-    that cannot be."""
+    GeometryError for a table without planes and where no facet is a slope."""
     report = progress or Silent()
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
@@ -119,14 +117,12 @@ def facet_slopes(
             file=table.path,
             field="element",
         )
-    # Angles that cannot be are those of all facets.
-    SlopeFace(Plane(0.0, 90.0), friction_deg, lateral_deg, limits)
     slopes: list[tuple[FacetFace, SlopeFace]] = []
     skipped = []
     for facet in faces:
         try:
             plane = _faced(facet)
-            slopes.append((facet, SlopeFace(plane, friction_deg, lateral_deg, limits)))
+            slopes.append((facet, SlopeFace(plane, options)))
         except UsageError:
             reason = tr("The facet is horizontal: nothing slides out of it.")
             skipped.append({"id": facet.id, "reason": reason})
@@ -156,9 +152,9 @@ def facet_slopes(
     return FacetSlopes(
         n=len(rows),
         left_out=len(table) - len(rows),
-        friction_deg=float(friction_deg),
-        lateral_deg=float(lateral_deg),
-        limits=limits,
+        friction_deg=float(options.friction_deg),
+        lateral_deg=float(options.lateral_deg),
+        limits=options.limits,
         facets=tuple(facets),
         skipped=tuple(skipped),
         convention=table.convention,

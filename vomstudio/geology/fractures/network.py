@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
@@ -190,7 +189,7 @@ def fracture_network(
 
     counted = counted or Counted()
     said = [*warnings, *counted.warnings]
-    _check(lines, counted, snap_m, terzaghi_cap)
+    _check(lines, counted)
     area = counted.area
     pieces = pieces_of(lines, area, snap_m)
     nodes = nodes_of(pieces, snap_m, area)
@@ -320,15 +319,9 @@ def _ends_of(parameter: Parameter) -> tuple[float | None, float | None]:
     return parameter.low, parameter.high
 
 
-def _check(lines: Shapes, counted: Counted, snap_m: float, cap: float | None) -> None:
+def _check(lines: Shapes, counted: Counted) -> None:
     import shapely
 
-    if not (math.isfinite(snap_m) and snap_m >= 0):
-        raise GeometryError(tr("The tolerance must be 0 or more, in metres."), field="--snap")
-    if cap is not None and not (math.isfinite(cap) and cap >= 1):
-        raise GeometryError(
-            tr("Terzaghi weights begin at 1; the cap cannot be lower."), field="--terzaghi-cap"
-        )
     if counted.scanlines is not None and not float(shapely.length(counted.scanlines).sum()) > 0:
         raise GeometryError(
             tr("The scanline has no length. Draw it across the traces."), field="--scanline"

@@ -19,7 +19,6 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import effective_number, orientation_tensor, vollmer
 from vomstudio.words import tr
 
-WEIGHTINGS = ("error",)
 ERROR_COLUMNS = ("total95_deg", "max_confidence95_deg", "max_angular_error_deg")
 JOINT_95 = 2.447746830680816
 """Standard deviations that a joint region of two tilts reaches to, 95 %."""

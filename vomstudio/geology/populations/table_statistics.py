@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from vomstudio.core.findings import Message
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geology.populations.error_weights import WEIGHTINGS, Errors, errors_of
+from vomstudio.geology.populations.error_weights import Errors, errors_of
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
+from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
@@ -36,25 +37,25 @@ class TableStatistics(Shown):
 
 
 def table_statistics(
-    table: OrientationRows,
-    by: str | None = None,
-    directed: bool = False,
-    weights: str | None = None,
+    table: OrientationRows, options: StatisticsOptions | None = None
 ) -> TableStatistics:
-    """by : name or number of the column that names the sets, None for one set `all`. directed :
-    lines have a head and a tail. weights : "error" for each by its own error. Raises UsageError for
-    a column that is not there, and for errors that are not."""
-    if weights is not None and weights not in WEIGHTINGS:
-        raise ValueError(weights)
+    """Describe the sets of a table.
+
+    Raises
+    ------
+    UsageError
+        For a column that is missing, and for weights by errors without errors.
+    """
+    options = StatisticsOptions() if options is None else options
     warnings = list(table.warnings)
     vectors = table.vectors()
-    errors = None if weights is None else errors_of(table)
+    errors = None if options.weights is None else errors_of(table)
     found: dict[str, SetStatistics] = {}
-    for name, members in _sets(table, by, warnings).items():
+    for name, members in _sets(table, options.by, warnings).items():
         of = "poles" if table.is_plane[members[0]] else "lines"
         turns = None if table.turns is None else table.turns.of(members)
         own = None if errors is None else Errors(errors.error95_deg[members], errors.column)
-        found[name] = set_statistics(vectors[members], of, directed, turns, own)
+        found[name] = set_statistics(vectors[members], of, options.directed, turns, own)
     return TableStatistics(
         len(table), found, table.convention, tuple(table.dropped), tuple(warnings)
     )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
@@ -33,6 +33,8 @@ from vomstudio.geology.sets.discontinuities import (
     rests_on,
 )
 from vomstudio.geology.sets.girdles import without_gap
+from vomstudio.geology.sets.scanline import parse_scanline
+from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
 from vomstudio.geology.statistics import fisher
 from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
@@ -41,8 +43,6 @@ from vomstudio.words import tr, tr_n
 Floats = npt.NDArray[np.float64]
 
 LEVEL = 0.05
-MOST_SETS = 8
-"""Looked for where nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -117,21 +117,37 @@ class SetProposal(Shown):
 
 def propose_sets(
     table: OrientationRows,
+    options: SetOptions | None = None,
     *,
-    most: int | None = None,
-    exactly: int | None = None,
-    seeds: Sequence[Plane] = (),
     pieces: Pieces | None = None,
-    scanline: Floats | None = None,
     progress: Progress | None = None,
 ) -> SetProposal:
-    """most : sets looked for at most, MOST_SETS without it; exactly : this number; seeds : planes,
-    one for each set, in place of a proposed number; pieces : of all rows of the table; scanline :
-    (2, 3) ends, m.
+    """Propose sets among the planes of a table; lines are left out.
 
-    Sets are named S1, S2... by their size, or in the order of the seeds. Lines are left out. Raises
-    GeometryError for tables without planes, UsageError for numbers that cannot be.
+    Sets are named S1, S2... by their size, or in the order of the seeds.
+
+    Parameters
+    ----------
+    table : OrientationRows
+    options : SetOptions, optional
+    pieces : Pieces, optional
+        Places of all rows of the table.
+    progress : Progress, optional
+
+    Returns
+    -------
+    SetProposal
+
+    Raises
+    ------
+    GeometryError
+        If the table has no planes.
+    UsageError
+        For more sets than planes, seeds that are not planes or alike, and a scanline without
+        places.
     """
+    options = SetOptions() if options is None else options
+    scanline = parse_scanline(options.scanline)
     rows = np.flatnonzero(table.is_plane)
     warnings = list(table.warnings)
     if not len(rows):
@@ -142,18 +158,15 @@ def propose_sets(
             tr_n("{count} line is left out.", "{count} lines are left out.", len(table) - len(rows))
         )
     if scanline is not None and pieces is None:
-        raise UsageError(
-            tr("A scanline needs to know where the planes are: columns x, y, z."),
-            field="--scanline",
-        )
+        raise UsageError(Finding("sets.no-places"), field="--scanline")
     poles = table.vectors()[rows]
     progress = progress or Silent()
     progress.stage(tr("Clustering planes"))
-    found = sets_among(poles, most=most, exactly=exactly, seeds=seeds)
+    found = sets_among(poles, options)
     members = None if pieces is None else pieces.rows(rows)
     found = described(found, poles, members, scanline, progress)
     warnings += found.warnings
-    if not found.sets and not seeds:
+    if not found.sets and options.seeds is None:
         warnings.append(
             tr(
                 "No set stands out from an even scatter. A set needs at least {count} planes; "
@@ -271,18 +284,32 @@ def fit_of(poles: Floats) -> SetFit:
 
 
 def sets_among(
-    poles: Floats,
-    *,
-    most: int | None = None,
-    exactly: int | None = None,
-    seeds: Sequence[Plane] = (),
-    places: Floats | None = None,
+    poles: Floats, options: SetOptions | None = None, *, places: Floats | None = None
 ) -> SetProposal:
-    """Of poles (n, 3), unit vectors either end up, n > 0. exactly : this number of sets, in place
-    of a proposed one; where fewer can be told apart a warning says so. The others as in
-    `propose_sets`, places (n, 3). Raises UsageError for numbers that cannot be."""
+    """Propose sets among poles.
+
+    Parameters
+    ----------
+    poles : ndarray of float, shape (n, 3)
+        Unit vectors, either end up; n > 0.
+    options : SetOptions, optional
+        A warning reports fewer distinct sets than `exactly`.
+    places : ndarray of float, shape (n, 3), optional
+        Places of the planes, World, m.
+
+    Returns
+    -------
+    SetProposal
+
+    Raises
+    ------
+    UsageError
+        For more sets than planes, and for seeds that are not planes or alike.
+    """
+    options = SetOptions() if options is None else options
+    exactly, seeds = options.exactly, parse_seeds(options.seeds)
     warnings: list[Message] = []
-    mixture, criteria = _mixture(poles, most, exactly, seeds)
+    mixture, criteria = _mixture(poles, options.max_sets, exactly, seeds)
     group = mixture.assigned()
     cones = cones95_deg(poles, mixture)
     order = list(range(mixture.k))
@@ -361,39 +388,28 @@ def parse_seeds(text: str | None) -> tuple[Plane, ...]:
         try:
             found.append(parse_plane(word, "dipdir/dip"))
         except InputError as error:
-            raise UsageError(
-                tr("“{text}” is no plane; write dip direction/dip, like 120/45,300/80.", text=word),
-                field="--seeds",
-            ) from error
+            finding = Finding("sets.seed-not-a-plane", text=word)
+            raise UsageError(finding, field="--seeds") from error
     return tuple(found)
 
 
 def _mixture(
     poles: Floats, most: int | None, exactly: int | None, seeds: Sequence[Plane]
 ) -> tuple[Mixture, list[float]]:
-    if most is not None and most < 1:
-        raise UsageError(tr("At least one set must be allowed."), field="--max-sets")
-    if exactly is not None and not 1 <= exactly <= len(poles):
-        raise UsageError(
-            tr("The number of sets is from 1 to the number of planes, {n}.", n=len(poles)),
-            field="--exactly",
-        )
+    if exactly is not None and exactly > len(poles):
+        raise UsageError(Finding("sets.too-many", sets=exactly, n=len(poles)), field="--exactly")
     if not seeds:
         if exactly is not None:
             return propose_clusters(poles, exactly, exactly=True)
-        return propose_clusters(poles, MOST_SETS if most is None else most)
+        return propose_clusters(poles, DEFAULT_MAX_SETS if most is None else most)
     if most is not None and len(seeds) > most:
         raise UsageError(
-            tr("{count} seeds make more sets than {most}.", count=len(seeds), most=most),
-            field="--seeds",
+            Finding("sets.too-many-seeds", seeds=len(seeds), max_sets=most), field="--seeds"
         )
     axes = planes_to_poles([s.dip_direction_deg for s in seeds], [s.dip_deg for s in seeds])
     near = np.abs(axes @ axes.T) > math.cos(math.radians(1.0))
     if (near & ~np.eye(len(axes), dtype=bool)).any():
-        raise UsageError(
-            tr("Two seeds are less than 1 degree apart; they would make the same set."),
-            field="--seeds",
-        )
+        raise UsageError(Finding("sets.equal-seeds"), field="--seeds")
     return clusters_from_seeds(poles, axes), []
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+
+from vomstudio.core.threads import PROCESSORS, thread_pool
 
 _SMALLEST = 50_000
 """Elements of a piece: to hand it to a thread costs some tens of microseconds."""
@@ -20,12 +20,12 @@ def in_pieces(count: int) -> Iterator[Run]:
     and returns when all are done. Few elements are one piece, in this thread. The work is a kernel,
     which lets go of the GIL, and writes to its own elements only.
     """
-    pieces = min(os.cpu_count() or 1, count // _SMALLEST)
+    pieces = min(PROCESSORS, count // _SMALLEST)
     if pieces < 2:
         yield partial(_alone, count)
         return
     ends = [count * i // pieces for i in range(pieces + 1)]
-    with ThreadPoolExecutor(pieces - 1) as pool:
+    with thread_pool(pieces - 1) as pool:
 
         def run(work: Callable[[int, int], object]) -> None:
             others = [pool.submit(work, *ends[i : i + 2]) for i in range(1, pieces)]

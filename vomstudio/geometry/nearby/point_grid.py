@@ -6,15 +6,14 @@ memory, a compiled walk over the cells keeps the sums alone.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.progress import Progress, Silent
 
@@ -24,7 +23,7 @@ Ints = npt.NDArray[np.int64]
 _MOST_CELLS = 2_000_000
 """Along an axis, so that the number of a cell fits into 63 bits."""
 _PLACES_AT_ONCE = 20_000
-_THREADS = 4
+_MAX_THREADS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,18 +193,13 @@ class PointGrid:
 def in_blocks(
     work: Callable[[slice], Any], k: int, progress: Progress, size: int = _PLACES_AT_ONCE
 ) -> None:
-    """`work` on all k rows, `size` at a time, in threads: it must let go of the GIL. Raises
-    Cancelled through `progress`, whose steps are rows."""
+    """Do work on k rows, in blocks of `size` rows and in threads: it must release the GIL.
+
+    The steps of `progress` are rows. Raises Cancelled through `progress`.
+    """
     blocks = [slice(at, min(at + size, k)) for at in range(0, k, size)]
-    if len(blocks) < 2:
-        for block in blocks:
-            work(block)
+    results = map_parallel(work, blocks, min(_MAX_THREADS, PROCESSORS))
+    for block, _ in zip(blocks, results, strict=True):
+        progress.step(block.stop)
+    if not blocks:
         progress.step(k)
-        return
-    with ThreadPoolExecutor(max(1, min(_THREADS, os.cpu_count() or 1))) as pool:
-        try:
-            for block, _ in zip(blocks, pool.map(work, blocks), strict=True):
-                progress.step(block.stop)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise

@@ -15,7 +15,6 @@ import math
 import os
 import shutil
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -25,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.threads import thread_pool
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import make_folder
@@ -101,7 +101,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         raise _unwritable(folder, error) from error
     try:
         # What is worked out takes as long as the writing, and can go on beside it.
-        with ThreadPoolExecutor(2) as pool:
+        with thread_pool(2) as pool:
             spacing = pool.submit(resolution, data)
             order = pool.submit(_order_of, data)
             _write(draft, arrays)

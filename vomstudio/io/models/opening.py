@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.threads import run_in_thread
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
 from vomstudio.files.memory_limit import limited_by
@@ -84,22 +85,23 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     """As the reader gives it."""
     progress = progress or Silent()
     reader = choose_reader(path, read_head(path))
-    hasher = _Hasher(path)
-    hasher.start()
+    is_stopped = threading.Event()
+    # hashlib releases the GIL, and the file is read only once while it is in memory.
+    content_hash = run_in_thread(file_hash, path, lambda: not is_stopped.is_set(), name="file hash")
     try:
         # Damaged files hold NaN of every kind; readers look for them themselves.
         with np.errstate(all="ignore"), limited_by(path):
             loaded = reader.read(path, progress)
     except MemoryError:
-        hasher.stop()
+        is_stopped.set()
         raise InputError(
             tr("The model is larger than the free memory. Divide it into tiles."), file=path
         ) from None
     except BaseException:
-        hasher.stop()
+        is_stopped.set()
         raise
     loaded = _with_fields_that_are_meant(loaded)
-    return replace(loaded, path=path, content_hash=loaded.content_hash or hasher.result())
+    return replace(loaded, path=path, content_hash=loaded.content_hash or content_hash.result())
 
 
 def _with_fields_that_are_meant(loaded: LoadedModel) -> LoadedModel:
@@ -119,49 +121,20 @@ def _with_fields_that_are_meant(loaded: LoadedModel) -> LoadedModel:
 
 
 def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:
-    """sha256 of a file in hex; senseless where it is no longer `wanted`. Raises InputError where it
-    cannot be read."""
-    hasher = _Hasher(path, wanted)
-    hasher.run()
-    return hasher.result()
+    """Compute the SHA-256 of a file in hex; of a part of it if it is no longer `wanted`.
 
-
-class _Hasher(threading.Thread):
-    """sha256 beside the reading: hashlib lets go of the GIL, and the file is in memory then."""
-
-    def __init__(self, path: Path, wanted: Callable[[], bool] = lambda: True) -> None:
-        super().__init__(daemon=True)
-        self._path, self._wanted = path, wanted
-        self._stopped = False
-        self._digest = ""
-        self._error: OSError | InputError | None = None
-
-    def run(self) -> None:
-        total = hashlib.sha256()
-        try:
-            with open_regular(self._path) as file:
-                while (
-                    not self._stopped and self._wanted() and (block := file.read(HASH_BLOCK_BYTES))
-                ):
-                    total.update(block)
-        except (InputError, OSError) as error:
-            self._error = error
-        self._digest = total.hexdigest()
-
-    def stop(self) -> None:
-        self._stopped = True
-
-    def result(self) -> str:
-        if self.is_alive():
-            self.join()
-        if isinstance(self._error, InputError):
-            raise self._error
-        if self._error is not None:
-            raise InputError(
-                tr("The file cannot be read ({reason}).", reason=self._error.strerror),
-                file=self._path,
-            )
-        return self._digest
+    Raises InputError if the file cannot be read.
+    """
+    total = hashlib.sha256()
+    try:
+        with open_regular(path) as file:
+            while wanted() and (block := file.read(HASH_BLOCK_BYTES)):
+                total.update(block)
+    except OSError as error:
+        raise InputError(
+            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
+        ) from error
+    return total.hexdigest()
 
 
 def resolution(data: Mesh | PointCloud) -> float:

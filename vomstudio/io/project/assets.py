@@ -12,13 +12,13 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Asset, Mask
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import make_folder
 from vomstudio.files.regular import open_regular, read_whole
-from vomstudio.words import tr
 
 FOLDER = "assets"
 _MOST_HELD = 64 * 1024 * 1024
@@ -38,13 +38,9 @@ def asset_path(project: Path, asset: Asset) -> Path:
     """Where it is. Raises InputError where it is not there any more, or names another place."""
     path = project / asset.path
     if Path(asset.path).parts[:-1] != (FOLDER,):
-        raise InputError(
-            tr("The name points to a file outside of the project's assets."), file=project
-        )
+        raise InputError(Finding("asset.outside", asset=asset.path), file=project)
     if not path.is_file():
-        raise InputError(
-            tr("The file is missing from the project. It held the mask of a photo."), file=path
-        )
+        raise InputError(Finding("asset.missing"), file=path)
     return path
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.codec import encode_edit
 from vomstudio.document.edit import Edit
 from vomstudio.document.journal import RowKind
@@ -25,10 +26,9 @@ from vomstudio.files.disk_troubles import not_written, reason_of
 from vomstudio.files.inside import links_of, make_folder, place_inside
 from vomstudio.io.project.assets import FOLDER
 from vomstudio.io.project.journal import NAME, SqliteJournal
+from vomstudio.io.project.journal_failures import NotWritten
 from vomstudio.io.project.journal_ground import head_of
-from vomstudio.io.project.journal_trouble import NotWritten
 from vomstudio.io.project.verify import assets_of
-from vomstudio.words import tr
 
 BEFORE = "journal-before-compaction.sqlite"
 NEW = "journal-compacted.sqlite"
@@ -75,16 +75,11 @@ def compact(folder: Path, session: Session, journal: SqliteJournal) -> Compacted
     """Write the journal anew and put unused files aside. Raises DocumentError where something is
     not saved, TargetError where it cannot be written; then nothing has changed."""
     if session.dirty:
-        raise DocumentError(tr("Save the project first: what is not saved must stay reachable."))
+        raise DocumentError(Finding("compaction.unsaved"))
     if journal.waits:
-        raise DocumentError(tr("Some steps are in memory only. Save the project elsewhere first."))
+        raise DocumentError(Finding("compaction.in-memory"))
     if session.problems:
-        raise DocumentError(
-            tr(
-                "The project's journal has damaged rows, which compacting would delete. "
-                "Repair the project first."
-            )
-        )
+        raise DocumentError(Finding("compaction.damaged"))
     new = folder / NEW
     try:
         numbers = write_anew(new, session, journal)
@@ -183,7 +178,7 @@ def take_back(folder: Path, session: Session, journal: SqliteJournal, made: Comp
     nothing has changed, and it can be tried again."""
     before, new = folder / BEFORE, folder / NEW
     if not before.is_file():
-        raise DocumentError(tr("The journal from before the compaction no longer exists."))
+        raise DocumentError(Finding("compaction.none"))
     # First: a file too many does no harm, one that a record names and that is not there does.
     _bring_back_files(folder)
     remove(new)
@@ -222,10 +217,7 @@ def _bring_back_files(folder: Path) -> None:
         aside.rmdir()
     except OSError as error:
         raise TargetError(
-            tr(
-                "The file cannot be written ({reason}). Check the drive and its rights.",
-                reason=reason_of(folder, error),
-            ),
+            Finding("file.not-written", reason=reason_of(folder, error)),
             file=folder / FOLDER,
         ) from error
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.collector import no_collection
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
@@ -77,10 +78,7 @@ def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:
     """Raises InputError where there is nothing to export."""
     if not any(isinstance(r, Feature) for r in records.values()):
         raise InputError(
-            tr(
-                "The project has no features yet, so there is nothing to export. Measure "
-                "some first."
-            ),
+            Finding("export.no-features"),
             file=folder,
         )
 
@@ -169,11 +167,7 @@ def _format_named(word: str) -> str:
     """One of FORMATS, in capitals or not. Raises UsageError."""
     if word.casefold() not in FORMATS:
         raise UsageError(
-            tr(
-                "This version cannot write “{format}”. Choose one of {formats}.",
-                format=word,
-                formats=", ".join(FORMATS),
-            ),
+            Finding("option.not-a-choice", value=word, choices=list(FORMATS)),
             field="--to",
         )
     return word.casefold()

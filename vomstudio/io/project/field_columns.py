@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from vomstudio.core.findings import Finding
 from vomstudio.io.project.field_table import FieldTable, is_orientation, number_in
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.tables import COORDINATES
-from vomstudio.words import tr
 
 _NAMES = {"name", "label", "reading", "measurement", "station", "locality", "site", "dataid"}
 _DEGREES = {"longitude": {"longitude", "long", "lon", "lng"}, "latitude": {"latitude", "lat"}}
@@ -26,7 +26,7 @@ class Guess:
 
     columns: Mapping[str, int]
     notation: str | None
-    remarks: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 def guess(table: FieldTable) -> Guess:
@@ -86,26 +86,19 @@ def guess(table: FieldTable) -> Guess:
         found["text"] = _text_column(table)
     if notation is None and found["text"] is not None:
         notation = _said_by_text(table, found["text"])
-    remarks = []
+    findings = []
     declination = first({"declination", "magneticdeclination", "magdec", "decl"})
     if declination is not None:
         values = sorted({row[declination] for row in table.rows} - {""})
-        remarks.append(
-            tr(
-                "The column “{column}” ({value}) is not applied automatically. Choose the north "
-                "reference and enter the declination.",
-                column=table.label(declination),
-                value=values[0],
-            )
-            if len(values) == 1
-            else tr(
-                "The column “{column}” ({count} different values) is not applied automatically. "
-                "Choose the north reference and enter the declination.",
+        findings.append(
+            Finding(
+                "reading.declination-column",
                 column=table.label(declination),
                 count=len(values),
+                first=values[0] if values else "",
             )
         )
-    return Guess(_once(found), notation, tuple(remarks))
+    return Guess(_once(found), notation, tuple(findings))
 
 
 def _guess_without_names(table: FieldTable) -> Guess:

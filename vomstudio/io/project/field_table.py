@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geology.notation import parse_line, parse_plane
@@ -21,7 +22,6 @@ from vomstudio.io.text.rows import (
     rejoined_header,
     sniff,
 )
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class FieldTable:
     delimiter: str
     rows: list[list[str]]
     lines: list[int]
-    ragged: Mapping[int, str]
+    ragged: Mapping[int, Finding]
     notes: tuple[str, ...]
     comments: tuple[str, ...] = ()
 
@@ -62,7 +62,7 @@ def read_field_table(path: str | Path) -> FieldTable:
         line.strip().lstrip("#").strip() for line in lines if line.lstrip().startswith("#")
     )
     if not kept:
-        raise InputError(tr("The table has no rows. A table of readings needs some."), file=path)
+        raise InputError(Finding("table.no-rows"), file=path)
     delimiter = sniff([line for _, line in kept[:200]])
     if all(is_orientation(line) for _, line in kept[1:20]) and len(kept) > 1:
         rows = [[line.strip()] for _, line in kept]  # each line is one reading: N42E 41SE
@@ -77,29 +77,14 @@ def read_field_table(path: str | Path) -> FieldTable:
             first = rejoined_header(first, [], rows)
     names = tuple(first) if header else None
     if not rows:
-        raise InputError(
-            tr("There is nothing below the header. A table of readings needs rows."), file=path
-        )
+        raise InputError(Finding("table.no-rows"), file=path)
     width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]
     ragged = {}
     for i, row in enumerate(rows):
         while len(row) > width and not row[-1]:
             row.pop()
         if len(row) != width:
-            ragged[i] = (
-                tr(
-                    "The row has {count} cells instead of {expected}. Put cells with commas in "
-                    "quotation marks.",
-                    count=len(row),
-                    expected=width,
-                )
-                if len(row) > width
-                else tr(
-                    "The row has {count} cells instead of {expected}.",
-                    count=len(row),
-                    expected=width,
-                )
-            )
+            ragged[i] = Finding("table.other-cell-count", cells=len(row), expected=width)
             row[:] = (row + [""] * width)[:width]
     return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes), comments)
 

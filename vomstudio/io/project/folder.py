@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Feature, Mask, Model, Reconstruction
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
@@ -31,7 +32,7 @@ from vomstudio.io.project.assets import Assets
 from vomstudio.io.project.comparisons import FOLDER as COMPARISONS
 from vomstudio.io.project.journal import NAME as JOURNAL
 from vomstudio.io.project.journal import SqliteJournal, read_replay
-from vomstudio.io.project.journal_trouble import Trouble
+from vomstudio.io.project.journal_failures import is_lost
 from vomstudio.io.project.reconstructions import (
     RECONSTRUCTIONS,
     copy_reconstructions,
@@ -39,7 +40,6 @@ from vomstudio.io.project.reconstructions import (
 )
 from vomstudio.io.project.repair import Repaired, repair
 from vomstudio.io.project.sidecar_import import PHOTO_TABLES
-from vomstudio.words import tr
 
 SUFFIX = ".vom"
 MODELS = "models"
@@ -62,24 +62,24 @@ class Project:
         self.folder = folder
         self._lock = lock
         self._cache = folder / "cache" if lock is not None else _passing_folder(folder / "cache")
-        self._tell_trouble: Callable[[Trouble | None], object] | None = None
+        self._report_failure: Callable[[Finding | None], object] | None = None
         self.assets = Assets(lambda: self.folder, lambda: self.journal.is_in_place)
         self._take(journal)
         self._settings = settings
         self.session = Session(journal, settings)
         self._compacted: compaction.Compacted | None = None
-        self.problems: list[str] = list(self.session.problems)
-        """Sentences on what could not be read."""
+        self.problems: list[Finding] = list(self.session.problems)
+        """What could not be read."""
 
     def _take(self, journal: SqliteJournal) -> None:
         self.journal = journal
-        if self._tell_trouble is not None:
-            journal.wait_in_memory(self._tell_trouble, self._hold_again, self._write_first)
+        if self._report_failure is not None:
+            journal.wait_in_memory(self._report_failure, self._hold_again, self._write_first)
 
-    def wait_in_memory(self, tell: Callable[[Trouble | None], object]) -> None:
+    def wait_in_memory(self, tell: Callable[[Finding | None], object]) -> None:
         """From now on steps that cannot be written wait in memory, as `SqliteJournal` has it; for
         programs that stay open, and say so. Where nothing can be written that is told at once."""
-        self._tell_trouble = tell
+        self._report_failure = tell
         self._take(self.journal)
         self.assets.hold_all()
         self.session.changed.connect(self.assets.hold)
@@ -103,15 +103,15 @@ class Project:
             self._lock.release()
 
     @property
-    def trouble(self) -> Trouble | None:
+    def write_failure(self) -> Finding | None:
         """Why the next step cannot be written, as far as that is known."""
-        return self.journal.trouble()
+        return self.journal.write_failure()
 
     @property
     def _is_there(self) -> bool:
         """The folder at the project's place is this project's."""
-        trouble = self.trouble
-        return trouble is None or not trouble.lost
+        failure = self.write_failure
+        return failure is None or not is_lost(failure)
 
     @classmethod
     def create(cls, folder: Path, *, settings: Callable[[], Mapping[str, Any]] = dict) -> Project:
@@ -120,14 +120,11 @@ class Project:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                tr(
-                    "The folder cannot be created ({reason}). Choose another place.",
-                    reason=reason_of(folder.parent, error),
-                ),
+                Finding("folder.not-created", reason=reason_of(folder.parent, error)),
                 file=folder,
             ) from error
         if (folder / JOURNAL).exists():
-            raise TargetError(tr("There is already a project here."), file=folder)
+            raise TargetError(Finding("project.exists"), file=folder)
         return cls._held(folder, settings, create=True)
 
     @classmethod
@@ -217,7 +214,7 @@ class Project:
     def take_back_compaction(self) -> None:
         """Raises DocumentError where the project was not compacted since it was opened."""
         if self._compacted is None:
-            raise DocumentError(tr("The project was not compacted since it was opened."))
+            raise DocumentError(Finding("compaction.none"))
         compaction.take_back(self.folder, self.session, self.journal, self._compacted)
         self._compacted = None
 
@@ -227,20 +224,20 @@ class Project:
         self.problems = []
         return made
 
-    def save_as(self, folder: Path) -> list[str]:
-        """Move to another folder: history, copies and reconstructions go along. A project with a
-        name stays behind as it was last saved; an untitled one is gone. Where the folder is gone or
-        was replaced, what is in memory goes along; sentences say what does not. Nobody may be at
-        work in its folder. Raises TargetError."""
+    def save_as(self, folder: Path) -> list[Finding]:
+        """Move to another folder: history, copies and reconstructions go along.
+
+        A project with a name stays behind as it was last saved; an untitled one is deleted. If the
+        folder is gone or was replaced, what is in memory goes along, and findings report what does
+        not. No job may be at work in its folder. Raises TargetError.
+        """
         if folder.exists() and not folder.is_dir():
-            raise TargetError(
-                tr("There is already a file of this name. Choose another name."), file=folder
-            )
+            raise TargetError(Finding("file.exists"), file=folder)
         if folder.exists() and any(folder.iterdir()):
-            raise TargetError(tr("The folder is not empty. Choose another name."), file=folder)
+            raise TargetError(Finding("folder.not-empty"), file=folder)
         part = folder.with_name(folder.name + ".part")
         there, left, untitled = self._is_there, self.folder, self.untitled
-        troubled = self.trouble is not None
+        failed = self.write_failure is not None
         try:
             shutil.rmtree(part, ignore_errors=True)
             part.mkdir(parents=True)
@@ -259,7 +256,7 @@ class Project:
         lock, journal = _taken_hold(folder)
         was_dirty = self.session.dirty
         old = self.session.use_journal(journal, numbers)
-        if was_dirty and not untitled and self.trouble is None:
+        if was_dirty and not untitled and self.write_failure is None:
             left_behind = Session(old)
             left_behind.discard_unsaved()
         old.close()
@@ -268,16 +265,16 @@ class Project:
         self.folder, self._lock, self._cache = folder, lock, folder / "cache"
         self._take(journal)
         self.session.mark_saved()
-        if self._tell_trouble is not None and troubled:
-            self._tell_trouble(None)
+        if self._report_failure is not None and failed:
+            self._report_failure(None)
         if moves:
             move_reconstructions(left, folder)
         if untitled and there:
             shutil.rmtree(left, ignore_errors=True)
         return [] if there else self._left_behind()
 
-    def _left_behind(self) -> list[str]:
-        """What could not be taken along from a folder that is gone or was replaced."""
+    def _left_behind(self) -> list[Finding]:
+        """Report what could not be copied from a folder that is gone or was replaced."""
         made = self.folder / RECONSTRUCTIONS
         missing = [
             *(m.name for m in self.session.of(Model) if self.find_model(m) is None),
@@ -286,23 +283,18 @@ class Project:
         ]
         if not missing:
             return []
-        return [
-            tr(
-                "These had files in the folder that is gone, and need them again: {names}.",
-                names=", ".join(missing),
-            )
-        ]
+        return [Finding("project.files-left-behind", names=missing)]
 
     def _copy_journal(self, path: Path) -> Mapping[int, int] | None:
         """The history in a new file; the numbers of its rows by those of now where they differ.
         Raises TargetError."""
-        trouble = self.trouble
-        if trouble is None or trouble.cause != "replaced":
+        failure = self.write_failure
+        if failure is None or failure.code != "journal.replaced":
             try:
                 self.journal.copy_to(path)
                 return None
             except TargetError:
-                if trouble is None:
+                if failure is None:
                     raise
         # What is at its place cannot be read, or is another: all that can be reached is known.
         return compaction.write_anew(path, self.session, None, self._settings())
@@ -396,14 +388,10 @@ def project_folder(path: Path) -> Path:
     if is_regular(path) and path.parent.suffix == SUFFIX:
         path = path.parent
     if not is_there(path):
-        raise InputError(tr("There is no such project. Check its name."), file=path)
+        raise InputError(Finding("project.missing"), file=path)
     if not is_regular(path / JOURNAL):
         raise InputError(
-            tr(
-                "This is not a VOM Studio project (a folder NAME{suffix} with {journal}).",
-                suffix=SUFFIX,
-                journal=JOURNAL,
-            ),
+            Finding("project.not-a-project"),
             file=path,
         )
     return path

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Record
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
@@ -24,7 +25,6 @@ from vomstudio.io.gis.qml import Style, qml
 from vomstudio.io.project.map_styles import style_of
 from vomstudio.tables.project_layers import Layer
 from vomstudio.tables.project_table import ProjectTable
-from vomstudio.words import tr
 
 _TYPES = {"point": "Point Z", "line": "LineString Z", "ring": "Polygon Z"}
 
@@ -96,9 +96,7 @@ def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> No
                 rows,
             )
     except sqlite3.Error as error:
-        raise TargetError(
-            tr("The styles cannot be written ({error}).", error=error), file=part
-        ) from error
+        raise TargetError(Finding("file.not-written", reason=error), file=part) from error
 
 
 def _extent(layer: Layer) -> tuple[float, float, float, float]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue
 from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import UsageError
@@ -19,7 +20,6 @@ from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.gis import dxf, shapefile
 from vomstudio.io.models.writers._common import prj_text, says_the_same
 from vomstudio.tables.project_layers import Layer
-from vomstudio.words import tr
 
 SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
 """Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
@@ -36,7 +36,7 @@ def write_shapefiles(
     itself, the others as `NAME_layer.shp` beside it. All or none are written. Raises UsageError for
     another ending, TargetError."""
     if out.suffix.lower() != ".shp":
-        raise UsageError(tr("The name of a shapefile ends in .shp. Give it that ending."), file=out)
+        raise UsageError(Finding("export.not-shp"), file=out)
     # O.SHP is written as O.shp: its parts must have one name where case counts.
     names = [
         out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")

@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.journal import Replay, Row, RowKind, replay
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import not_written
@@ -23,13 +24,14 @@ from vomstudio.files.names import writable
 from vomstudio.files.regular import require_regular
 from vomstudio.files.untrusted.databases import harden, open_to_read
 from vomstudio.io.project.journal_connection import JournalConnection
+from vomstudio.io.project.journal_failures import NotWritten, is_lost
 from vomstudio.io.project.journal_ground import (
     Ground,
     copy_database,
     leave_alone,
     only_reads,
     open_error,
-    trouble_of,
+    write_failure_of,
     writing_was_cut_off,
 )
 from vomstudio.io.project.journal_json import dump_json
@@ -46,9 +48,7 @@ from vomstudio.io.project.journal_rows import (
     text_of,
 )
 from vomstudio.io.project.journal_shape import require_plain, require_sound
-from vomstudio.io.project.journal_trouble import NotWritten, Trouble
 from vomstudio.version import __version__
-from vomstudio.words import tr
 
 APPLICATION_ID = 0x564F4D31  # "VOM1"
 NAME = "journal.sqlite"
@@ -88,8 +88,8 @@ class SqliteJournal:
         self.path = path
         self._waiting: list[NewRow] = []
         self._is_open = False
-        self._trouble: Trouble | None = None
-        self._tell: Callable[[Trouble | None], object] | None = None
+        self._failure: Finding | None = None
+        self._tell: Callable[[Finding | None], object] | None = None
         self._come_back: Callable[[], object] = lambda: None
         self._write_first: Callable[[], object] = lambda: None
         self._open(create)
@@ -98,11 +98,9 @@ class SqliteJournal:
         path = self.path
         _check_side_files(path)
         if create and path.exists():
-            raise TargetError(tr("There is already a project here."), file=path)
+            raise TargetError(Finding("project.exists"), file=path)
         if not create and not path.is_file():
-            raise InputError(
-                tr("This is not a VOM Studio project: journal.sqlite is missing."), file=path
-            )
+            raise InputError(Finding("project.not-a-project"), file=path)
         try:
             checked = create or _checked(path)
             # A window has it read in a thread of its own; two threads never use it at a time.
@@ -181,7 +179,7 @@ class SqliteJournal:
                 raise
             if self._head.seq < seq:
                 self._waiting.append(row)
-            self._told(error.trouble)
+            self._told(error.failure)
         else:
             self._told(None)
         return seq
@@ -190,8 +188,8 @@ class SqliteJournal:
         """Write these rows, and be sure that they are where the project is. Raises NotWritten."""
         if not self._is_open:
             self._open_again()
-        if (trouble := self._ground.trouble(self._head)) is not None and not self._returned():
-            raise self._not_written(trouble)
+        if (failure := self._ground.write_failure(self._head)) is not None and not self._returned():
+            raise NotWritten(failure, self.path)
         try:
             self._write_first()
             try:
@@ -205,11 +203,11 @@ class SqliteJournal:
         except NotWritten:
             raise
         except (sqlite3.Error, VomError, OSError) as error:
-            raise self._not_written(trouble_of(error, self.path)) from error
+            raise NotWritten(write_failure_of(error, self.path), self.path) from error
         self._head = rows[-1].head
         self._waiting = []
-        if (trouble := self._ground.note_written()) is not None:
-            raise self._not_written(trouble)
+        if (failure := self._ground.note_written()) is not None:
+            raise NotWritten(failure, self.path)
 
     def _write(self, rows: list[NewRow]) -> None:
         self._db.execute("BEGIN IMMEDIATE")
@@ -229,26 +227,17 @@ class SqliteJournal:
             self._open(create=False)
         except VomError as error:
             cause = error.__cause__ if isinstance(error.__cause__, sqlite3.Error) else None
-            trouble = trouble_of(cause or sqlite3.OperationalError(error.message), self.path)
-            raise self._not_written(trouble) from error
+            failure = write_failure_of(cause or sqlite3.OperationalError(error.message), self.path)
+            raise NotWritten(failure, self.path) from error
         if self._head != expected:
             self.let_go()
             self._head = expected
-            raise self._not_written(Trouble("replaced", tr("The journal is another one.")))
-
-    def _not_written(self, trouble: Trouble) -> NotWritten:
-        if self._tell is not None:
-            advice = tr("Save the project elsewhere (File > Save as).")
-        elif trouble.lost:
-            advice = tr("Nothing was changed. Bring the project back to its place and open it.")
-        else:
-            advice = tr("Nothing was changed. Free some space or check the drive, then try again.")
-        return NotWritten(trouble, self.path, advice)
+            raise NotWritten(Finding("journal.replaced"), self.path)
 
     # --- where the file cannot be written ----------------------------------------------------
     def wait_in_memory(
         self,
-        tell: Callable[[Trouble | None], object],
+        tell: Callable[[Finding | None], object],
         come_back: Callable[[], object],
         write_first: Callable[[], object],
     ) -> None:
@@ -269,16 +258,16 @@ class SqliteJournal:
             self._db.execute("BEGIN IMMEDIATE")
             self._db.execute("ROLLBACK")
         except (sqlite3.Error, VomError, OSError) as error:
-            self._told(trouble_of(error, self.path))
+            self._told(write_failure_of(error, self.path))
 
-    def _told(self, trouble: Trouble | None) -> None:
-        if self._tell is not None and trouble != self._trouble:
-            self._trouble = trouble
-            self._tell(trouble)
+    def _told(self, failure: Finding | None) -> None:
+        if self._tell is not None and failure != self._failure:
+            self._failure = failure
+            self._tell(failure)
 
-    def trouble(self) -> Trouble | None:
+    def write_failure(self) -> Finding | None:
         """Why the next row cannot be written, as far as that is known."""
-        return (self._ground.trouble(self._head) if self._is_open else None) or self._trouble
+        return (self._ground.write_failure(self._head) if self._is_open else None) or self._failure
 
     @property
     def is_in_place(self) -> bool:
@@ -345,7 +334,7 @@ class SqliteJournal:
     # --- view state: camera, visibility, panels ----------------------------------------------
     def set_view(self, key: str, value: Any) -> None:
         # A lost camera is no loss of work: view state never stands in the way of an edit.
-        if self._ground.trouble(self._head) is not None:
+        if self._ground.write_failure(self._head) is not None:
             return
         try:
             self._db.execute("INSERT OR REPLACE INTO view VALUES (?, ?)", (key, json.dumps(value)))
@@ -379,7 +368,7 @@ class SqliteJournal:
         except sqlite3.Error as error:
             raise not_written(path, error) from error
         if not whole:
-            raise TargetError(tr("The journal cannot be read to be copied."), file=path)
+            raise TargetError(Finding("journal.not-copied"), file=path)
 
     def change_over(self, head: Head) -> None:
         """Go on in the journal that has taken the place of this one, which is closed. Raises as the
@@ -400,8 +389,8 @@ class SqliteJournal:
         if not self._is_open:
             return
         self._is_open = False
-        trouble = self._ground.trouble(self._head)
-        if trouble is not None and trouble.lost:
+        failure = self._ground.write_failure(self._head)
+        if failure is not None and is_lost(failure):
             leave_alone(self._db, self.path, log_is_ours=self._ground.has_log_of_ours())
             self._ground.close()
             return
@@ -439,7 +428,7 @@ def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:
     path = path / NAME if path.is_dir() else path
     if not path.is_file():
         raise InputError(
-            tr("This is not a VOM Studio project (a folder with journal.sqlite). Check the name."),
+            Finding("project.not-a-project"),
             file=folder,
         )
     _check_side_files(path)
@@ -467,16 +456,11 @@ def _schema_of(db: sqlite3.Connection, path: Path) -> int:
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID or version < 1:
-        raise InputError(tr("This is not the journal of a VOM Studio project."), file=path)
+        raise InputError(Finding("journal.foreign"), file=path)
     # Before the check of the tables: a newer schema may have others.
     if version > SCHEMA_VERSION:
         raise InputError(
-            tr(
-                "The project was written by a newer VOM Studio (journal version {version}; "
-                "this program reads up to {known}). Update the program.",
-                version=version,
-                known=SCHEMA_VERSION,
-            ),
+            Finding("project.newer", version=version, known=SCHEMA_VERSION),
             file=path,
         )
     require_plain(db, path)

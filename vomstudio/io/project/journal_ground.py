@@ -8,6 +8,7 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.disk_troubles import (
     is_forbidden,
@@ -19,8 +20,6 @@ from vomstudio.files.disk_troubles import (
 from vomstudio.files.inside import check_beside
 from vomstudio.files.untrusted.databases import open_to_read
 from vomstudio.io.project.journal_rows import Head, read_head, read_rows, text_of
-from vomstudio.io.project.journal_trouble import Trouble
-from vomstudio.words import tr
 
 _Stamp = tuple[int, int, int, int]
 _PAGE = 4096
@@ -67,7 +66,7 @@ class Ground:
             self._first_page = self._beneath()
         self._file_stamp, self._log_stamp = now, _stamp(self._log)
 
-    def note_written(self) -> Trouble | None:
+    def note_written(self) -> Finding | None:
         """After a row of ours: as `note`, or why the row is not where the journal was."""
         was, log = self._file_stamp, self._log_stamp
         # Rows of ours leave the version as it is.
@@ -77,7 +76,7 @@ class Ground:
             return self._why_lost()
         return None
 
-    def trouble(self, head: Head) -> Trouble | None:
+    def write_failure(self, head: Head) -> Finding | None:
         """Why nothing may be written, or None. head : of the rows that the file holds."""
         now, log = _stamp(self._file), _stamp(self._log)
         version = _data_version(self._db)
@@ -96,27 +95,13 @@ class Ground:
             return None
         return self._why_lost()
 
-    def _why_lost(self) -> Trouble:
+    def _why_lost(self) -> Finding:
         folder = self._path.parent
         if not folder.is_dir():
-            return Trouble(
-                "gone",
-                tr(
-                    "The project's folder is no longer there: it was deleted or renamed, or its "
-                    "drive was taken away."
-                ),
-            )
+            return Finding("journal.folder-gone")
         if not self._path.is_file():
-            return Trouble(
-                "gone", tr("The project's journal is no longer there: it was deleted or renamed.")
-            )
-        return Trouble(
-            "replaced",
-            tr(
-                "Another state of the project has taken its place: it was replaced by a copy, or "
-                "another program has written to it."
-            ),
-        )
+            return Finding("journal.gone")
+        return Finding("journal.replaced")
 
     def is_back(self, head: Head) -> bool:
         """Whether the rows up to `head` are at the journal's place, be it in another file."""
@@ -135,19 +120,17 @@ class Ground:
         return self._file_stamp is not None and _same_file(self._file_stamp, _stamp(self._file))
 
 
-def trouble_of(error: Exception, path: Path) -> Trouble:
+def write_failure_of(error: Exception, path: Path) -> Finding:
     """What an error of SQLite, or of a file beside a journal, means for it."""
     if is_full(path.parent, error):
-        return Trouble("full", tr("The disk of the project is full."))
+        return Finding("journal.disk-full")
     if is_read_only(path.parent, error):
-        return Trouble("read-only", tr("The disk of the project is read-only."))
+        return Finding("journal.disk-read-only")
     if is_forbidden(path.parent, error):
-        return Trouble("failed", tr("You have no permission to write to the project's folder."))
+        return Finding("journal.forbidden")
     if isinstance(error, VomError):
-        return Trouble("failed", error.message)
-    return Trouble(
-        "failed", tr("The project's journal cannot be written ({reason}).", reason=error)
-    )
+        return finding_of(error)
+    return Finding("journal.not-written", reason=error)
 
 
 def holds(path: Path, head: Head) -> bool:
@@ -223,18 +206,11 @@ def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> Non
 def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
     words = str(error)
     if "not a database" in words or "malformed" in words:
-        return InputError(
-            tr("The journal is damaged, or is not a journal. Restore it from a copy."), file=path
-        )
+        return InputError(Finding("journal.damaged", reason=error), file=path)
     if "locked" in words:
-        return InputError(
-            tr("The journal is in use by another program. Close it there first."), file=path
-        )
+        return InputError(Finding("journal.in-use"), file=path)
     return TargetError(
-        tr(
-            "The journal cannot be opened for writing ({reason}).",
-            reason=reason_of(path.parent, error),
-        ),
+        Finding("journal.not-opened", reason=reason_of(path.parent, error)),
         file=path,
     )
 

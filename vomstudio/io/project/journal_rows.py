@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.journal import Row
 from vomstudio.errors import InputError
 from vomstudio.io.project.journal_json import load_json
-from vomstudio.words import tr
 
 
 class Head(NamedTuple):
@@ -76,13 +76,14 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
         told_settings: tuple[Any, Any] = (None, None)
         for *values, stored in db.execute(query):
             number, kind, of_seq, label, before, after, time, version, settings = values
-            notice = problem = ""
+            notice: Finding | None = None
+            problem: Finding | None = None
             if number != seq + 1:
                 notice = _missing(seq + 1, number - 1)
             elif stored != checksum(total, values):
-                problem = tr("The checksum differs from what was written.")
+                problem = Finding("row.checksum")
             elif not all(type(word) is str for word in (kind, label, time, version)):
-                problem = tr("Its words are no text.")
+                problem = Finding("row.not-text")
                 kind, label, time, version = map(str, (kind, label, time, version))
             seq, total = number, str(stored)
             # They hardly ever change from row to row.
@@ -106,9 +107,7 @@ def read_rows(db: sqlite3.Connection, path: Path) -> Iterator[Row]:
             lost = _missing(seq + 1, told[0])
             yield Row(told[0], "gap", None, "", None, None, "", "", None, notice=lost)
     except sqlite3.Error as error:
-        raise InputError(
-            tr("The journal is damaged ({error}). Restore it from a copy.", error=error), file=path
-        ) from error
+        raise InputError(Finding("journal.damaged", reason=error), file=path) from error
 
 
 def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
@@ -117,18 +116,12 @@ def last_rows(db: sqlite3.Connection, path: Path, count: int) -> list[Row]:
     try:
         found = db.execute(query, (count,)).fetchall()
     except sqlite3.Error as error:
-        raise InputError(tr("The journal is damaged ({error}).", error=error), file=path) from error
+        raise InputError(Finding("journal.damaged", reason=error), file=path) from error
     return [_as_read(values) for values in reversed(found)]
 
 
-def _missing(first: int, last: int) -> str:
-    if first == last:
-        return tr("Journal row {row} is missing. What was done there is lost.", row=first)
-    return tr(
-        "Journal rows {first} to {last} are missing. What was done there is lost.",
-        first=first,
-        last=last,
-    )
+def _missing(first: int, last: int) -> Finding:
+    return Finding("journal.rows-missing", count=last - first + 1, first=first, last=last)
 
 
 def text_of(raw: bytes) -> str:

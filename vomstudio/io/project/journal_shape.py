@@ -10,9 +10,9 @@ from __future__ import annotations
 import sqlite3
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.untrusted.databases import read_schema, refuse
-from vomstudio.words import tr
 
 _TABLES = {"journal", "head", "view"}
 _KNOWN_CHECK = ("check", "(", "id", "=", "1", ")")
@@ -49,4 +49,4 @@ def require_sound(db: sqlite3.Connection, path: Path) -> None:
     """Raises InputError for a file that was torn: writing to it would make it worse."""
     (said,) = db.execute("PRAGMA quick_check(1)").fetchone()
     if said != "ok":
-        raise InputError(tr("The journal is damaged. Restore it from a copy."), file=path)
+        raise InputError(Finding("journal.damaged", reason=said), file=path)

@@ -88,7 +88,7 @@ def read_listed(
     Raises InputError for a file that cannot be read, or holds none of them.
     """
     if not path.is_file():
-        raise InputError(tr("There is no such file. Check its name."), file=path)
+        raise InputError(Finding("file.missing"), file=path)
     table = path.suffix.lower() in (".csv", ".txt")
     watched = Silent() if progress is None else progress
     rows: list[_Row] = []
@@ -99,10 +99,7 @@ def read_listed(
         rows.append(row)
     if not rows:
         raise InputError(
-            tr(
-                "The file holds no stations, contact lines or rock areas: layers called {layers}.",
-                layers=", ".join(LAYERS),
-            ),
+            Finding("import.no-layers", layers=list(LAYERS)),
             file=path,
         )
     to_file = transform.invert(model.to_world)
@@ -132,16 +129,12 @@ def read_listed(
     warnings: list[Message] = [
         *stated,
         *findings,
-        *(
-            tr("The project has no feature type {type}: it became Contact.", type=kind)
-            for kind in sorted(unknown)
-        ),
+        *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown)),
     ]
     if not made:
         name, reason = skipped[0]
         raise InputError(
-            tr("Nothing of the file can be taken in. The first is {name}: {reason}", name=name,
-               reason=reason),
+            Finding("import.nothing-usable", name=name, reason=reason),
             file=path,
         )  # fmt: skip
     return ImportedFeatures(tuple(made), tuple(skipped), tuple(warnings))
@@ -262,10 +255,7 @@ def _layers(path: Path, progress: Progress) -> Iterator[_Row]:
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        tr(
-            "This is no file of vectors that can be read: GeoPackage, GeoJSON, shapefile, DXF or "
-            "KML. Export it again."
-        ),
+        Finding("import.not-vectors"),
         file=path,
     )
 
@@ -291,9 +281,7 @@ def _table(path: Path, findings: list[Message]) -> Iterator[_Row]:
     try:
         lines = text_of(read_small(path, _LARGEST_TABLE)).removeprefix("\ufeff").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(tr("The table cannot be read ({error}).", error=error), file=path) from (
-            error
-        )
+        raise InputError(Finding("table.unreadable", reason=error), file=path) from (error)
     refuse_too_many(path, len(lines), MOST_OBJECTS)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
     frame, about_crs = crs_of_table(path, comments)
@@ -309,7 +297,7 @@ def _table(path: Path, findings: list[Message]) -> Iterator[_Row]:
         except StopIteration:
             return
         except csv.Error as error:
-            message = tr("The row cannot be read ({error}).", error=error)
+            message = Finding("table.unreadable", reason=error)
             raise InputError(message, file=path, line=body.line_num) from error
         row = {k.casefold(): unguarded(v) for k in wanted if isinstance(v := told.get(k), str)}
         if row.get(WKT):

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import FeatureType, Record
 from vomstudio.errors import InputError
 from vomstudio.io.exchange import fault_slips, geological_models, orientation_programs
@@ -63,12 +64,7 @@ def write_for_program(
     left = [row for row in table.rows if not wanted(row)]
     if not rows:
         raise InputError(
-            tr(
-                "Nothing of the project can be written for {program}: {reason}. Measure one first, "
-                "or choose another format.",
-                program=format_,
-                reason=tr(none),
-            ),
+            Finding("export.nothing-to-write", program=format_, reason=tr(none)),
             file=out,
         )
     texts = _texts(format_, out, rows, layers)

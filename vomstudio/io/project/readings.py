@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document.edits import new_id
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import Point
@@ -26,7 +26,7 @@ from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.flag_words import is_overturned
 from vomstudio.io.text.orientation_reading import plane_of
 from vomstudio.io.text.tables import lines_in_words
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
 """What the two angles of a row are; the last one makes them lines."""
@@ -59,7 +59,7 @@ class FieldRow:
 @dataclass(frozen=True)
 class BadRow:
     line: int
-    reason: str
+    reason: Finding
 
     def __str__(self) -> str:
         return tr("Line {line}: {reason}", line=self.line, reason=self.reason)
@@ -67,11 +67,11 @@ class BadRow:
 
 @dataclass(frozen=True)
 class FieldReadings:
-    """rows: what can be added; bad: what is skipped, and why; remarks: what else to know."""
+    """rows: what can be added; bad: what is skipped, and why; findings: about the others."""
 
     rows: tuple[FieldRow, ...]
     bad: tuple[BadRow, ...]
-    remarks: tuple[str, ...]
+    findings: tuple[Message, ...]
 
     @property
     def type_names(self) -> tuple[str, ...]:
@@ -133,20 +133,12 @@ class Turn:
 
 
 # --- understanding ---------------------------------------------------------------------------
-def what_is_missing(columns: Mapping[str, int], notation: str | None) -> str | None:
-    """Why the table cannot be understood yet; None where it can."""
-    if "text" not in columns:
-        if "azimuth" not in columns and "inclination" not in columns:
-            return tr("Choose the columns of the two angles, or the one column that holds both.")
-        if "azimuth" not in columns:
-            return tr("Choose the column of the azimuth.")
-        if "inclination" not in columns:
-            return tr("Choose the column of the dip or plunge.")
-    if notation is None:
-        return tr(
-            "Choose the notation: strike and dip direction cannot be told apart by their numbers."
-        )
-    return None
+def missing_choice(columns: Mapping[str, int], notation: str | None) -> Finding | None:
+    """Return what must be chosen before the table can be read; None if nothing must."""
+    missing = [role for role in ("azimuth", "inclination") if role not in columns]
+    if missing and "text" not in columns:
+        return Finding("reading.columns-missing", roles=missing)
+    return Finding("reading.notation-missing") if notation is None else None
 
 
 def understand(
@@ -174,7 +166,7 @@ def understand(
     bad: list[BadRow] = []
     turned_over: list[int] = []
     placeless: list[int] = []
-    nowhere: list[tuple[int, str]] = []
+    nowhere: list[tuple[int, Finding]] = []
     for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
         if i in table.ragged:
             bad.append(BadRow(line, table.ragged[i]))
@@ -183,7 +175,7 @@ def understand(
         try:
             geometry, azimuth, inclination = _orientation(word, notation, table)
         except InputError as error:
-            bad.append(BadRow(line, error.message))
+            bad.append(BadRow(line, finding_of(error)))
             continue
         if inclination < 0:
             turned_over.append(line)
@@ -194,7 +186,7 @@ def understand(
             if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
                 placeless.append(line)
         except InputError as error:
-            nowhere.append((line, error.message))
+            nowhere.append((line, finding_of(error)))
         rows.append(
             FieldRow(
                 line=line,
@@ -215,10 +207,11 @@ def understand(
         try:
             rows, findings = _rows_in_world(rows, table, model)
         except (InputError, UsageError) as error:
-            nowhere += [(row.line, error.message) for row in rows if row.position is not None]
+            reason = finding_of(error)
+            nowhere += [(row.line, reason) for row in rows if row.position is not None]
             rows = [replace(row, position=None) for row in rows]
-    remarks = [*table.notes, *_remarks(turned_over, placeless, in_degrees), *_nowhere(nowhere)]
-    return FieldReadings(tuple(rows), tuple(bad), (*remarks, *map(str, findings)))
+    about_rows = [*_about_rows(turned_over, placeless, in_degrees), *_about_positions(nowhere)]
+    return FieldReadings(tuple(rows), tuple(bad), (*table.notes, *about_rows, *findings))
 
 
 def _rows_in_world(
@@ -238,53 +231,34 @@ def _rows_in_world(
     return [replace(row, position=places.get(row.line)) for row in rows], world.findings
 
 
-def _remarks(turned_over: list[int], placeless: list[int], in_degrees: bool) -> list[str]:
-    """What is said of the lines of rows that were turned over, or have no position."""
-    remarks = []
+def _about_rows(turned_over: list[int], placeless: list[int], in_degrees: bool) -> list[Finding]:
+    """Report the lines of rows that were turned over, or have no position."""
+    findings = []
     if turned_over:
-        remarks.append(
-            tr_n(
-                "{count} lineation plunges upward and is given by its downward end ({lines}).",
-                "{count} lineations plunge upward and are given by their downward ends ({lines}).",
-                len(turned_over),
-                lines=lines_in_words(turned_over),
-            )
-        )
+        findings.append(_of_rows("reading.upward", turned_over))
     if placeless:
-        remarks.append(
-            tr_n(
-                "{count} reading is imported without position: degrees need a project with a CRS "
-                "({lines}).",
-                "{count} readings are imported without position: degrees need a project with a "
-                "CRS ({lines}).",
-                len(placeless),
-                lines=lines_in_words(placeless),
-            )
-            if in_degrees
-            else tr_n(
-                "{count} reading is imported without position: x, y or z is missing ({lines}).",
-                "{count} readings are imported without position: x, y or z is missing ({lines}).",
-                len(placeless),
-                lines=lines_in_words(placeless),
-            )
-        )
-    return remarks
+        code = "reading.degrees-without-crs" if in_degrees else "reading.coordinate-missing"
+        findings.append(_of_rows(code, placeless))
+    return findings
 
 
-def _nowhere(rows: list[tuple[int, str]]) -> list[str]:
-    """What is said of positions that cannot be meant; their readings are sound without them."""
+def _about_positions(rows: list[tuple[int, Finding]]) -> list[Finding]:
+    """Report positions that are not valid; their readings are used without them."""
     if not rows:
         return []
-    lines = lines_in_words([line for line, _ in rows])
+    reason = rows[0][1]
     return [
-        tr_n(
-            "{count} reading is imported without position ({lines}). {reason}",
-            "{count} readings are imported without position ({lines}). {reason}",
-            len(rows),
-            lines=lines,
-            reason=rows[0][1],
+        _of_rows(
+            "reading.no-position",
+            [line for line, _ in rows],
+            reason=reason.message,
+            reason_code=reason.code,
         )
     ]
+
+
+def _of_rows(code: str, lines: list[int], **values: str) -> Finding:
+    return Finding(code, count=len(lines), rows=lines, lines=lines_in_words(lines), **values)
 
 
 def _orientation(
@@ -303,11 +277,11 @@ def _orientation(
         plane = parse_plane(word["text"], notation)
         return "plane", plane.dip_direction_deg, plane.dip_deg
     if is_empty:
-        raise InputError(tr("The row has no angles."))
+        raise InputError(Finding("reading.no-angle", missing=("azimuth", "inclination")))
     if given[0].casefold() in _EMPTY:
-        raise InputError(tr("The row has no azimuth."))
+        raise InputError(Finding("reading.no-angle", missing=("azimuth",)))
     if given[1].casefold() in _EMPTY:
-        raise InputError(tr("The row has no dip or plunge."))
+        raise InputError(Finding("reading.no-angle", missing=("inclination",)))
     if notation == "trend/plunge":
         return _line(given[0], given[1], table)
     azimuth, dip = (number_in(cell, table) for cell in given)
@@ -321,11 +295,13 @@ def _orientation(
         return "plane", float(wrap360(azimuth)) if dip else 0.0, dip
     if azimuth is not None and azimuth > 360.0:
         raise InputError(
-            tr("An azimuth of {azimuth:g} is not within 0 to 360. Correct it.", azimuth=azimuth)
+            Finding("angle.out-of-range", angle="azimuth", value=azimuth, minimum=0, maximum=360)
         )
     if dip is not None and dip < 0.0:
         # Within one text a minus may part two numbers; in a cell of its own it is a mistake.
-        raise InputError(tr("A dip of {dip:g} is not within 0 to 90. Correct it.", dip=dip))
+        raise InputError(
+            Finding("angle.out-of-range", angle="dip", value=dip, minimum=0, maximum=90)
+        )
     quadrant = word.get("quadrant", "") if notation in ("quadrant", "strike/dip") else ""
     plane = plane_of((*given, quadrant) if quadrant else tuple(given), notation)
     return "plane", plane.dip_direction_deg, plane.dip_deg
@@ -336,10 +312,12 @@ def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float
     if a is not None and b is not None:
         if not 0.0 <= a <= 360.0:
             raise InputError(
-                tr("A trend of {trend:g} is not within 0 to 360. Correct it.", trend=a)
+                Finding("angle.out-of-range", angle="trend", value=a, minimum=0, maximum=360)
             )
         if not -90.0 <= b <= 90.0:
-            raise InputError(tr("A plunge of {plunge:g} is over 90. Correct it.", plunge=b))
+            raise InputError(
+                Finding("angle.out-of-range", angle="plunge", value=b, minimum=-90, maximum=90)
+            )
         line = Line(a, b)
     else:
         line = parse_line(f"{trend} {plunge}")

@@ -10,6 +10,7 @@ import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Reconstruction, Registration
 from vomstudio.errors import InputError, TargetError
@@ -17,7 +18,6 @@ from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import links_of
 from vomstudio.files.regular import JSON_BYTES, read_small
 from vomstudio.io.models.reconstruction_file import RESULT, finite_number, result_registration
-from vomstudio.words import tr
 
 RECONSTRUCTIONS = "reconstruction"
 """The folder of what is made of photos, one folder in it for each set and quality."""
@@ -36,11 +36,9 @@ def read_reconstruction(
         found = json.loads(data)
         finished = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
     except (InputError, OSError, ValueError, RecursionError) as error:
-        raise InputError(
-            tr("The file cannot be read: the results of the reconstruction are lost."), file=path
-        ) from (error)
+        raise InputError(Finding("reconstruction.unreadable"), file=path) from (error)
     if not isinstance(found, dict):
-        raise InputError(tr("This is not the result of a reconstruction."), file=path)
+        raise InputError(Finding("reconstruction.invalid"), file=path)
     settings = found.get("settings")
     versions = found.get("versions")
     reconstruction = Reconstruction(
@@ -116,9 +114,8 @@ def move_reconstructions(source: Path, target: Path) -> None:
     except OSError as error:
         shutil.rmtree(target / RECONSTRUCTIONS, ignore_errors=True)
         raise TargetError(
-            tr(
-                "The project is saved, but its reconstructions cannot be moved to it "
-                "({reason}). They stay in {source}.",
+            Finding(
+                "reconstruction.not-moved",
                 reason=reason_of(target, error),
                 source=source / RECONSTRUCTIONS,
             ),

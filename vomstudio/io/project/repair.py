@@ -9,19 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError
 from vomstudio.io.project import compaction
 from vomstudio.io.project.journal import SqliteJournal, read_replay
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
 class Repaired:
-    """kept : the damaged journal; lost : sentences on what could not be read"""
+    """kept : the damaged journal; lost : what could not be read"""
 
     kept: Path
-    lost: tuple[str, ...]
+    lost: tuple[Finding, ...]
 
 
 def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
@@ -29,15 +29,13 @@ def repair(folder: Path, session: Session, journal: SqliteJournal) -> Repaired:
     something else, TargetError where it cannot be written; then nothing has changed."""
     lost = tuple(session.problems)
     if not lost:
-        raise DocumentError(tr("The journal is sound: there is nothing to repair."))
+        raise DocumentError(Finding("journal.sound"))
     new = folder / compaction.NEW
     numbers = compaction.write_anew(new, session, journal)
     written = read_replay(new)
     if written.records != dict(session.records) or written.saved != dict(session.saved):
         compaction.remove(new)
-        raise DocumentError(
-            tr("The readable rows are not consistent. Restore the journal from a copy.")
-        )
+        raise DocumentError(Finding("journal.inconsistent"))
     kept = _free_name(folder)
     journal.copy_to(kept)
     compaction.put_in_place(new, folder, session, journal, numbers)

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_small_text
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.paths import resource
-from vomstudio.words import tr
 
 FOLDER = "sample"
 
@@ -90,9 +90,7 @@ def read_true_cameras(path: Path | None = None) -> Cameras:
         x, y, z = (int(value) for value in origin)
         return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633", True)
     except (KeyError, ValueError, TypeError) as error:
-        raise InputError(
-            tr("The true values of the sample are damaged. Install the program again."), file=path
-        ) from error
+        raise InputError(Finding("sample.damaged"), file=path) from error
 
 
 def read_picks(path: Path | None = None) -> SamplePicks:
@@ -111,9 +109,7 @@ def read_picks(path: Path | None = None) -> SamplePicks:
             np.array([*starts, len(rows)], dtype=np.int64),
         )
     except (KeyError, ValueError, TypeError) as error:
-        raise InputError(
-            tr("The picks of the sample are damaged. Install the program again."), file=path
-        ) from error
+        raise InputError(Finding("sample.damaged"), file=path) from error
 
 
 def read_truth(path: Path | None = None) -> SampleTruth:
@@ -136,9 +132,7 @@ def read_truth(path: Path | None = None) -> SampleTruth:
             float(rows["displacement"]["length_m"]),
         )
     except (KeyError, ValueError, TypeError) as error:
-        raise InputError(
-            tr("The true values of the sample are damaged. Install the program again."), file=path
-        ) from error
+        raise InputError(Finding("sample.damaged"), file=path) from error
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

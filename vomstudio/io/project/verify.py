@@ -6,26 +6,25 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.journal import Replay
 from vomstudio.document.records import Asset, Feature, Mask, Model, Record
 from vomstudio.errors import InputError
 from vomstudio.io.project.assets import asset_path, is_sound
 from vomstudio.io.project.journal import read_schema_and_replay
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
 class Verification:
-    """schema: of the journal; steps: that can be undone. problems: sentences; sound: there are
-    none."""
+    """schema: of the journal; steps: that can be undone; sound: there are no problems."""
 
     schema: int
     steps: int
     models: int
     features: int
     assets: int
-    problems: tuple[str, ...]
+    problems: tuple[Finding, ...]
 
     @property
     def sound(self) -> bool:
@@ -43,9 +42,11 @@ def verify(folder: Path) -> Verification:
         try:
             path = asset_path(folder, asset)
             if not is_sound(path):
-                problems.append(tr("{file}: The content differs from what was written.", file=path))
-        except (InputError, OSError) as error:
-            problems.append(str(error))
+                problems.append(Finding("asset.damaged", path=path))
+        except InputError as error:
+            problems.append(finding_of(error))
+        except OSError as error:
+            problems.append(Finding("asset.unreadable", path=asset.path, reason=error))
     return Verification(
         schema,
         len(played.done),

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding, plain
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_json, read_whole
 from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
@@ -34,8 +35,7 @@ from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.progress import Executor, Progress
-from vomstudio.survey.check_results import named
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 _HEAD = "alignment.json"
 _VERSION = 1
@@ -60,19 +60,19 @@ class Options:
 @dataclass(frozen=True, eq=False)
 class Alignment:
     """parts : disconnected scenes in frames of their own, the one with most photos first
-    unregistered : (name, sentence why) of the photos in no part
+    unregistered : (name, reason) of the photos in no part
     reprojection_error_px : mean over the observations of the first part
     cameras : (c,) of all parts
     tie_points : number of points in 3 photos or more, first part
-    notes : what was decided and why, in sentences
+    notes : what was decided and why
     """
 
     parts: tuple[SparseScene, ...]
-    unregistered: tuple[tuple[str, str], ...]
+    unregistered: tuple[tuple[str, Finding], ...]
     reprojection_error_px: float
     cameras: tuple[Calibration, ...]
     tie_points: int
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[Finding, ...] = field(default=())
 
     @property
     def registered(self) -> int:
@@ -87,11 +87,11 @@ class Alignment:
         head = {
             "version": _VERSION,
             "parts": len(self.parts),
-            "unregistered": self.unregistered,
+            "unregistered": [(name, reason.to_dict()) for name, reason in self.unregistered],
             "reprojection_error_px": self.reprojection_error_px,
             "tie_points": self.tie_points,
-            "cameras": [asdict(c) for c in self.cameras],
-            "notes": self.notes,
+            "cameras": [asdict(c) | {"reasons": plain(c.reasons)} for c in self.cameras],
+            "notes": plain(self.notes),
         }
         temporary = folder / (_HEAD + ".part")
         temporary.write_text(json.dumps(head, indent=1), encoding="utf-8")
@@ -104,23 +104,20 @@ class Alignment:
             head = read_json(folder / _HEAD)
             if head["version"] > _VERSION:
                 raise InputError(
-                    tr("This alignment was written by a newer version. Update VOM Studio."),
+                    Finding("alignment.newer-version"),
                     file=folder / _HEAD,
                 )
             return cls(
                 tuple(SparseScene.load(folder / f"part{i}") for i in range(head["parts"])),
-                tuple((str(n), str(r)) for n, r in head["unregistered"]),
+                tuple((str(n), Finding.from_dict(r)) for n, r in head["unregistered"]),
                 float(head["reprojection_error_px"]),
                 tuple(_calibration(c) for c in head["cameras"]),
                 int(head["tie_points"]),
-                tuple(head["notes"]),
+                tuple(map(Finding.from_dict, head["notes"])),
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
-                tr(
-                    "The alignment is incomplete or damaged ({error}). Align the photos again.",
-                    error=type(error).__name__,
-                ),
+                Finding("alignment.damaged", reason=type(error).__name__),
                 file=folder,
             ) from error
 
@@ -129,7 +126,8 @@ def _calibration(row: dict[str, Any]) -> Calibration:
     lists = ("names", "values", "sigma", "photos")
     tables = {key: tuple(row[key]) for key in lists}
     correlation = tuple(tuple(line) for line in row["correlation"])
-    return Calibration(**{**row, **tables, "correlation": correlation})
+    reasons = tuple(map(Finding.from_dict, row["reasons"]))
+    return Calibration(**{**row, **tables, "correlation": correlation, "reasons": reasons})
 
 
 def align(
@@ -144,12 +142,7 @@ def align(
     Raises InputError, with the reason, where no two photos can be aligned; Cancelled.
     """
     if len(photos) < 2:
-        raise InputError(
-            tr(
-                "A single photo has no depth. Take at least two photos of the same rock, "
-                "preferably ten."
-            )
-        )
+        raise InputError(Finding("one-photo", photos=(), value=len(photos)))
     work.mkdir(parents=True, exist_ok=True)
     threads = options.threads or -1
     features, keys = find_features(photos, work, options, executor, progress)
@@ -174,12 +167,7 @@ def align(
     )
     found = list(mapped.reconstructions)
     if not found:
-        raise InputError(
-            tr(
-                "The photos match, but no pair of them has a base. Move between photos instead of "
-                "turning on the spot, and let neighbours overlap by 60 % or more."
-            )
-        )
+        raise InputError(Finding("alignment.no-base"))
     progress.stage(tr("Bundle adjustment"), len(found))
     parts: list[SparseScene] = []
     cameras: list[Calibration] = []
@@ -199,7 +187,7 @@ def align(
         shutil.rmtree(model, ignore_errors=True)
         model.mkdir(parents=True)
         reconstruction.write_binary(model)
-    notes = [
+    notes: list[Finding] = [
         choice.rule,
         *mapped.notes,
         *_result_notes(parts, cameras),
@@ -242,7 +230,7 @@ def find_features(
                 mask = None if photo.mask is None else read_whole(photo.mask)
             except (OSError, InputError) as error:
                 why = error.message if isinstance(error, InputError) else error.strerror
-                reason = tr("It cannot be read ({error}).", error=why)
+                reason = Finding("alignment.photo-unreadable", reason=why)
                 found[row] = Features.none(photo.width, photo.height, reason)
                 keys[row] = f"unreadable {row}"
                 continue
@@ -284,27 +272,30 @@ def _best_matches(count: int, counts: dict[tuple[int, int], int]) -> list[int]:
     return best
 
 
-def _result_notes(parts: Sequence[SparseScene], cameras: Sequence[Calibration]) -> Iterator[str]:
-    """Sentences on the calibration, and on the components where there are several."""
-    yield from map(_camera_note, cameras)
+def _result_notes(
+    parts: Sequence[SparseScene], cameras: Sequence[Calibration]
+) -> Iterator[Finding]:
+    """Report the calibration, and the components if there are several."""
+    for camera in cameras:
+        yield _camera_note(camera)
+        yield from camera.reasons
     if len(parts) > 1:
-        yield tr(
-            "The photos form {count} disconnected components ({sizes} photos).",
-            count=len(parts),
-            sizes=", ".join(str(len(p.views)) for p in parts),
+        yield Finding(
+            "parts",
+            "info",
+            value=len(parts),
+            sizes=[len(p.views) for p in parts],
+            photos=[v.name for p in parts[1:] for v in p.views],
         )
 
 
-def _sharing_notes(photos: Sequence[PhotoLike], shared: Collection[int]) -> Iterator[str]:
+def _sharing_notes(photos: Sequence[PhotoLike], shared: Collection[int]) -> Iterator[Finding]:
     """Report the photos that several components contain."""
     if shared:
-        yield tr_n(
-            "{count} photo is in several components and was assigned to the largest of them: "
-            "{photos}.",
-            "{count} photos are in several components and were assigned to the largest of them: "
-            "{photos}.",
-            len(shared),
-            photos=named([photos[image - 1].name for image in sorted(shared)]),
+        yield Finding(
+            "alignment.shared-photos",
+            count=len(shared),
+            photos=[photos[image - 1].name for image in sorted(shared)],
         )
 
 
@@ -315,7 +306,7 @@ def _of_photos(cameras: Sequence[Calibration], names: Collection[str]) -> Iterat
             yield replace(camera, photos=used)
 
 
-def _camera_note(camera: Calibration) -> str:
+def _camera_note(camera: Calibration) -> Finding:
     focal, sigma = camera.values[0], camera.sigma[0]
     if camera.focal != "freed":
         value = tr("{focal:.0f} px", focal=focal)
@@ -328,27 +319,23 @@ def _camera_note(camera: Calibration) -> str:
         )
     else:
         value = tr("{focal:.0f} ± {sigma:.0f} px", focal=focal, sigma=sigma)
-    return tr_n(
-        "Focal length of {count} photo: {value}. {reason}",
-        "Focal length of {count} photos: {value}. {reason}",
-        len(camera.photos),
-        value=value,
-        reason=camera.reason,
-    )
+    return Finding("lens.focal-length", count=len(camera.photos), value=value)
 
 
 def _no_overlap(
     photos: Sequence[PhotoLike], features: Sequence[Features], best: Sequence[int]
-) -> str:
+) -> Finding:
     problems = [
         f"{p.name}: {f.problem}" for p, f in zip(photos, features, strict=True) if f.problem
     ]
     if len(problems) >= len(photos) - 1:
-        return tr("Fewer than two photos can be used. {problems}", problems=" ".join(problems[:3]))
-    return tr(
-        "No two photos show the same rock: a pair has at most {count} matches ({least} are "
-        "needed). Let neighbouring photos overlap by 60 % or more.",
-        count=max(best, default=0),
+        return Finding("alignment.too-few-photos", reasons=" ".join(problems[:3]))
+    return Finding(
+        "unmatched",
+        "error",
+        photos=[photo.name for photo in photos],
+        value=0,
+        matches=max(best, default=0),
         least=_FEWEST_MATCHES,
     )
 
@@ -358,7 +345,7 @@ def _unregistered(
     features: Sequence[Features],
     best: Sequence[int],
     parts: Sequence[SparseScene],
-) -> Iterator[tuple[str, str]]:
+) -> Iterator[tuple[str, Finding]]:
     placed = {view.name for part in parts for view in part.views}
     for photo, found, matches in zip(photos, features, best, strict=True):
         if photo.name in placed:
@@ -366,15 +353,9 @@ def _unregistered(
         if found.problem:
             reason = found.problem
         elif matches < _FEWEST_MATCHES:
-            reason = tr(
-                "It matches no other photo (at most {matches} matches of {features} features).",
-                matches=matches,
-                features=len(found.keypoints),
+            reason = Finding(
+                "alignment.photo-unmatched", matches=matches, features=len(found.keypoints)
             )
         else:
-            reason = tr(
-                "Its pose could not be computed: it has {matches} matches with another photo, but "
-                "too few with the model.",
-                matches=matches,
-            )
+            reason = Finding("alignment.photo-not-placed", matches=matches)
         yield photo.name, reason

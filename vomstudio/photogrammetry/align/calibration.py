@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.align import priors
 from vomstudio.photogrammetry.align.adjustment import (
     adjust,
@@ -19,7 +20,6 @@ from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
 from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Covariance = npt.NDArray[np.float64]
 
@@ -42,10 +42,11 @@ def calibrate(
         by_camera.setdefault(reconstruction.image(image).camera_id, []).append(image - 1)
     convergence = priors.convergence_deg(priors.part_axes(reconstruction))
     freedoms: dict[int, Freedom] = {}
-    reasons: dict[int, str] = {}
+    reasons: dict[int, tuple[Finding, ...]] = {}
     for number, rows in by_camera.items():
         known = photos[rows[0]].focal_px is not None
-        freedoms[number], reasons[number] = priors.decide(known, len(rows), convergence, trusted)
+        freedoms[number], reason = priors.decide(known, len(rows), convergence, trusted)
+        reasons[number] = (reason,)
     covariances = adjust(reconstruction, freedoms, threads=threads, progress=progress)
     factors = _factors(reconstruction, by_camera)
     back = False
@@ -57,7 +58,8 @@ def calibrate(
         held = priors.held_instead(lens.focal_px, max(lens.width, lens.height), relative, trusted)
         if held is not None:
             freedoms[number] = replace(freedoms[number], focal=False)
-            value, reasons[number] = held
+            value, reason = held
+            reasons[number] = (reason,)
             priors.set_focal(reconstruction, number, value)
             back = True
     if back:
@@ -105,12 +107,12 @@ def _contradicted(
     by_camera: dict[int, list[int]],
     freedoms: dict[int, Freedom],
     numbers: Sequence[int],
-    reasons: dict[int, str],
+    reasons: dict[int, tuple[Finding, ...]],
     threads: int,
     progress: Progress,
 ) -> tuple[Any, dict[int, Freedom], dict[int, Covariance]] | None:
     """(reconstruction, freedoms, covariances) without the focal lengths from EXIF of the cameras
-    `numbers`, where the photos speak clearly against them; else None. Tells `reasons` of it; `base`
+    `numbers`, where the photos speak clearly against them; else None. Updates `reasons`; `base`
     stays."""
     if not numbers:
         return None
@@ -136,14 +138,10 @@ def _contradicted(
     if not after < priors.CONTRADICTED * before:
         return None
     for number, off in wrong.items():
-        reasons[number] = tr(
-            "The focal length is estimated, since the photos contradict the EXIF value, which is "
-            "off by {off:+.0f} %: with it, the reprojection error in cross-validation is "
-            "{before:.3f} px instead of {after:.3f} px.",
-            off=off,
-            before=before,
-            after=after,
+        reason = Finding(
+            "lens.exif-contradicted", off_percent=off, before_px=before, after_px=after
         )
+        reasons[number] = (reason,)
     return trial, tried, covariances
 
 
@@ -151,18 +149,18 @@ def _widened(
     base: Any,
     by_camera: dict[int, list[int]],
     freedoms: dict[int, Freedom],
-    reasons: dict[int, str],
+    reasons: dict[int, tuple[Finding, ...]],
     convergence: float,
     threads: int,
     progress: Progress,
 ) -> tuple[Any, dict[int, Freedom], dict[int, Covariance]] | None:
     """(reconstruction, freedoms, covariances) with what proves good of k2 and the principal points
-    of the cameras, None where nothing does. Tells `reasons` of it; `base` stays."""
+    of the cameras, None where nothing does. Updates `reasons`; `base` stays."""
     tried = {
         number: priors.with_lens_parameters(freedoms[number], len(rows), convergence)
         for number, rows in by_camera.items()
     }
-    said: dict[int, dict[str, str]] = {number: {} for number in tried}
+    checks: dict[int, dict[str, Finding]] = {number: {} for number in tried}
     while tried != freedoms:
         progress.step(0)
         trial = _with_lenses(base, tried)
@@ -174,29 +172,23 @@ def _widened(
                 freedom,
                 covariances.get(number),
                 factors[number],
-                said[number],
+                checks[number],
             )
             for number, freedom in tried.items()
         }
         if kept == tried:
             break
         tried = kept
-    verdict = ""
+    verdict: Finding | None = None
     if tried != freedoms:
         before = cross_validation_error(base, freedoms, threads=threads, progress=progress)
         wider = _with_lenses(base, tried)
         after = cross_validation_error(wider, tried, threads=threads, progress=progress)
         if not after <= before:
-            verdict = tr(
-                "k2 and the principal point are held: with them free, the reprojection error in "
-                "cross-validation is {after:.3f} px instead of {before:.3f} px.",
-                after=after,
-                before=before,
-            )
+            verdict = Finding("lens.held-by-validation", after_px=after, before_px=before)
             tried = freedoms
-    for number in said:
-        for sentence in [verdict] if verdict else said[number].values():
-            reasons[number] += f" {sentence}"
+    for number, results in checks.items():
+        reasons[number] += (verdict,) if verdict else tuple(results.values())
     if tried == freedoms:
         return None
     return trial, tried, covariances
@@ -220,15 +212,13 @@ def _kept(
     freedom: Freedom,
     covariance: Covariance | None,
     factor: float,
-    said: dict[str, str],
+    checks: dict[str, Finding],
 ) -> Freedom:
-    """What of k2 and the principal point stands its trial; tells `said` why."""
+    """What of k2 and the principal point stands its trial; adds the reasons to `checks`."""
     if not (freedom.second or freedom.centre):
         return freedom
     if covariance is None:
-        said["lens"] = tr(
-            "k2 and the principal point are held, since the observations do not determine them."
-        )
+        checks["lens"] = Finding("lens.undetermined")
         return replace(freedom, second=False, centre=False)
     places = free_parameters(camera, freedom)
     names = priors.parameter_names(str(camera.model_name))
@@ -238,12 +228,12 @@ def _kept(
     corner = float(np.hypot(camera.width, camera.height)) / 2
     if freedom.second:
         sigma = float(np.sqrt(scaled[of["k2"], of["k2"]]))
-        second, said["k2"] = priors.judge_second(values["f"], corner, values["k2"], sigma)
+        second, checks["k2"] = priors.judge_second(values["f"], corner, values["k2"], sigma)
         freedom = replace(freedom, second=second)
     if freedom.centre:
         rows = [of["cx"], of["cy"]]
         shift = np.array([values["cx"] - camera.width / 2, values["cy"] - camera.height / 2])
-        centre, said["centre"] = priors.judge_centre(
+        centre, checks["centre"] = priors.judge_centre(
             values["f"], corner, shift, scaled[np.ix_(rows, rows)]
         )
         freedom = replace(freedom, centre=centre)
@@ -284,7 +274,7 @@ def _describe(
     covariance: npt.NDArray[np.float64] | None,
     factor: float,
     photos: list[PhotoLike],
-    reason: str,
+    reasons: tuple[Finding, ...],
     convergence: float,
 ) -> Calibration:
     count = len(camera.params)
@@ -306,7 +296,7 @@ def _describe(
         tuple(tuple(row) for row in correlation.tolist()),
         tuple(p.name for p in photos),
         "freed" if freedom.focal else "held",
-        reason,
+        reasons,
         photos[0].focal_px,
         convergence,
     )

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, convert_to_8_bits, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -73,7 +73,7 @@ class Features:
     descriptors : (n, 128) uint8
     colors : (n, 3) uint8 of the photo there
     width, height : of the stored photo
-    problem : a sentence why there are none, None where there are
+    problem : why there are none, None if there are any
     """
 
     keypoints: npt.NDArray[np.float32]
@@ -81,10 +81,10 @@ class Features:
     colors: npt.NDArray[np.uint8]
     width: int
     height: int
-    problem: str | None = None
+    problem: Finding | None = None
 
     @classmethod
-    def none(cls, width: int, height: int, problem: str) -> Features:
+    def none(cls, width: int, height: int, problem: Finding) -> Features:
         """No features, with a sentence why."""
         return cls(
             np.zeros((0, 6), np.float32),
@@ -104,7 +104,9 @@ class Features:
                 descriptors=self.descriptors,
                 colors=self.colors,
                 size=np.array([self.width, self.height]),
-                problem=np.array(self.problem or ""),
+                problem=np.array(
+                    "" if self.problem is None else json.dumps(self.problem.to_dict())
+                ),
             )
 
     @classmethod
@@ -113,13 +115,14 @@ class Features:
         try:
             with open_arrays(path) as arrays:
                 width, height = (int(v) for v in arrays["size"])
+                problem = str(arrays["problem"])
                 return cls(
                     arrays["keypoints"],
                     arrays["descriptors"],
                     arrays["colors"],
                     width,
                     height,
-                    str(arrays["problem"]) or None,
+                    Finding.from_dict(json.loads(problem)) if problem else None,
                 )
         except (OSError, ValueError, KeyError, EOFError):
             return None
@@ -135,11 +138,13 @@ def extract(task: ExtractTask) -> Features:
             pixels = _pixels(image, task.options.max_size)
         use = None if task.mask is None else _mask(task.mask, width, height)
     except InputError as error:
-        return Features.none(width, height, error.message)
+        return Features.none(
+            width, height, Finding("alignment.photo-unreadable", reason=error.message)
+        )
     except (OSError, ValueError, SyntaxError, EOFError, TypeError, KeyError, IndexError) as error:
-        return Features.none(width, height, tr("It cannot be read ({error}).", error=error))
+        return Features.none(width, height, Finding("alignment.photo-unreadable", reason=error))
     except MemoryError:
-        return Features.none(width, height, tr("It is too large for the memory of this computer."))
+        return Features.none(width, height, Finding("alignment.photo-too-large"))
     keypoints, descriptors = sift(grey(pixels), task.options)
     rows, columns = pixels.shape[:2]
     place = keypoints[:, :2].astype(np.intp)
@@ -152,9 +157,9 @@ def extract(task: ExtractTask) -> Features:
         keypoints, descriptors, colors = keypoints[keep], descriptors[keep], colors[keep]
     problem = None
     if not len(keypoints):
-        problem = tr("It has no features that could be found in another photo.")
+        problem = Finding("alignment.photo-without-features")
         if use is not None and not use.any():
-            problem = tr("Its mask hides all of it.")
+            problem = Finding("alignment.photo-masked")
     return Features(keypoints, descriptors, colors, width, height, problem)
 
 

@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vomstudio.survey.check_results import Finding, named
-from vomstudio.words import tr
+from vomstudio.core.findings import Finding
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.priors import Calibration
@@ -33,48 +32,11 @@ def of_lenses(cameras: Sequence[Calibration]) -> list[Finding]:
     found = []
     if vague:
         error = max(vague.values())
-        if math.isfinite(error):
-            known = tr("Its error is {error:.0f} %.", error=100 * error)
-        else:
-            known = tr("It is assumed.")
-        found.append(
-            Finding(
-                "focal-vague",
-                "warning",
-                tuple(vague),
-                tr(
-                    "The focal length of these photos is not in EXIF and is poorly constrained: "
-                    "{photos}. {accuracy} Depths are stretched by as much. Lengths along the face "
-                    "are sound once the model is scaled; dips are not.",
-                    photos=named(tuple(vague)),
-                    accuracy=known,
-                ),
-                error if math.isfinite(error) else None,
-            )
-        )
+        known = error if math.isfinite(error) else None
+        found.append(Finding("focal-vague", photos=tuple(vague), value=known))
     if wrong:
         worst = max(wrong.values(), key=abs)
-        found.append(
-            Finding(
-                "focal-wrong",
-                "info",
-                tuple(wrong),
-                tr(
-                    "The focal length in EXIF is {percent:.0f} % too long for these photos: "
-                    "{photos}. They were zoomed digitally, cropped or resized. The estimated focal "
-                    "length is used.",
-                    photos=named(tuple(wrong)),
-                    percent=100 * worst,
-                )
-                if worst > 0
-                else tr(
-                    "The focal length in EXIF is {percent:.0f} % too short for these photos: "
-                    "{photos}. They were zoomed digitally, cropped or resized. The estimated focal "
-                    "length is used.",
-                    photos=named(tuple(wrong)),
-                    percent=-100 * worst,
-                ),
-                worst,
-            )
-        )
+        percent = 100 * worst
+        finding = Finding("focal-wrong", photos=tuple(wrong), value=worst, error_percent=percent)
+        found.append(finding)
     return found

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
@@ -46,12 +47,12 @@ class MappingOptions:
 
 @dataclass(frozen=True, eq=False)
 class Mapped:
-    """reconstructions : COLMAP's, largest first; notes : sentences on what was done
+    """reconstructions : COLMAP's, largest first; notes : what was done
     exif_trusted : False where photos could only be placed without the focal lengths from EXIF
     """
 
     reconstructions: tuple[Any, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     exif_trusted: bool = True
 
 
@@ -74,9 +75,9 @@ def map_photos(
     else:
         mapper = options.mapper
     run = _incremental if mapper == "incremental" else _global
-    notes = []
+    notes: list[Finding] = []
     if mapper == "global":
-        notes.append(tr("All poses were computed at once (global mapping)."))
+        notes.append(Finding("alignment.global-mapping"))
     free: Freed = "none" if all(known) else "unknown"
     parts = run(database, photos, work, options, progress, free)
     placed = _placed(parts)
@@ -84,11 +85,8 @@ def map_photos(
         others = run(database, photos, work, options, progress, "all")
         if _placed(others) > placed:
             notes.append(
-                tr(
-                    "With the focal length from EXIF only {count} photos could be aligned, without "
-                    "it {others}.",
-                    count=placed,
-                    others=_placed(others),
+                Finding(
+                    "alignment.exif-focal-dropped", aligned=placed, aligned_without=_placed(others)
                 )
             )
             return Mapped(tuple(others), tuple(notes), exif_trusted=False)

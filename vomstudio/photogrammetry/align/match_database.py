@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import JSON_BYTES, read_small
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.colmap import colmap
-from vomstudio.words import tr
 
 Pair = tuple[int, int]
 Rows = npt.NDArray[np.int64]
@@ -134,7 +134,7 @@ def opened(path: Path) -> Iterator[Any]:
     """The database. It may be read while COLMAP writes (write-ahead log). Raises InputError without
     a database; what happens while it is open is not its own."""
     if not path.exists():
-        raise InputError(tr("There are no matches. Align the photos first."), file=path)
+        raise InputError(Finding("alignment.no-matches"), file=path)
     try:
         database = colmap().Database.open(path)
     except RuntimeError as error:
@@ -156,9 +156,7 @@ def reading(path: Path) -> Iterator[Any]:
 
 
 def _unreadable(path: Path, error: RuntimeError) -> InputError:
-    return InputError(
-        tr("The matches cannot be read ({error}). Align the photos again.", error=error), file=path
-    )
+    return InputError(Finding("alignment.matches-unreadable", reason=error), file=path)
 
 
 def compared(database: Any) -> int:

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.align.features import Features, sizes
 from vomstudio.photogrammetry.align.match_database import (
     Pair,
@@ -27,7 +28,7 @@ from vomstudio.photogrammetry.align.match_database import (
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
 
@@ -43,11 +44,11 @@ _FOR_PRESELECTION = 400
 @dataclass(frozen=True)
 class PairChoice:
     """pairs : (i, j) with i < j, rows of the photos
-    rule : a sentence for the report
+    rule : how they were chosen
     """
 
     pairs: tuple[Pair, ...]
-    rule: str
+    rule: Finding
 
 
 def choose_pairs(
@@ -73,45 +74,29 @@ def choose_pairs(
     if rule == "exhaustive":
         return PairChoice(
             tuple((i, j) for i in range(n) for j in range(i + 1, n)),
-            tr_n(
-                "All photos were matched with each other ({count} pair).",
-                "All photos were matched with each other ({count} pairs).",
-                every,
-            ),
+            Finding("alignment.matched-all", count=every),
         )
     if rule == "sequential":
         steps = [*range(1, _IN_SEQUENCE + 1)]
         while steps[-1] * 2 < n:
             steps.append(steps[-1] * 2)
         pairs = {(i, i + s) for s in steps for i in range(n - s)}
-        said = tr(
-            "Each frame was matched with the next {neighbours} and with some later ones ({count} "
-            "of {total} pairs).",
-            neighbours=_IN_SEQUENCE,
-            count=len(pairs),
-            total=every,
+        finding = Finding(
+            "alignment.matched-in-sequence", neighbours=_IN_SEQUENCE, pairs=len(pairs), total=every
         )
-        return PairChoice(tuple(sorted(pairs)), said)
+        return PairChoice(tuple(sorted(pairs)), finding)
     pairs = {(i, i + s) for s in (1, 2, 3) for i in range(n - s)}
     if rule == "spatial":
         pairs |= _nearest(photos)
-        said = tr(
-            "Each photo was matched with its {neighbours} nearest by GPS and with the next ones by "
-            "name ({count} of {total} pairs).",
-            neighbours=_NEIGHBOURS,
-            count=len(pairs),
-            total=every,
+        finding = Finding(
+            "alignment.matched-by-gps", neighbours=_NEIGHBOURS, pairs=len(pairs), total=every
         )
     else:
         pairs |= _most_similar(features, progress or Silent())
-        said = tr(
-            "Each photo was matched with the {neighbours} most similar and with the next ones by "
-            "name ({count} of {total} pairs).",
-            neighbours=_NEIGHBOURS,
-            count=len(pairs),
-            total=every,
+        finding = Finding(
+            "alignment.matched-by-likeness", neighbours=_NEIGHBOURS, pairs=len(pairs), total=every
         )
-    return PairChoice(tuple(sorted(pairs)), said)
+    return PairChoice(tuple(sorted(pairs)), finding)
 
 
 def _positions(photos: Sequence[PhotoLike]) -> npt.NDArray[np.float64]:

@@ -33,7 +33,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.words import tr, tr_n
+from vomstudio.core.findings import Finding
 
 CONVERGENT_DEG = 8.0
 FEWEST_PHOTOS = 6
@@ -66,7 +66,7 @@ class Calibration:
     correlation : (p, p), NaN where held
     photos : names
     focal : "held" or "freed"
-    reason : why, in sentences with numbers
+    reasons : why
     exif_px : focal length that EXIF gives
     convergence_deg : root mean square angle between the optical axes and their mean
     """
@@ -78,7 +78,7 @@ class Calibration:
     correlation: tuple[tuple[float, ...], ...]
     photos: tuple[str, ...]
     focal: str
-    reason: str
+    reasons: tuple[Finding, ...]
     exif_px: float | None
     convergence_deg: float
 
@@ -122,8 +122,8 @@ HELD = Freedom(False, False)
 
 def decide(
     known: bool, photos: int, convergence: float, trusted: bool = True
-) -> tuple[Freedom, str]:
-    """Which parameters of a camera to estimate, and a sentence why, before its error is known.
+) -> tuple[Freedom, Finding]:
+    """Which parameters of a camera to estimate, and why, before its error is known.
 
     known : EXIF gives the focal length; photos : placed photos of the camera; convergence : of all
     photos of the part, degrees; trusted : the photos could be placed with that focal length
@@ -132,73 +132,41 @@ def decide(
     weak = convergence < CONVERGENT_DEG
     if not known:
         if weak:
-            return Freedom(True, distortion), tr(
-                "The focal length is estimated, since there is no EXIF value. The view directions "
-                "spread by only {spread:.1f}°, so it is poorly constrained: depths can be wrong by "
-                "10 % or more.",
-                spread=convergence,
-            )
-        return Freedom(True, distortion), tr(
-            "The focal length is estimated, since there is no EXIF value. The view directions "
-            "spread by {spread:.1f}°.",
-            spread=convergence,
+            return Freedom(True, distortion), Finding("lens.focal-weak", spread_deg=convergence)
+        return Freedom(True, distortion), Finding(
+            "lens.focal-estimated-without-exif", spread_deg=convergence
         )
     if not trusted:
-        return Freedom(True, distortion), tr(
-            "The focal length is estimated, since photos could not be aligned with the EXIF value."
-        )
+        return Freedom(True, distortion), Finding("lens.exif-unusable")
     if weak:
-        return Freedom(False, distortion), tr(
-            "The focal length is held at the EXIF value. The view directions spread by only "
-            "{spread:.1f}° ({least:.0f}° required), so focal length and distance are highly "
-            "correlated.",
-            spread=convergence,
-            least=CONVERGENT_DEG,
+        return Freedom(False, distortion), Finding(
+            "lens.focal-held-one-direction", spread_deg=convergence, least_deg=CONVERGENT_DEG
         )
     if photos < FEWEST_PHOTOS:
-        return Freedom(False, distortion), tr_n(
-            "The focal length is held at the EXIF value, since there is only {count} photo of this "
-            "camera ({least} required).",
-            "The focal length is held at the EXIF value, since there are only {count} photos of "
-            "this camera ({least} required).",
-            photos,
-            least=FEWEST_PHOTOS,
+        return Freedom(False, distortion), Finding(
+            "lens.focal-held-few-photos", count=photos, least=FEWEST_PHOTOS
         )
-    return Freedom(True, distortion), tr(
-        "The focal length is estimated. The view directions spread by {spread:.1f}°.",
-        spread=convergence,
-    )
+    return Freedom(True, distortion), Finding("lens.focal-estimated", spread_deg=convergence)
 
 
 def held_instead(
     exif_px: float | None, long_side: int, sigma: float, trusted: bool
-) -> tuple[float, str] | None:
+) -> tuple[float, Finding] | None:
     """(focal length in pixels at which it is held, why) where a freed one turned out to have a
     relative error of `sigma` that is too large; None where it is small enough."""
     if exif_px is None:
         if sigma <= LOOSEST_SIGMA:
             return None
         if np.isfinite(sigma):
-            return USUAL_FOCAL * long_side, tr(
-                "The focal length of a usual lens ({focal:.0f} mm, 35 mm equivalent) is assumed. "
-                "There is no EXIF value, and estimated from these photos its error would be "
-                "{error:.0f} %. Depths can be wrong by a third.",
-                focal=36 * USUAL_FOCAL,
-                error=100 * sigma,
+            return USUAL_FOCAL * long_side, Finding(
+                "lens.focal-assumed", focal_mm=36 * USUAL_FOCAL, error_percent=100 * sigma
             )
-        return USUAL_FOCAL * long_side, tr(
-            "The focal length of a usual lens ({focal:.0f} mm, 35 mm equivalent) is assumed. There "
-            "is no EXIF value, and these photos do not determine it. Depths can be wrong by a "
-            "third.",
-            focal=36 * USUAL_FOCAL,
+        return USUAL_FOCAL * long_side, Finding(
+            "lens.focal-assumed", focal_mm=36 * USUAL_FOCAL, error_percent=None
         )
     if not trusted or sigma <= LARGEST_SIGMA:
         return None
-    return exif_px, tr(
-        "The focal length is held at the EXIF value, since its error would be {error:.1f} % if it "
-        "were estimated.",
-        error=100 * sigma,
-    )
+    return exif_px, Finding("lens.focal-held-uncertain", error_percent=100 * sigma)
 
 
 def far_from_exif(ratio: float, sigma: float) -> bool:
@@ -217,7 +185,7 @@ def with_lens_parameters(freedom: Freedom, photos: int, convergence: float) -> F
     )
 
 
-def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, str]:
+def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tuple[bool, Finding]:
     """Whether k2 is kept, and why; corner_px : distance of the corner from the middle."""
     radius = np.linspace(0.02, 1.0, 50) * corner_px / focal
     bend = focal * k2 * radius**5
@@ -225,18 +193,12 @@ def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tup
     left = bend - instead @ np.linalg.lstsq(instead, bend, rcond=None)[0]
     effect, sigmas = float(np.abs(left).max()), abs(k2) / sigma if sigma > 0 else 0.0
     if effect >= LEAST_EFFECT_PX and sigmas >= LEAST_SIGMAS:
-        return True, tr(
-            "k2 is estimated: its effect in the corner is {effect:.2f} px, {times:.1f} times its "
-            "error.",
-            effect=effect,
-            times=sigmas,
-        )
-    return False, tr(
-        "k2 is held: estimated, its effect in the corner would be {effect:.2f} px, {times:.1f} "
-        "times its error ({least} px and {least_times:.0f} times required).",
-        effect=effect,
+        return True, Finding("lens.distortion-estimated", effect_px=effect, times=sigmas)
+    return False, Finding(
+        "lens.distortion-held",
+        effect_px=effect,
         times=sigmas,
-        least=LEAST_EFFECT_PX,
+        least_px=LEAST_EFFECT_PX,
         least_times=LEAST_SIGMAS,
     )
 
@@ -246,7 +208,7 @@ def judge_centre(
     corner_px: float,
     shift: npt.NDArray[np.float64],
     covariance: npt.NDArray[np.float64],
-) -> tuple[bool, str]:
+) -> tuple[bool, Finding]:
     """Whether the principal point is kept `shift` (2,) pixels off the middle, and why; covariance
     (2, 2) with neighbouring points counted as one."""
     # What is left of the shift when the camera is turned to make up for it.
@@ -258,37 +220,20 @@ def judge_centre(
         and sigma <= LARGEST_CENTRE_SIGMA * 2 * corner_px
         and distance <= FARTHEST_CENTRE * 2 * corner_px
     )
-    values = {"x": float(shift[0]), "y": float(shift[1]), "sigma": sigma}
+    values = {"x_px": float(shift[0]), "y_px": float(shift[1]), "sigma_px": sigma}
     if kept:
-        said = tr(
-            "The principal point is estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
-            "{sigma:.1f} px): its effect in the corner is {effect:.2f} px.",
-            effect=effect,
-            **values,
-        )
+        reason = Finding("lens.centre-estimated", effect_px=effect, **values)
     elif effect < LEAST_EFFECT_PX:
-        said = tr(
-            "The principal point is held: estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
-            "{sigma:.1f} px), its effect in the corner would be only {effect:.2f} px ({least} px "
-            "required).",
-            effect=effect,
-            least=LEAST_EFFECT_PX,
-            **values,
+        reason = Finding(
+            "lens.centre-held-small", effect_px=effect, least_px=LEAST_EFFECT_PX, **values
         )
     elif distance > FARTHEST_CENTRE * 2 * corner_px:
-        said = tr(
-            "The principal point is held: estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
-            "{sigma:.1f} px), it would be farther off than in any sound camera.",
-            **values,
-        )
+        reason = Finding("lens.centre-held-far", **values)
     else:
-        said = tr(
-            "The principal point is held: estimated ({x:+.1f}, {y:+.1f} px from the centre, ± "
-            "{sigma:.1f} px), it would be no better known than before ({least:.1f} px required).",
-            least=LARGEST_CENTRE_SIGMA * 2 * corner_px,
-            **values,
+        reason = Finding(
+            "lens.centre-held-uncertain", least_px=LARGEST_CENTRE_SIGMA * 2 * corner_px, **values
         )
-    return kept, said
+    return kept, reason
 
 
 def correlated_factor(observations: int, photos: int) -> float:

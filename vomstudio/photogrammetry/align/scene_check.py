@@ -9,21 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneSizes
-from vomstudio.geometry.units import length_text
 from vomstudio.photogrammetry.align.lens_check import of_lenses
 from vomstudio.survey.camera_positions import straightness
 from vomstudio.survey.check_limits import Limits
 from vomstudio.survey.check_results import (
-    Finding,
     PhotoFigures,
     SurveyReport,
     advice_for,
     by_severity,
-    named,
     verdict_of,
 )
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
@@ -62,9 +59,9 @@ def check_scene(
         finding = Finding(
             "unregistered",
             "error",
-            tuple(unregistered),
-            tr("No photo could be aligned. They overlap too little, or show too little detail."),
-            float(len(unregistered)),
+            photos=tuple(unregistered),
+            value=float(len(unregistered)),
+            total=len(unregistered),
         )
         return SurveyReport(
             "after", (), (finding,), verdict_of([finding], None), None, None, advice_for([finding])
@@ -205,19 +202,7 @@ def _of_orientation(planes: PlaneSizes | None, limits: Limits) -> list[Finding]:
     """Every direction on the model is off by what its registration is."""
     if planes is None or planes.registration_deg <= limits.registration_deg:
         return []
-    return [
-        Finding(
-            "rotation",
-            "warning",
-            (),
-            tr(
-                "The registration may be off by {angle:.1f}° (95 %), and with it every direction "
-                "measured on the model. Add control points that are far apart and not in one line.",
-                angle=planes.registration_deg,
-            ),
-            planes.registration_deg,
-        )
-    ]
+    return [Finding("rotation", photos=(), value=planes.registration_deg)]
 
 
 def _of_registration(
@@ -231,15 +216,9 @@ def _of_registration(
             Finding(
                 "unregistered",
                 "error" if share > 0.5 else "warning",
-                tuple(unregistered),
-                tr(
-                    "{count} of {total} photos could not be aligned: {photos}. They overlap too "
-                    "little with the others, or are blurred.",
-                    count=len(unregistered),
-                    total=total,
-                    photos=named(list(unregistered)),
-                ),
-                float(len(unregistered)),
+                photos=tuple(unregistered),
+                value=float(len(unregistered)),
+                total=total,
             )
         )
     if parts:
@@ -247,31 +226,14 @@ def _of_registration(
         found.append(
             Finding(
                 "parts",
-                "warning",
-                names,
-                tr(
-                    "The photos form {count} disconnected components ({sizes} photos).",
-                    count=len(parts) + 1,
-                    sizes=", ".join(str(len(p.views)) for p in (scene, *parts)),
-                ),
-                float(len(parts) + 1),
+                photos=names,
+                value=float(len(parts) + 1),
+                sizes=[len(p.views) for p in (scene, *parts)],
             )
         )
     if len(scene.views) < 5:
         found.append(
-            Finding(
-                "few-photos",
-                "warning",
-                (),
-                tr_n(
-                    "Only {count} photo is aligned. Each place of the rock should be seen in four "
-                    "or five.",
-                    "Only {count} photos are aligned. Each place of the rock should be seen in "
-                    "four or five.",
-                    len(scene.views),
-                ),
-                float(len(scene.views)),
-            )
+            Finding("few-photos", photos=(), value=float(len(scene.views)), count=len(scene.views))
         )
     return found
 
@@ -283,37 +245,14 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
     weak = tuple(n for n, c in zip(names, counts, strict=True) if c < _WEAK_POINTS)
     if weak:
         found.append(
-            Finding(
-                "weak-photos",
-                "warning",
-                weak,
-                tr(
-                    "These photos have fewer than {least} tie points, so their poses are "
-                    "uncertain: {photos}.",
-                    least=_WEAK_POINTS,
-                    photos=named(weak),
-                ),
-                float(counts.min()),
-            )
+            Finding("weak-photos", photos=weak, value=float(counts.min()), least=_WEAK_POINTS)
         )
     seen = places_seen(scene)
     if len(names) >= limits.fewest_photos and len(seen):
         middle = float(np.median(seen))
         if middle < limits.views:
             few = tuple(n for n, v in zip(names, views, strict=True) if not v >= 3.0)
-            found.append(
-                Finding(
-                    "few-views",
-                    "warning",
-                    few,
-                    tr(
-                        "Half of the rock is seen by {count:.0f} photos or fewer. Every place "
-                        "should be seen by four or five.",
-                        count=middle,
-                    ),
-                    middle,
-                )
-            )
+            found.append(Finding("few-views", photos=few, value=middle))
     if len(names) > 1:
         best = overlap.max(axis=1)
         thin = tuple(n for n, b in zip(names, best, strict=True) if b < limits.overlap)
@@ -321,32 +260,14 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
             found.append(
                 Finding(
                     "low-overlap",
-                    "warning",
-                    thin,
-                    tr(
-                        "These photos overlap their best neighbour by {overlap:.0f} % or less: "
-                        "{photos}. 60 % or more is required.",
-                        photos=named(thin),
-                        overlap=100 * float(best[best < limits.overlap].max()),
-                    ),
-                    float(best.min()),
+                    photos=thin,
+                    value=float(best.min()),
+                    overlap=100 * float(best[best < limits.overlap].max()),
                 )
             )
     errors = scene.errors_px[np.isfinite(scene.errors_px)]
     if len(errors) and float(np.median(errors)) > _HIGH_ERROR_PX:
-        found.append(
-            Finding(
-                "high-error",
-                "warning",
-                (),
-                tr(
-                    "The median reprojection error is {error:.1f} pixels. Photos are blurred, the "
-                    "scene moved, or the camera model does not fit the lens.",
-                    error=float(np.median(errors)),
-                ),
-                float(np.median(errors)),
-            )
-        )
+        found.append(Finding("high-error", photos=(), value=float(np.median(errors))))
     return found
 
 
@@ -371,19 +292,7 @@ def _of_sizes(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
     middle = float(np.median(gsd[known]))
     off = np.abs(np.log(np.where(known, gsd, middle) / middle)) > math.log(limits.gsd_ratio) / 2
     names = tuple(view.name for view, far in zip(scene.views, off, strict=True) if far)
-    return [
-        Finding(
-            "gsd-spread",
-            "warning",
-            names,
-            tr(
-                "The ground sampling distances of the photos differ by a factor of {ratio:.0f}. "
-                "Keep them within an order of magnitude.",
-                ratio=ratio,
-            ),
-            ratio,
-        )
-    ]
+    return [Finding("gsd-spread", photos=names, value=ratio)]
 
 
 def _of_directions(scene: SparseScene, limits: Limits) -> list[Finding]:
@@ -398,20 +307,7 @@ def _of_directions(scene: SparseScene, limits: Limits) -> list[Finding]:
     spread = float(away[-max(2, math.ceil(0.1 * len(away)))])
     if spread >= limits.doming_deg:
         return []
-    return [
-        Finding(
-            "one-direction",
-            "warning",
-            (),
-            tr(
-                "All photos look in nearly one direction (within {angle:.1f} degrees). The model "
-                "may be bent like a dome, and focal length and distance are highly correlated. "
-                "Verify it with check points, and do not trust an estimated focal length.",
-                angle=spread,
-            ),
-            spread,
-        )
-    ]
+    return [Finding("one-direction", photos=(), value=spread, source="poses")]
 
 
 def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
@@ -437,20 +333,7 @@ def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
     if not turned:
         return []
     names = tuple(dict.fromkeys(name for pair in turned for name in pair))
-    return [
-        Finding(
-            "same-position",
-            "warning",
-            names,
-            tr(
-                "These photos were taken from the same position as another, with a different "
-                "direction or zoom: {photos}. They add no depth. Take one photo from each "
-                "position.",
-                photos=named(names),
-            ),
-            float(len(turned)),
-        )
-    ]
+    return [Finding("same-position", photos=names, value=float(len(turned)))]
 
 
 def _is_metric(scene: SparseScene) -> bool:
@@ -465,17 +348,4 @@ def _of_line(scene: SparseScene, limits: Limits) -> list[Finding]:
     if width >= limits.straight:
         return []
     across = width * float(np.linalg.norm(scene.centres.std(axis=0)))
-    return [
-        Finding(
-            "collinear",
-            "warning",
-            (),
-            tr(
-                "The camera positions lie in one line (within {width}). A model registered by them "
-                "alone can rotate about this line. Add control points, or photos from beside the "
-                "line.",
-                width=length_text(across, 2, metric=_is_metric(scene)),
-            ),
-            width,
-        )
-    ]
+    return [Finding("collinear", photos=(), value=width, width=across)]

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.files.regular import require_regular
 from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.features import Features
@@ -27,7 +28,7 @@ from vomstudio.photogrammetry.align.mapping import Mapped, MappingOptions
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr_n
 
 # Of the natural logarithm of focal lengths, each from its pairs alone: photos of one lens scatter
 # by less than a hundredth, by a tenth with strong distortion.
@@ -78,17 +79,15 @@ def separate_lenses(
             return None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-    note = tr(
-        "Photos of one size without EXIF were taken with {count} lenses or zoom settings "
-        "({lenses}). The mean reprojection error is {after:.2f} px with separate lenses, "
-        "{before:.2f} px with one.",
-        count=len(sizes),
-        lenses=", ".join(
+    note = Finding(
+        "lens.several-lenses",
+        lenses=len(sizes),
+        groups=", ".join(
             tr_n("{count} photo: {focal:.0f} px", "{count} photos: {focal:.0f} px", n, focal=focal)
             for focal, n in sizes
         ),
-        after=_error(mapped.reconstructions[0]),
-        before=_error(found[0]),
+        after_px=_error(mapped.reconstructions[0]),
+        before_px=_error(found[0]),
     )
     return replace(mapped, notes=(*mapped.notes, note))
 

@@ -18,11 +18,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.regular import read_json
 from vomstudio.photogrammetry.base.memory import peak_bytes
-from vomstudio.words import tr
 
 _STAMP = "stage.json"
 _KEY_LENGTH = 16
@@ -108,7 +108,7 @@ class Checkpoints:
             root.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                tr("The working folder cannot be created ({error}).", error=error.strerror),
+                Finding("folder.not-created", reason=error.strerror),
                 file=root,
             ) from error
         self.stages: list[Stage] = []
@@ -157,11 +157,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 def _not_written(path: Path, error: OSError) -> TargetError:
     return TargetError(
-        tr(
-            "This file cannot be written ({error}). Finished results are kept. Free some space and "
-            "start again.",
-            error=reason_of(path.parent, error),
-        ),
+        Finding("reconstruct.not-written", reason=reason_of(path.parent, error)),
         file=path,
     )
 
@@ -178,12 +174,16 @@ def _read(path: Path) -> dict[str, Any]:
     except (OSError, ValueError):
         return {}
     if not isinstance(found, dict):
-        raise InputError(tr("This folder is damaged. Remove it and start again."), file=path.parent)
+        raise InputError(Finding("reconstruct.damaged", reason="stage.json"), file=path.parent)
     return found
 
 
 def _write(path: Path, facts: dict[str, Any]) -> None:
-    path.write_text(json.dumps(facts, indent=1, default=str), encoding="utf-8")
+    path.write_text(json.dumps(facts, indent=1, default=_plain), encoding="utf-8")
+
+
+def _plain(value: object) -> object:
+    return value.to_dict() if isinstance(value, Finding) else str(value)
 
 
 def _sync_to_disk(path: Path) -> None:

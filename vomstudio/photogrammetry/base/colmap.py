@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from vomstudio.core.threads import run_in_thread
 from vomstudio.errors import Cancelled
 from vomstudio.progress import Progress
 
@@ -37,28 +38,19 @@ def cancellable(
     What stops the progress (Cancelled, an interrupt from the keyboard) cancels the token; the call
     is waited for, so that nothing writes behind the caller's back, and then it is raised.
     """
+    from concurrent.futures import wait
+
     token = colmap().CancellationToken()
-    results: list[Result] = []
-    failures: list[BaseException] = []
-
-    def work() -> None:
-        try:
-            results.append(call(token))
-        except BaseException as error:  # noqa: BLE001  (raised again by who waits)
-            failures.append(error)
-
-    thread = threading.Thread(target=work, name="colmap", daemon=True)
-    thread.start()
+    future = run_in_thread(call, token, name="colmap")
     try:
-        while thread.is_alive():
-            thread.join(_POLL_S)
+        while not wait([future], _POLL_S).done:
             progress.step(done())
+        progress.step(done())
     except BaseException:
         token.cancel()
-        thread.join()
+        wait([future])
         raise
-    if failures:
-        if isinstance(failures[0], InterruptedError):
-            raise Cancelled() from failures[0]
-        raise failures[0]
-    return results[0]
+    try:
+        return future.result()
+    except InterruptedError as error:
+        raise Cancelled() from error

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.words import tr
@@ -35,16 +36,13 @@ class Region:
         values = [float(v) for v in numbers]
         if len(values) != 6 or not all(map(math.isfinite, values)):
             raise UsageError(
-                tr("A region is six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."),
+                Finding("region.not-a-box"),
                 field="--region",
             )
         low, high = tuple(values[:3]), tuple(values[3:])
         if not all(a < b for a, b in zip(low, high, strict=True)):
             raise UsageError(
-                tr(
-                    "The region has no inside: x0, y0, z0 must be less than x1, y1, z1, each than "
-                    "its own."
-                ),
+                Finding("region.empty"),
                 field="--region",
             )
         return cls((low[0], low[1], low[2]), (high[0], high[1], high[2]))
@@ -66,10 +64,9 @@ class Region:
             frame = tr("local frame") if scene.crs is None else scene.crs
             ends = [] if not len(places) else [*places.min(axis=0), *places.max(axis=0)]
             raise GeometryError(
-                tr(
-                    "The region holds {count} tie points, of which no two photos see enough. All "
-                    "of them lie in {bounds}. Check the region and its frame ({frame}).",
-                    count=int(there.sum()),
+                Finding(
+                    "region.few-points",
+                    points=int(there.sum()),
                     bounds=",".join(f"{v:.1f}" for v in ends),
                     frame=frame,
                 ),

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.regular import read_json
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.units import UNPLACED, WORLD, Axes
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
-from vomstudio.words import tr
 
 _VERSION = 1
 
@@ -118,7 +118,7 @@ class SparseScene:
             head = read_json(folder / "scene.json")
             if head["version"] > _VERSION:
                 raise InputError(
-                    tr("This scene was written by a newer version. Update VOM Studio."),
+                    Finding("alignment.newer-version"),
                     file=folder / "scene.json",
                 )
             with open_arrays(folder / "scene.npz") as arrays:
@@ -132,9 +132,6 @@ class SparseScene:
                 )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(
-                tr(
-                    "The alignment is incomplete or damaged ({error}). Align the photos again.",
-                    error=type(error).__name__,
-                ),
+                Finding("alignment.damaged", reason=type(error).__name__),
                 file=folder,
             ) from error

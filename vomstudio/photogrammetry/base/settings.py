@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.photogrammetry.base.region import Region
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -64,16 +64,18 @@ class Settings:
         box."""
         if self.quality not in QUALITIES:
             raise UsageError(
-                tr("The quality must be one of {qualities}.", qualities=", ".join(QUALITIES)),
+                Finding("option.not-a-choice", value=self.quality, choices=list(QUALITIES)),
                 field="quality",
             )
         if self.device not in DEVICES:
             raise UsageError(
-                tr("The device must be one of {devices}.", devices=", ".join(DEVICES)),
+                Finding("option.not-a-choice", value=self.device, choices=list(DEVICES)),
                 field="device",
             )
         if self.threads is not None and self.threads < 1:
-            raise UsageError(tr("The number of threads must be 1 or more."), field="threads")
+            raise UsageError(
+                Finding("option.too-small", value=self.threads, minimum=1), field="threads"
+            )
         Region.of(self.region)
 
     @property

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -19,7 +20,6 @@ from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import Pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
 from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 
 def has_cuda() -> bool:
@@ -131,12 +131,7 @@ def _checked(photo: Undistorted, depth: Any, normal: Any, plan: Any) -> DepthMap
     depth, normal = np.array(depth, np.float32), np.array(normal, np.float32)
     if depth.shape != (lens.height, lens.width):
         raise GeometryError(
-            tr(
-                "COLMAP's depth map has {width} x {height} pixels, which is not the size of the "
-                "photo. Align the photos again.",
-                width=depth.shape[1],
-                height=depth.shape[0],
-            ),
+            Finding("dense.map-size", width=depth.shape[1], height=depth.shape[0]),
             file=photo.view.name,
         )
     good = (depth > plan.near) & (depth < plan.far) & photo.valid & normal.any(axis=2)

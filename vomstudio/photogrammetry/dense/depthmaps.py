@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.cameras import View
@@ -17,7 +18,6 @@ from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.dense.foreground_fattening import sky_fringe
 from vomstudio.photogrammetry.dense.pairs import PATCHMATCH, SGBM, SOURCES, Plan
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -103,10 +103,7 @@ class DepthMap:
                 )
         except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
             raise InputError(
-                tr(
-                    "The depth map is incomplete or damaged ({error}). Compute it again.",
-                    error=type(error).__name__,
-                ),
+                Finding("reconstruct.damaged", reason=type(error).__name__),
                 file=path,
             ) from error
 
@@ -234,28 +231,21 @@ def _fill_by_patchmatch(
 def _check(task: DepthTask) -> None:
     name = task.reference.view.name
     if not task.sources:
-        raise GeometryError(tr("There is no other photo to compute depths with."), file=name)
+        raise GeometryError(Finding("dense.no-sources"), file=name)
     if len(task.sources) != len(task.methods):
-        raise GeometryError(tr("Each source of the photo needs a method."), file=name)
+        raise GeometryError(Finding("dense.no-method"), file=name)
     if not 0 < task.near < task.far < np.inf:
         raise GeometryError(
-            tr(
-                "The depth range from {near:g} to {far:g} is invalid. Align the photos again.",
-                near=task.near,
-                far=task.far,
-            ),
+            Finding("dense.depth-range", near=task.near, far=task.far),
             file=name,
         )
     for photo in (task.reference, *task.sources):
         if photo.view.intrinsics.distorts:
-            raise GeometryError(tr("The photo must be undistorted first."), file=photo.view.name)
+            raise GeometryError(Finding("dense.distorted"), file=photo.view.name)
     for photo in task.sources:
         if not np.linalg.norm(photo.view.centre - task.reference.view.centre) > 0:
             raise GeometryError(
-                tr(
-                    "{photo} was taken from the same position, so there is no base.",
-                    photo=photo.view.name,
-                ),
+                Finding("dense.no-base", photo=photo.view.name),
                 file=name,
             )
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
@@ -91,12 +92,7 @@ def fuse(
             parts.append((*part[2:], colors))
     progress.step(len(maps))
     if not parts:
-        raise GeometryError(
-            tr(
-                "No two depth maps agree anywhere. The photos may be blurred, show a surface "
-                "without texture, or be badly aligned."
-            )
-        )
+        raise GeometryError(Finding("dense.no-agreement"))
     columns = [list(column) for column in zip(*parts, strict=True)]
     parts.clear()
     points, normals, confidence, views, colors = (_joined(column) for column in columns)

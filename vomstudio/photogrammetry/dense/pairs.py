@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.words import tr, tr_n
 
 SGBM, PATCHMATCH = "sgbm", "patchmatch"
 
@@ -78,17 +78,14 @@ class Pairs:
     """
 
     plans: tuple[Plan, ...]
-    left_out: tuple[str, ...]
+    left_out: tuple[Finding, ...]
 
     def of_views(self, views: Collection[int]) -> Pairs:
         """The plans of some views alone. Raises GeometryError where none of them has one."""
         plans = tuple(plan for plan in self.plans if plan.view in views)
         if not plans:
             raise GeometryError(
-                tr(
-                    "None of the photos that see the region can have a depth map. Choose a larger "
-                    "region, or take more photos of it."
-                ),
+                Finding("region.no-depths"),
                 field="--region",
             )
         return replace(self, plans=plans)
@@ -106,13 +103,7 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
     Raises GeometryError where no photo can have a depth map.
     """
     if len(scene.views) < 2:
-        raise GeometryError(
-            tr(
-                "Depth maps need two photos of the same rock, but this alignment has only {count}. "
-                "Take more photos, or align again.",
-                count=len(scene.views),
-            )
-        )
+        raise GeometryError(Finding("dense.too-few-photos", photos=len(scene.views)))
     seen = _seen(scene)
     shared = _shared(scene)
     centres = scene.centres
@@ -122,20 +113,11 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
         depths = view.depths(points)
         depths = depths[np.isfinite(depths) & (depths > 0)]
         if len(depths) < _FEWEST_POINTS:
-            left_out.append(
-                tr_n(
-                    "{photo} has no depth map: {count} tie point is too few.",
-                    "{photo} has no depth map: {count} tie points are too few.",
-                    len(depths),
-                    photo=view.name,
-                )
-            )
+            left_out.append(Finding("dense.few-tie-points", count=len(depths), photo=view.name))
             continue
         candidates = _candidates(scene, row, shared[row], seen, centres)
         if not candidates:
-            left_out.append(
-                tr("{photo} has no depth map: no other photo overlaps it enough.", photo=view.name)
-            )
+            left_out.append(Finding("dense.no-neighbour", photo=view.name))
             continue
         near, far = _range(depths)
         chosen = _spread(candidates, count)
@@ -154,9 +136,10 @@ def choose_pairs(scene: SparseScene, *, count: int = SOURCES, method: str | None
         plans.append(Plan(row, near, far, points, sources, neighbours))
     if not plans:
         raise GeometryError(
-            tr(
-                "No two photos share enough tie points for a depth map. {reasons}",
-                reasons=" ".join(left_out[:3]),
+            Finding(
+                "dense.no-photos",
+                reasons=" ".join(finding.message for finding in left_out[:3]),
+                reason_codes=[finding.code for finding in left_out],
             )
         )
     return Pairs(tuple(plans), tuple(left_out))

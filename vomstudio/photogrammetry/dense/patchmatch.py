@@ -9,15 +9,18 @@ pictures. It serves where photos converge, and takes some ten times as long as a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.threads import thread_pool
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.kernels.jit import for_kernels
+
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
 
 Array = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.float32]
@@ -70,7 +73,7 @@ def match(
     h, w = gray.shape
     levels = [level for level in _LEVELS if min(h, w) / level[0] >= _SMALLEST_SIDE] or [_LEVELS[-1]]
     costs = np.empty((0, 0, 0), np.float32)
-    with ThreadPoolExecutor(max(1, threads)) as pool:
+    with thread_pool(threads) as pool:
         for reduction, sweeps, spread, reach in levels:
             setting = _Setting.make(view, gray, wanted, sources, reduction)
             fixed = _reduced(known, setting.ref.shape)

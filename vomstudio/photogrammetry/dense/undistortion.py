@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.untrusted.pictures import MASK_BYTES, decode_picture
 from vomstudio.geometry.cameras import Intrinsics, View
@@ -83,9 +84,8 @@ def undistort(task: UndistortTask) -> Undistorted:
     image = decode_photo(task.photo, view.name)
     if image.shape[:2] != (lens.height, lens.width):
         raise InputError(
-            tr(
-                "This photo has {width} x {height} pixels, but was aligned with {aligned_width} x "
-                "{aligned_height}. Align the photos again.",
+            Finding(
+                "photo.other-size",
                 width=image.shape[1],
                 height=image.shape[0],
                 aligned_width=lens.width,
@@ -155,7 +155,7 @@ def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
 
     image = decode_picture(photo, cv2.IMREAD_COLOR_RGB, name)
     if image is None:
-        raise InputError(tr("This photo cannot be read. Copy it from the camera again."), file=name)
+        raise InputError(Finding("photo.unreadable"), file=name)
     return image
 
 
@@ -170,13 +170,12 @@ def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[
     called = tr("mask of {photo}", photo=name)
     image = decode_picture(mask, cv2.IMREAD_GRAYSCALE, called, min_pixel_bytes=MASK_BYTES)
     if image is None:
-        raise InputError(tr("The mask of this photo cannot be read. Draw it again."), file=name)
+        raise InputError(Finding("mask.unreadable"), file=name)
     if image.shape != (height, width):
         if abs(image.shape[1] * height - image.shape[0] * width) > 2 * max(width, height):
             raise InputError(
-                tr(
-                    "The mask has {mask_width} x {mask_height} pixels, the photo {width} x "
-                    "{height}. Draw the mask on this photo.",
+                Finding(
+                    "mask.other-size",
                     mask_width=image.shape[1],
                     mask_height=image.shape[0],
                     width=width,
@@ -200,9 +199,7 @@ def _pinhole_of(lens: Intrinsics) -> Intrinsics:
     seen = lens.rays(pixels)[:, :2]
     seen = seen[np.isfinite(seen).all(axis=1)]
     if not len(seen):
-        raise GeometryError(
-            tr("The calibration of this camera is invalid. Align the photos again.")
-        )
+        raise GeometryError(Finding("dense.calibration"))
     focal, centre = np.array(lens.focal), np.array(lens.centre)
     size = np.array([lens.width, lens.height], float)
     low = np.maximum(seen.min(axis=0), -_WIDEST_TAN) * focal

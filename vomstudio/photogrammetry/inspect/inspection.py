@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.regular import read_json
@@ -40,9 +41,7 @@ def _stage(out: Path, name: str, results: str) -> Path:
     """The folder of a finished stage; results : what is in it, a string noted for translators."""
     folder = stage_folder(out, name)
     if folder is None:
-        raise InputError(
-            tr("There are no {results} yet. Make the model first.", results=tr(results)), file=out
-        )
+        raise InputError(Finding("reconstruct.not-yet", results=tr(results)), file=out)
     return folder
 
 
@@ -53,10 +52,7 @@ def _aligned_names(folder: Path) -> list[tuple[str, int, int]]:
         return [(str(row[0]), int(row[1]), int(row[2])) for row in rows]
     except (OSError, ValueError, TypeError, IndexError) as error:
         raise InputError(
-            tr(
-                "The alignment is incomplete or damaged ({error}). Align the photos again.",
-                error=type(error).__name__,
-            ),
+            Finding("alignment.damaged", reason=type(error).__name__),
             file=folder,
         ) from error
 
@@ -76,7 +72,7 @@ def overview(out: Path) -> dict[str, Any]:
     registration = facts.get("registration", {})
     gps = {row["name"]: row["error_m"] for row in registration.get("residuals", [])}
     depths = stage_folder(out, "depths")
-    reasons = dict(alignment.unregistered)
+    reasons = {name: reason.message for name, reason in alignment.unregistered}
     views = {view.name: row for row, view in enumerate(scene.views)}
     parts = {view.name: k for k, part in enumerate(alignment.parts) for view in part.views}
     lengths = np.linalg.norm(mapping.residuals(scene), axis=1)
@@ -142,7 +138,7 @@ def _camera(camera: Any) -> dict[str, Any]:
         "correlation": [[_plain(value) for value in row] for row in camera.correlation],
         "photos": list(camera.photos),
         "focal": camera.focal,
-        "reason": camera.reason,
+        "reason": " ".join(reason.message for reason in camera.reasons),
         "exif_px": camera.exif_px,
         "convergence_deg": camera.convergence_deg,
         "strongest": None if camera.strongest is None else list(camera.strongest),
@@ -169,7 +165,7 @@ def pair(out: Path, a: str, b: str) -> PairOfPhotos:
     names = [name for name, _, _ in _aligned_names(folder)]
     for name in (a, b):
         if name not in names:
-            raise InputError(tr("{photo} is not among the aligned photos.", photo=name), file=out)
+            raise InputError(Finding("reconstruct.photo-not-aligned", photo=name), file=out)
     left, right, tried, kept = match_database.matches_of_pair(
         folder / "database.db", names.index(a), names.index(b)
     )
@@ -225,12 +221,7 @@ def depth_pictures(out: Path, name: str) -> DepthPictures:
 
     path = _depth_path(_stage(out, "depths", _DEPTHS), name)
     if not path.exists():
-        raise InputError(
-            tr(
-                "{photo} has no depth map, since no other photo overlaps it with a suitable base.",
-                photo=name,
-            )
-        )
+        raise InputError(Finding("dense.no-neighbour", photo=name))
     made = DepthMap.load(path)
     photo = np.zeros((*made.depth.shape, 3), np.uint8)
     usable = np.ones(made.depth.shape, bool)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.dense.colmap_workspace import cuda_depth_maps, has_cuda
@@ -31,10 +32,7 @@ def device_of(settings: Settings) -> str:
         return "cuda"
     if settings.device == "cuda":
         raise GeometryError(
-            tr(
-                "The installed COLMAP cannot use a GPU. Install vomstudio[cuda], or reconstruct "
-                "with the device “cpu”."
-            ),
+            Finding("gpu.unavailable"),
             field="device",
         )
     return "cpu"
@@ -62,18 +60,7 @@ def put_depths_of_gpu(
     except (RuntimeError, ValueError) as error:
         reason = (str(error).strip() or type(error).__name__).splitlines()[-1]
         if settings.device == "cuda":
-            raise GeometryError(
-                tr(
-                    "The depth maps could not be computed on the GPU ({reason}). Reconstruct with "
-                    "the device “cpu”.",
-                    reason=reason,
-                )
-            ) from error
-        log.note(
-            tr(
-                "The GPU failed ({reason}), and the depth maps were computed on the processor.",
-                reason=reason,
-            )
-        )
+            raise GeometryError(Finding("gpu.failed", "error", reason=reason)) from error
+        log.note(Finding("gpu.failed", reason=reason))
         return False
     return True

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError, VomError
 from vomstudio.files.disk_troubles import (
     is_full,
@@ -88,19 +89,12 @@ def claim_folder(out: Path) -> Outputs:
         other_files = [p for p in out.iterdir() if not p.name.startswith(".")]
     except (OSError, ValueError) as error:
         if isinstance(error, FileExistsError | NotADirectoryError):
-            raise TargetError(
-                tr("This is a file. Name a folder for the model."), file=out
-            ) from error
+            raise TargetError(Finding("folder.is-file"), file=out) from error
         reason = reason_of(out.parent, error)
-        raise TargetError(
-            tr("The folder cannot be created ({error}).", error=reason), file=out
-        ) from error
+        raise TargetError(Finding("folder.not-created", reason=reason), file=out) from error
     if other_files and not (out / RESULT).exists() and not (out / WORK).is_dir():
         raise TargetError(
-            tr(
-                "This folder contains other files. Name a new or empty folder, or one of an "
-                "earlier reconstruction."
-            ),
+            Finding("folder.other-files"),
             file=out,
         )
     refuse_links(out)
@@ -108,7 +102,7 @@ def claim_folder(out: Path) -> Outputs:
         (out / WORK).mkdir(exist_ok=True)
     except OSError as error:
         raise TargetError(
-            tr("This folder cannot be written ({error}).", error=reason_of(out, error)), file=out
+            Finding("output.unwritable", reason=reason_of(out, error)), file=out
         ) from error
     return Outputs(out)
 
@@ -146,10 +140,8 @@ def disk_trouble_reported(folder: Path) -> Iterator[None]:
     except Exception as error:
         full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)
         if full or _free_bytes(folder) <= _FULL_BELOW or is_full(folder, error):
-            raise TargetError(
-                tr("The disk is full. Finished results are kept. Free some space and start again."),
-                file=folder,
-            ) from error
+            finding = Finding("reconstruct.not-written", reason=tr("the disk is full"))
+            raise TargetError(finding, file=folder) from error
         # Libraries say much of a disk, or nothing: whether it takes anything is tried.
         if not tells_of_disk(error) and number_of_failure(folder) is None:
             raise

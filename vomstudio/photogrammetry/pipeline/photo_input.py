@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.photogrammetry.base.checkpoints import key_of
@@ -72,14 +73,11 @@ def usable_photos(
 
     found = read_photos(folder, progress).with_masks(masks)
     if len(found.photos) < 2:
-        text = tr(
-            "Fewer than two photos in this folder can be used. A model needs at least two that "
-            "overlap, preferably ten."
-        )
-        if found.skipped:
-            name, reason = found.skipped[0]
-            text += " " + tr("{photo} was left out: {reason}", photo=name, reason=reason)
-        raise InputError(text, file=folder)
+        reasons = [
+            tr("{photo} was left out: {reason}", photo=name, reason=reason)
+            for name, reason in found.skipped[:1]
+        ]
+        raise InputError(Finding("alignment.too-few-photos", reasons=reasons), file=folder)
     if settings.control is not None:
         checked = check_control(tables.points, tables.marks, found.photos, settings.crs)
         if checked.problem is not None:
@@ -89,13 +87,13 @@ def usable_photos(
         placed = [photo for photo in found.photos if has_position(photo)]
         if len(placed) < 3:
             raise InputError(
-                tr(
-                    "Only {count} of the {total} photos have a GPS position (latitude, longitude "
-                    "and altitude), and {crs} needs at least 3. Name control points with --gcp, "
-                    "or leave out --crs.",
-                    count=len(placed),
+                Finding(
+                    "gps-few",
+                    "error",
+                    value=len(placed),
                     total=len(found.photos),
                     crs=settings.crs,
+                    photos=[photo.name for photo in placed],
                 ),
                 file=folder,
             )
@@ -131,10 +129,7 @@ def bytes_of(path: Path) -> bytes:
             return stream.read()
     except OSError as error:
         raise InputError(
-            tr(
-                "This file cannot be read any more ({error}). Put it back and start again.",
-                error=error.strerror,
-            ),
+            Finding("reconstruct.photo-lost", reason=error.strerror),
             file=path,
         ) from error
 
@@ -145,9 +140,7 @@ def hash_file(path: Path) -> str:
         with open_regular(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
-        raise InputError(
-            tr("This file cannot be read ({error}).", error=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
 
 
 def alignment_facts(photos: Sequence[Photo]) -> list[Any]:

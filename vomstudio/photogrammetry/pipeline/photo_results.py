@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict
 from vomstudio.photogrammetry.base.checkpoints import file_name, write_whole
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.dense.undistortion import Undistorted
@@ -78,10 +78,7 @@ def load_result(load: Callable[[Path], Result], path: Path) -> Result:
         return load(path)
     except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
         raise InputError(
-            tr(
-                "This file is damaged ({error}). Remove its folder and start again.",
-                error=type(error).__name__,
-            ),
+            Finding("reconstruct.damaged", reason=type(error).__name__),
             file=path,
         ) from error
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import GeometryError
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
@@ -14,7 +15,6 @@ from vomstudio.photogrammetry.place.lens_errors import bend_of_lenses
 from vomstudio.photogrammetry.place.local_frame import upright
 from vomstudio.progress import Progress
 from vomstudio.registration.marks.mark_errors import mark_scatter_findings
-from vomstudio.survey.check_results import Finding
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -64,17 +64,21 @@ def place_scene(
     except GeometryError as error:
         scene = upright(part, photos)
         bend = report_data.lens_bowing(bend_of_lenses(scene, cameras))
-        return scene, {"refused": error.message, "lens_bowing": bend}
+        return scene, {"refused": finding_of(error).to_dict(), "lens_bowing": bend}
 
 
 def registration_findings(settings: Settings, registration: Mapping[str, Any]) -> Iterator[Finding]:
     """Yield findings on control or a CRS that were requested and could not be used, and on marks
     that scatter."""
     if refused := registration.get("refused"):
+        reason = {
+            "value": None,
+            "reason": refused["message"],
+            "reason_code": refused["code"],
+        }
         if settings.control is not None:
-            yield Finding("control-unused", "warning", (), str(refused))
+            yield Finding("control-unused", photos=(), **reason)
         elif settings.crs is not None:
-            yield Finding("gps-unused", "warning", (), str(refused))
-    scatter = registration.get("mark_scatter_px")
-    for finding in [] if scatter is None else mark_scatter_findings(scatter):
-        yield Finding("mark-scatter", "warning", (), finding.message, scatter)
+            yield Finding("gps-unused", photos=(), **reason)
+    if (scatter_px := registration.get("mark_scatter_px")) is not None:
+        yield from mark_scatter_findings(scatter_px)

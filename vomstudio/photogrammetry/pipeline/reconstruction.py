@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from vomstudio.core.findings import Finding, plain
 from vomstudio.errors import InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
@@ -53,7 +54,7 @@ from vomstudio.photogrammetry.pipeline.written_models import (
 )
 from vomstudio.progress import Ahead, Executor, Progress
 from vomstudio.version import __version__
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
@@ -188,7 +189,7 @@ class _Run:
         from vomstudio.photogrammetry.place.joined_alignment import join_alignment
 
         tables = self.tables
-        alignment, stage, said = join_alignment(
+        alignment, stage, findings = join_alignment(
             alignment,
             lambda: self.checkpoints.stage("joined", aligned.key, *tables.hashes),
             tables.points,
@@ -196,8 +197,8 @@ class _Run:
             self.settings.threads,
             self.log,
         )
-        for text in said:
-            self.log.note(text)
+        for finding in findings:
+            self.log.note(finding)
         return alignment, stage or aligned
 
     def _place(self, alignment: Alignment, photos: PhotoFolder, aligned: Stage) -> _Registered:
@@ -212,14 +213,10 @@ class _Run:
             scene.save(stage.folder)
             stage.finish(registration=facts)
         for warning in stage.facts["registration"].get("warnings", []):
-            self.log.note(warning)
+            self.log.note(Finding.from_dict(warning))
         if refused := stage.facts["registration"].get("refused"):
-            self.log.note(
-                tr(
-                    "The model was not registered and has a local frame without scale. {reason}",
-                    reason=refused,
-                )
-            )
+            cause = {"reason": refused["message"], "reason_code": refused["code"]}
+            self.log.note(Finding("reconstruct.local-frame", **cause))
         return _Registered(SparseScene.load(stage.folder), stage.facts["registration"], stage)
 
     def _undistort(
@@ -260,14 +257,7 @@ class _Run:
             stage.finish(dense_px=size)
         size = min(size, int(stage.facts["dense_px"]))
         if size < wanted:
-            self.log.note(
-                tr(
-                    "Depth maps have {size} instead of {wanted} pixels along the long side, since "
-                    "there is not enough free memory.",
-                    size=size,
-                    wanted=wanted,
-                )
-            )
+            self.log.note(Finding("dense.reduced", size_px=size, wanted_px=wanted))
         return size
 
     def _depths(
@@ -364,7 +354,7 @@ class _Run:
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(facts=made.facts, warnings=list(made.warnings))
         for warning in stage.facts["warnings"]:
-            self.log.note(warning)
+            self.log.note(Finding.from_dict(warning))
         return load_result(load_mesh, stage.folder / _MESH), stage
 
     def _texture(
@@ -388,7 +378,7 @@ class _Run:
             write_whole(stage.folder / _MESH, lambda path: save_mesh(path, made.mesh))
             stage.finish(report=asdict(made.report))
         for warning in stage.facts["report"]["warnings"]:
-            self.log.note(warning)
+            self.log.note(Finding.from_dict(warning))
         return load_result(load_mesh, stage.folder / _MESH), stage
 
     # ------------------------------------------------------------------------------------------
@@ -411,19 +401,16 @@ class _Run:
         self.log.end_stage()
         outputs, scene = self.outputs, placed.scene
         for name, reason in alignment.unregistered:
-            self.log.note(tr("{photo} is not aligned. {reason}", photo=name, reason=reason))
-        for part in alignment.parts[1:]:
-            self.log.note(
-                tr_n(
-                    "{count} photo forms a disconnected component, which is not part of the model: "
-                    "{photos}.",
-                    "{count} photos form a disconnected component, which is not part of the model: "
-                    "{photos}.",
-                    len(part.views),
-                    photos=", ".join(view.name for view in part.views[:5])
-                    + (" …" if len(part.views) > 5 else ""),
-                )
+            finding = Finding(
+                "alignment.photo-left-out",
+                photo=name,
+                reason=reason.message,
+                reason_code=reason.code,
             )
+            self.log.note(finding)
+        for part in alignment.parts[1:]:
+            names = [view.name for view in part.views]
+            self.log.note(Finding("alignment.separate-component", photos=names))
         registration = report_data.at_the_edge(placed.registration, scene, textured, self.log.note)
         placed_names = {view.name for view in scene.views}
         missing = [p.name for p in photos.photos if p.name not in placed_names]
@@ -446,7 +433,7 @@ class _Run:
             "registered": len(scene.views),
             "unregistered": missing,
             "survey": survey.as_dict(),
-            "alignment_notes": list(alignment.notes),
+            "alignment_notes": plain(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
             "cameras": str(outputs.cameras),
             "sparse": str(outputs.sparse),
@@ -465,9 +452,7 @@ class _Run:
             "report": str(outputs.report),
             "poses": str(outputs.poses),
             "folder": str(self.folder),
-            "warnings": [
-                note if isinstance(note, str) else note.to_dict() for note in self.log.notes
-            ],
+            "warnings": plain(self.log.notes),
             "tie_points": len(scene.points),
             "tie_points_of_3": int((scene.track_lengths >= 3).sum()),
             "photo_rows": rows,

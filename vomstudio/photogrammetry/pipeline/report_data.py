@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, plain
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import photo_pixel_sizes
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.version import __version__
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.bowing import Bowing, LensBend
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.priors import Calibration
     from vomstudio.photogrammetry.place.control import ControlReport
     from vomstudio.photogrammetry.place.georeference import GpsReport
+    from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 
 _DRAWN = 4000
 
@@ -127,19 +127,19 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         "sigma_height_m": report.sigma_height_m,
         "scale_error": report.scale_error,
         "adjusted_together_with_the_cameras": report.adjusted,
-        "decisions": " ".join(report.decisions),
+        "decisions": plain(report.decisions),
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,
             "about_north": about_north,
         },
-        "lenses": [asdict(lens) for lens in report.lenses],
+        "lenses": list(map(_lens, report.lenses)),
         "residuals": residuals,
         "covariance": report.covariance.tolist(),
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": _but_bowing(report),
+        "warnings": plain(_but_bowing(report)),
     }
 
 
@@ -171,14 +171,17 @@ def lens_bowing(found: LensBend | None) -> dict[str, Any] | None:
 
 
 def at_the_edge(
-    registration: Mapping[str, Any], scene: SparseScene, mesh: Mesh, tell: Callable[[str], object]
+    registration: Mapping[str, Any],
+    scene: SparseScene,
+    mesh: Mesh,
+    note: Callable[[Finding], object],
 ) -> dict[str, Any]:
     """What a registration says, with the bowing at the edge of the finished model: tie points, from
-    which it was found, do not reach as far. tell : hears it in words"""
+    which it was found, do not reach as far. note : called with each finding"""
     from vomstudio.document.registration_errors import bowing_of_registration
     from vomstudio.geology.bowing import LensBend, model_shape
     from vomstudio.io.models.reconstruction_file import result_registration
-    from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
+    from vomstudio.registration.remarks import bowing_findings, lens_findings
 
     _, axes, reach = model_shape(mesh.vertices)
     shape = {"reach_m" if scene.scaled else "reach": reach, "normal": axes[2].tolist()}
@@ -186,19 +189,23 @@ def at_the_edge(
     bowing, bend = bowing_of_registration(result_registration({"registration": facts}, "")), None
     if lens := registration.get("lens_bowing"):
         bend = LensBend(lens["curvature95_per_m"], reach, lens["stretch95"])
-    said = [*said_of_bowing(bowing), *said_of_lenses(bend, bowing)]
+    findings = [*bowing_findings(bowing), *lens_findings(bend, bowing)]
     facts |= {"bowing": _bowing(bowing), "lens_bowing": lens_bowing(bend)}
-    for warning in said:
-        tell(warning)
-    return facts | {"warnings": [*registration.get("warnings", ()), *said]}
+    for finding in findings:
+        note(finding)
+    return facts | {"warnings": [*registration.get("warnings", ()), *plain(findings)]}
 
 
-def _but_bowing(report: GpsReport | ControlReport) -> list[Message]:
-    """Its warnings without those of bowing, which are said of the finished model."""
-    from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
+def _lens(verdict: LensVerdict) -> dict[str, Any]:
+    return asdict(verdict) | {"reason": verdict.reason.to_dict()}
 
-    said = [*said_of_bowing(report.bowing), *said_of_lenses(report.lens_bend, report.bowing)]
-    return [warning for warning in report.warnings if warning not in said]
+
+def _but_bowing(report: GpsReport | ControlReport) -> list[Finding]:
+    """Return its warnings without those of bowing, which concern the finished model."""
+    from vomstudio.registration.remarks import bowing_findings, lens_findings
+
+    bowing = [*bowing_findings(report.bowing), *lens_findings(report.lens_bend, report.bowing)]
+    return [warning for warning in report.warnings if warning not in bowing]
 
 
 def control_registration(report: ControlReport) -> dict[str, Any]:
@@ -213,20 +220,20 @@ def control_registration(report: ControlReport) -> dict[str, Any]:
         "sigma_height_m": report.sigma_height_m,
         "scale_error": report.scale_error,
         "adjusted_together_with_the_cameras": report.adjusted,
-        "decisions": " ".join(report.decisions) or None,
+        "decisions": plain(report.decisions),
         "rotation_error_deg": {
             "about_up": about_up,
             "about_east": about_east,
             "about_north": about_north,
         },
-        "lenses": [asdict(lens) for lens in report.lenses],
+        "lenses": list(map(_lens, report.lenses)),
         "mark_scatter_px": report.mark_scatter_px,
         "points": [asdict(point) for point in report.points],
         "covariance": report.covariance.tolist(),
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": _but_bowing(report),
+        "warnings": plain(_but_bowing(report)),
     }
 
 
@@ -243,12 +250,8 @@ def as_placed(
                 break
         for lens in registration.get("lenses", []):
             if photos & set(lens["photos"]):
-                reason = tr(
-                    "{reason} In the registration: {registration}",
-                    reason=camera.reason,
-                    registration=lens["reason"],
-                )
-                camera = replace(camera, reason=reason)
+                reason = Finding.from_dict(lens["reason"])
+                camera = replace(camera, reasons=(*camera.reasons, reason))
                 if lens["freed"]:
                     sigma = (lens["sigma_px"], *camera.sigma[1:])
                     camera = replace(camera, focal="freed", sigma=sigma)
@@ -279,7 +282,8 @@ def calibration(cameras: Sequence[Calibration], photos: Sequence[Photo]) -> list
                 "correlation": [[camera.correlation[i][j] for j in free] for i in free],
                 "focal": camera.focal,
                 "focal_exif_px": camera.exif_px,
-                "rule": camera.reason,
+                "rule": " ".join(reason.message for reason in camera.reasons),
+                "reason_codes": [reason.code for reason in camera.reasons],
             }
         )
     return rows

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.inside import make_folder, place_inside
 from vomstudio.geometry.cloud import PointCloud
@@ -82,7 +83,7 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
 
     # As whoever reads the file finds it.
     names = ("registration", "frame", "scaled")
-    text = json.dumps({name: result[name] for name in names}, default=_number)
+    text = json.dumps({name: result[name] for name in names}, default=_plain)
     registration = result_registration(json.loads(text), outputs.folder.name)
     known = registration.rotation_covariance() is not None
     for models in ((outputs.mesh, *outputs.others), (outputs.dense,)):
@@ -93,9 +94,11 @@ def write_registrations(outputs: Outputs, result: Mapping[str, Any]) -> None:
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
-    """Write a result; arrays become lists."""
-    path.write_text(json.dumps(value, indent=1, default=_number), encoding="utf-8")
+    """Write a result; arrays become lists, findings objects."""
+    path.write_text(json.dumps(value, indent=1, default=_plain), encoding="utf-8")
 
 
-def _number(value: Any) -> Any:
+def _plain(value: Any) -> Any:
+    if isinstance(value, Finding):
+        return value.to_dict()
     return value.tolist() if hasattr(value, "tolist") else str(value)

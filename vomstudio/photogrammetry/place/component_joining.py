@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.mapping import mean_error
@@ -32,8 +32,6 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
     rotation_covariance,
 )
-from vomstudio.survey.check_results import named
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -71,7 +69,7 @@ class Junction:
     before_px: float
     error_px: float
     rotation_error_deg: tuple[float, float, float] | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
     @property
     def rms_px(self) -> float | None:
@@ -82,10 +80,10 @@ class Junction:
 
 @dataclass(frozen=True)
 class JoinReport:
-    """joined : in their order; not_joined : a sentence for each component that was not joined"""
+    """joined : in their order; not_joined : why, for each component that was not joined"""
 
     joined: tuple[Junction, ...]
-    not_joined: tuple[str, ...]
+    not_joined: tuple[Finding, ...]
 
 
 def join_components(
@@ -105,7 +103,7 @@ def join_components(
     """
     left = list(parts)
     joined: list[Junction] = []
-    failed: dict[tuple[str, str], str] = {}
+    failed: dict[tuple[str, str], Finding] = {}
     surveyed = [point for point in control if not point.check]
     while len(left) > 1:
         links = [
@@ -120,21 +118,24 @@ def join_components(
         try:
             whole, junction = _join(left[i], left[j], marks, surveyed, threads, progress)
         except GeometryError as error:
-            failed[_pair(left[i], left[j])] = error.message
+            failed[_pair(left[i], left[j])] = finding_of(error)
             continue
         joined.append(junction)
         left = [whole, *(p for k, p in enumerate(left) if k not in (i, j))]
         left.sort(key=lambda part: -len(part.views))
-    not_joined = [
-        tr_n(
-            "The component of {count} photo ({photos}) was not joined. {reason}",
-            "The component of {count} photos ({photos}) was not joined. {reason}",
-            len(part.views),
-            photos=named([v.name for v in part.views]),
-            reason=failed.get(_pair(left[0], part)) or _missing(left[0], part, marks),
+    not_joined = []
+    for part in left[1:]:
+        cause = failed.get(_pair(left[0], part)) or _missing(left[0], part, marks)
+        not_joined.append(
+            Finding(
+                "join.not-joined",
+                size=len(part.views),
+                photos=[view.name for view in part.views],
+                reason=cause.message,
+                reason_code=cause.code,
+                **{name: value for name, value in cause.values.items() if name != "size"},
+            )
         )
-        for part in left[1:]
-    ]
     return tuple(left), JoinReport(tuple(joined), tuple(not_joined))
 
 
@@ -181,12 +182,7 @@ def _join(
         return whole, Junction(photos, "control points", (), fit.scale, error, error, None, ())
     here, there = np.array([a[c] for c in common]), np.array([b[c] for c in common])
     if nearly_on_a_line(here) or nearly_on_a_line(there):
-        raise GeometryError(
-            tr(
-                "The markers of both components lie on one line, about which one component can "
-                "rotate. Set a marker beside this line."
-            )
-        )
+        raise GeometryError(Finding("join.collinear"))
     pixel = _pixel_size(one, other, here, there)
     fit, used = fit_robustly(there, here, floor=2 * _MARK_PX * pixel)
     misses = np.linalg.norm(fit(there) - here, axis=1)
@@ -204,15 +200,13 @@ def _join(
     if not after <= 1.2 * before + 0.1:
         worst = common[int(misses.argmax())]
         raise GeometryError(
-            tr(
-                "The {count} common markers contradict the tie points: joined by them, the mean "
-                "reprojection error would be {after:.1f} px instead of {before:.1f} px. Check the "
-                "marks of {marker} first, which has a residual of {residual:.0f} px.",
-                count=len(common),
-                after=after,
-                before=before,
+            Finding(
+                "join.contradicted",
+                markers=len(common),
+                after_px=after,
+                before_px=before,
                 marker=worst,
-                residual=misses.max() / pixel,
+                residual_px=misses.max() / pixel,
             )
         )
     markers = tuple(
@@ -240,12 +234,7 @@ def _by_control(
         here = np.array([places[point.label] for point in own])
         world = np.array([point.position for point in own]) - middle
         if nearly_on_a_line(world):
-            raise GeometryError(
-                tr(
-                    "The control points of both components lie on one line, about which one "
-                    "component can rotate. Mark a control point beside this line."
-                )
-            )
+            raise GeometryError(Finding("control.collinear"))
         fits.append(fit_similarity(here, world))
     first, back = fits[1], fits[0].inverse
     return Similarity(
@@ -261,66 +250,38 @@ def _pixel_size(one: SparseScene, other: SparseScene, here: Array, there: Array)
     return max(one.pixel_at(here), other.pixel_at(there) * scale)
 
 
-def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> str:
-    """What it would take to join the parts."""
+def _missing(one: SparseScene, other: SparseScene, marks: Sequence[Mark]) -> Finding:
+    """Report the markers that joining the components needs.
+
+    The finding lists those that cannot be located in one of the two: they are marked in only one of
+    its photos, or from one position.
+    """
     a, b = _places(one, marks), _places(other, marks)
     common = sorted(a.keys() & b.keys())
-    needed = tr(
-        "{least} markers that are not in one line, each marked in two or more photos of both, are "
-        "needed.",
-        least=FEWEST,
-    )
-    if common:
-        said = tr_n(
-            "{count} marker is found in it and in the largest component ({markers}).",
-            "{count} markers are found in it and in the largest component ({markers}).",
-            len(common),
-            markers=named(common),
-        )
-    else:
-        said = tr("No marker is found in it and in the largest component.")
-    said = f"{said} {needed}"
     once = set()
     for scene, located in ((one, a), (other, b)):
         seen, _ = marks_by_point(scene, marks)
         once |= {label for label in seen if label not in located}
-    if once:
-        said += " " + tr(
-            "Markers that are marked in only one photo of a component, or from one position: "
-            "{markers}.",
-            markers=named(sorted(once)),
-        )
-    return said
+    return Finding(
+        "join.few-markers",
+        size=len(other.views),
+        common=len(common),
+        least=FEWEST,
+        markers=common,
+        not_located=sorted(once),
+    )
 
 
-def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) -> list[Message]:
-    said: list[Message] = []
+def _warnings(markers: Sequence[MarkerFit], turned: tuple[float, float, float]) -> list[Finding]:
+    warnings: list[Finding] = []
     out = [marker.label for marker in markers if not marker.used]
     if out:
-        said.append(
-            tr(
-                "Markers that contradict the others were left out: {markers}.",
-                markers=", ".join(out),
-            )
-        )
+        warnings.append(Finding("control.left-out", labels=out))
     if len(markers) - len(out) == FEWEST:
-        said.append(
-            tr(
-                "With {count} markers there is no redundancy: a blunder cannot be detected. Set at "
-                "least {wanted}.",
-                count=FEWEST,
-                wanted=FEWEST + 1,
-            )
-        )
+        warnings.append(Finding("control.no-redundancy", count=FEWEST, least=FEWEST + 1))
     if max(turned) > _WARN_DEG:
-        said.append(
-            tr(
-                "The rotation between the components is uncertain by about {angle:.1f}°. Place the "
-                "markers farther apart.",
-                angle=max(turned),
-            )
-        )
-    return said
+        warnings.append(Finding("join.rotation", rotation_deg=max(turned)))
+    return warnings
 
 
 # ------------------------------------------------------------------------------------------------

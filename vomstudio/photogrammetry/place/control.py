@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, LensBend, bowing_of
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -39,14 +39,13 @@ from vomstudio.registration.marks.mark_errors import (
     marks_disagree,
 )
 from vomstudio.registration.marks.wrong_marks import WrongMark
-from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
-from vomstudio.registration.scatter import drift_findings, scale_warning
+from vomstudio.registration.remarks import bowing_findings, lens_findings
+from vomstudio.registration.scatter import drift_findings, scale_findings
 from vomstudio.registration.similarity import Similarity, fit_similarity
-from vomstudio.survey.check_results import named
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
+LEAST_POINTS, LEAST_PHOTOS = 3, 2
 WANTED_PHOTOS = 4
 """A point should be marked in so many photos (textbook 3.2.2)."""
 WANTED_POINTS = 4
@@ -109,9 +108,9 @@ class ControlReport:
     tilt_error_deg: float
     crs: str | None
     adjusted: bool
-    decisions: tuple[str, ...]
+    decisions: tuple[Finding, ...]
     lenses: tuple[LensVerdict, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     covariance: Array
     centre: tuple[float, float, float]
     bowing: Bowing | None
@@ -138,11 +137,11 @@ def place_by_control(
     Raises GeometryError where fewer than three points, or points in one line, are marked in two or
     more placed photos.
     """
-    ground, said = _marked_points(scene, control, marks)
+    ground, findings = _marked_points(scene, control, marks)
     control_fit = ground.fitted(scene)
     fit = control_fit.fit
     placed = moved(scene, fit, ground.origin, crs)
-    made = Bent(None, control_fit, (), (), "")
+    made = Bent(None, control_fit, (), (), None)
     if adjust:
         made = bent_to(ground, placed, control_fit, threads, progress)
     if made.scene is not None:
@@ -180,7 +179,7 @@ def place_by_control(
         ground.mark_px,
         scatter.drift,
     )
-    warnings = [*said, *_warnings(report), *([made.refusal] if made.refusal else [])]
+    warnings = [*findings, *_warnings(report), *([made.refusal] if made.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
 
 
@@ -222,11 +221,11 @@ def _centre(ground: GroundPoints, used: Sequence[int]) -> tuple[float, float, fl
 
 def _marked_points(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[GroundPoints, list[Message]]:
+) -> tuple[GroundPoints, list[Finding]]:
     """What there is to place the scene by, and messages about marks that are wrong or of no use.
     Raises GeometryError where it cannot place it."""
-    seen, ties, mark_px, said = _observations(scene, control, marks)
-    ground = _ground(scene, control, seen, ties, mark_px, said)
+    seen, ties, mark_px, findings = _observations(scene, control, marks)
+    ground = _ground(scene, control, seen, ties, mark_px, findings)
     # Of two marks that contradict each other the place of the point tells which is wrong; where
     # that place is known by the other points.
     fitted = ground.fitted(scene)
@@ -241,9 +240,9 @@ def _marked_points(
             )
             wrong += found
     if wrong:
-        said = [*said, *(mark.in_words() for mark in wrong)]
-        ground = _ground(scene, control, seen, ties, mark_px, said)
-    return ground, said
+        findings = [*findings, *(mark.finding for mark in wrong)]
+        ground = _ground(scene, control, seen, ties, mark_px, findings)
+    return ground, findings
 
 
 def _ground(
@@ -252,27 +251,31 @@ def _ground(
     seen: list[PointMarks],
     ties: list[PointMarks],
     mark_px: float,
-    said: Sequence[Message],
+    causes: Sequence[Finding],
 ) -> GroundPoints:
     """mark_px : error of a mark in one direction. Raises GeometryError where these cannot place the
     scene."""
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
     usable = [i for i, marks in enumerate(seen) if agree(scene, marks, mark_px)]
     fitting = [i for i in usable if not control[i].check]
-    if len(fitting) < 3:
-        text = tr(
-            "Only {count} of the {total} control points can be located in the model. At least 3 "
-            "are needed, each marked in two or more photos with a pose.",
-            count=len(fitting),
-            total=sum(not p.check for p in control),
-        )
+    if len(fitting) < LEAST_POINTS:
         apart = [
             point.label
             for i, point in enumerate(control)
             if i not in usable and len(seen[i].views) >= 2
         ]
-        why = [marks_disagree(apart)] if apart else said[:1]
-        raise GeometryError(" ".join([text, *map(str, why)]))
+        causes = [marks_disagree(apart)] if apart else causes[:1]
+        raise GeometryError(
+            Finding(
+                "control.too-few",
+                count=len(fitting),
+                total=sum(not p.check for p in control),
+                least=LEAST_POINTS,
+                photos=LEAST_PHOTOS,
+                reasons=" ".join(cause.message for cause in causes),
+                reason_codes=[cause.code for cause in causes],
+            )
+        )
     origin = integer_origin(world[fitting])
     local = world - origin
     places = np.array([seen[i].place(scene) for i in fitting])
@@ -293,36 +296,25 @@ def _ground(
 
 def _observations(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
-) -> tuple[list[PointMarks], list[PointMarks], float, list[Message]]:
+) -> tuple[list[PointMarks], list[PointMarks], float, list[Finding]]:
     """(of each point; of markers without coordinates that tie photos together; error of a mark in
     one direction; messages about marks that are of no use)."""
     found, missing = marks_by_point(scene, marks)
-    said: list[Message] = []
+    findings: list[Finding] = []
     mark_px = mark_error_px([own.in_views(scene) for own in found.values()])
     for label, own in found.items():
         found[label], wrong = without_wrong_marks(scene, label, own, mark_px)
-        said += [mark.in_words() for mark in wrong]
-    said += labels_on_one_spot(marks)
+        findings += [mark.finding for mark in wrong]
+    findings += labels_on_one_spot(marks)
     seen = [found.pop(point.label, NO_MARKS) for point in control]
     labels = {point.label for point in control}
     ties = {label: s for label, s in found.items() if np.isfinite(s.place(scene)).all()}
     useless = {mark.label for mark in marks} - labels - set(ties)
     if missing:
-        said.append(
-            tr(
-                "Marks in these photos are not used, since there is no pose for them: {photos}.",
-                photos=named(sorted(missing)),
-            )
-        )
+        findings.append(Finding("control.photos-without-pose", photos=sorted(missing)))
     if useless:
-        said.append(
-            tr(
-                "Marks of these points are not used: {points}. They are not in the table of "
-                "control points, and a tie point must be marked in two photos with a pose.",
-                points=named(sorted(useless)),
-            )
-        )
-    return seen, list(ties.values()), mark_px, said
+        findings.append(Finding("control.without-coordinates", labels=sorted(useless)))
+    return seen, list(ties.values()), mark_px, findings
 
 
 def _fit_of(
@@ -354,10 +346,10 @@ def _rms(points: Sequence[PointFit], role: str) -> float | None:
     return math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else None
 
 
-def _warnings(report: ControlReport) -> Iterator[Message]:
+def _warnings(report: ControlReport) -> Iterator[Finding]:
     used = [p for p in report.points if p.role == "control"]
-    yield from said_of_bowing(report.bowing)
-    yield from said_of_lenses(report.lens_bend, report.bowing)
+    yield from bowing_findings(report.bowing)
+    yield from lens_findings(report.lens_bend, report.bowing)
     yield from mark_scatter_findings(report.mark_scatter_px)
     yield from drift_findings({"points": report.drift})
     out = [p.label for p in report.points if p.role == "left out"]
@@ -365,39 +357,22 @@ def _warnings(report: ControlReport) -> Iterator[Message]:
     apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
     few = [p.label for p in used if p.photos < WANTED_PHOTOS]
     if out:
-        yield tr(
-            "Control points that contradict the others were left out: {points}.",
-            points=", ".join(out),
-        )
+        yield Finding("control.left-out", labels=out)
     if unseen:
-        yield tr(
-            "Points with fewer than two right marks in photos with a pose were not used: {points}.",
-            points=", ".join(unseen),
-        )
+        yield Finding("control.few-marks", labels=unseen)
     if apart:
         yield marks_disagree(apart)
     if len(used) < WANTED_POINTS:
-        yield tr(
-            "With {count} control points there is no redundancy: a blunder cannot be detected. Use "
-            "at least {wanted}.",
-            count=len(used),
-            wanted=WANTED_POINTS,
-        )
+        yield Finding("control.no-redundancy", count=len(used), least=WANTED_POINTS)
     if few:
-        yield tr(
-            "These points are marked in fewer than {count} photos: {points}.",
-            count=WANTED_PHOTOS,
-            points=", ".join(few),
-        )
+        yield Finding("control.more-marks", wanted=WANTED_PHOTOS, labels=few)
     if not any(p.role == "check" for p in report.points):
-        yield tr("No check points judge the model independently of those that placed it.")
+        yield Finding("control.no-check-points")
     if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:
-        yield tr(
-            "The control points determine the model's azimuth only to about {azimuth:.1f}° and its "
-            "tilt to about {tilt:.1f}°. Dip directions and dips can be wrong by as much. Place the "
-            "points farther apart.",
-            azimuth=report.rotation_error_deg[2],
-            tilt=report.tilt_error_deg,
+        yield Finding(
+            "registration.weak-rotation",
+            azimuth_deg=report.rotation_error_deg[2],
+            tilt_deg=report.tilt_error_deg,
+            by="control",
         )
-    if warning := scale_warning(report.scale_error):
-        yield warning
+    yield from scale_findings(report.scale_error)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.photogrammetry.align.mapping import mean_error
@@ -31,7 +32,6 @@ from vomstudio.registration.similarity import (
     fit_similarity,
     nearly_on_a_line,
 )
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -92,7 +92,7 @@ class GroundPoints:
         """
         places = np.array([self.seen[i].place(scene) for i in self.fitting])
         if not np.isfinite(places).all():
-            raise GeometryError(tr("The marks do not locate all control points in the model."))
+            raise GeometryError(Finding("control.not-located"))
         wanted = self.local[list(self.fitting)]
         require_width(places)
         fit, good = fit_robustly(places, wanted, floor=self.floor)
@@ -106,11 +106,10 @@ class GroundPoints:
         worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(scatter.rotation)[-1])))
         if not worst <= MAX_ROTATION_ERROR_DEG:
             raise GeometryError(
-                tr(
-                    "The control points contradict each other or the photos by {sigma:.3g} m, so "
-                    "the model can rotate by {angle:.0f}°. Check coordinates, labels and marks.",
-                    sigma=float(np.sqrt((scatter.sigma**2).mean())),
-                    angle=worst,
+                Finding(
+                    "control.contradicts",
+                    sigma_m=float(np.sqrt((scatter.sigma**2).mean())),
+                    rotation_deg=worst,
                 )
             )
         return ControlFit(fit, used, scatter)
@@ -167,14 +166,14 @@ class GroundPoints:
 @dataclass(frozen=True, eq=False)
 class Bent:
     """scene : adjusted with the control points; None where the similarity alone is better
-    fit : of the points in it; refusal : a sentence why it was not adjusted, or ""
+    fit : of the points in it; refusal : why it was not adjusted, None if it was
     """
 
     scene: SparseScene | None
     fit: ControlFit
     lenses: tuple[LensVerdict, ...]
-    decisions: tuple[str, ...]
-    refusal: str
+    decisions: tuple[Finding, ...]
+    refusal: Finding | None
 
 
 def bent_to(
@@ -195,45 +194,25 @@ def bent_to(
         again = _fitted_or_none(ground, better)
     # Control points that no bundle of rays can meet bend the model: the tie points tell.
     if again is None or not mean_error(better) <= 1.2 * mean_error(placed) + 0.1:
-        refusal = tr(
-            "The photos contradict the control points. The model was registered by a similarity "
-            "and not adjusted to them."
-        )
+        refusal = Finding("control.contradicts-photos")
         return Bent(None, first, (), (), refusal)
     decisions = [lens.reason for lens in lenses]
     if ground.ties:
-        decisions.append(
-            tr_n(
-                "{count} marker without coordinates was used as a tie point.",
-                "{count} markers without coordinates were used as tie points.",
-                len(ground.ties),
-            )
-        )
+        decisions.append(Finding("control.tie-points", count=len(ground.ties)))
     misses = _misses_of_others(ground, placed, better, again, threads, progress)
     if misses is not None:
         bent, stiff = misses
-        values = {"bent": bent, "stiff": stiff}
+        values = {"adjusted_m": bent, "similarity_m": stiff}
         if bent > _CLEARLY_WORSE * stiff and bent - stiff > _PART_OF_A_MISS * ground.pixel:
             return Bent(
                 None,
                 first,
                 (),
                 (),
-                tr(
-                    "The model was registered by a similarity and not adjusted to the control "
-                    "points: points that it was not adjusted to would be {bent:.3g} m off instead "
-                    "of {stiff:.3g} m.",
-                    **values,
-                ),
+                Finding("control.not-adjusted", **values),
             )
-        decisions.append(
-            tr(
-                "The model was adjusted to the control points: points that it is not adjusted to "
-                "are {bent:.3g} m off then, and {stiff:.3g} m by a similarity.",
-                **values,
-            )
-        )
-    return Bent(better, again, lenses, tuple(decisions), "")
+        decisions.append(Finding("control.adjusted", **values))
+    return Bent(better, again, lenses, tuple(decisions), None)
 
 
 def _fitted_or_none(ground: GroundPoints, scene: SparseScene) -> ControlFit | None:
@@ -296,9 +275,4 @@ def _misses_of_others(
 def require_width(local: Array) -> None:
     """Raises GeometryError where points (n, 3) lie on one line."""
     if nearly_on_a_line(local):
-        raise GeometryError(
-            tr(
-                "The control points lie on one line, about which the model can rotate. Add a "
-                "control point beside this line."
-            )
-        )
+        raise GeometryError(Finding("control.collinear"))

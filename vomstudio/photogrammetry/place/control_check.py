@@ -9,18 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, finding_of, plain
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
-from vomstudio.photogrammetry.place.control import WANTED_PHOTOS, WANTED_POINTS
+from vomstudio.photogrammetry.place.control import (
+    LEAST_PHOTOS,
+    LEAST_POINTS,
+    WANTED_PHOTOS,
+    WANTED_POINTS,
+)
 from vomstudio.photogrammetry.place.control_adjustment import require_width
 from vomstudio.photogrammetry.place.wrong_marks import labels_on_one_spot
-from vomstudio.survey.check_results import named
 from vomstudio.words import tr, tr_n
 
-LEAST_POINTS, LEAST_PHOTOS = 3, 2
 _FAR_M = 5000.0
 """Points farther than this from the cameras' GPS are in another CRS than was said."""
 
@@ -46,7 +49,7 @@ class PointCheck:
 
 @dataclass(frozen=True)
 class ControlCheck:
-    """problem : a sentence why the points cannot register a model, else None; warnings : sentences.
+    """problem : why the points cannot register a model, else None
     crs : "EPSG:n", as asked for, stated or guessed; None for a local frame
     crs_reason : where it is from
     """
@@ -54,8 +57,8 @@ class ControlCheck:
     points: tuple[PointCheck, ...]
     crs: str | None
     crs_reason: str
-    problem: str | None
-    warnings: tuple[Message, ...]
+    problem: Finding | None
+    warnings: tuple[Finding, ...]
 
     def _used(self, use: str) -> list[PointCheck]:
         return [point for point in self.points if point.use == use and point.usable]
@@ -92,8 +95,8 @@ class ControlCheck:
             "crs": self.crs,
             "crs_reason": self.crs_reason,
             "summary": self.summary,
-            "problem": self.problem,
-            "warnings": list(self.warnings),
+            "problem": None if self.problem is None else self.problem.to_dict(),
+            "warnings": plain(self.warnings),
         }
 
 
@@ -138,86 +141,57 @@ def _problem(
     points: Sequence[PointCheck],
     no_photo: dict[str, None],
     no_point: Sequence[str],
-) -> str | None:
+) -> Finding | None:
     places = [
         p.position
         for p, facts in zip(control, points, strict=True)
         if facts.usable and facts.use == "control"
     ]
     if len(places) < LEAST_POINTS:
-        said = tr_n(
-            "There is {count} usable control point. {least} are needed, each marked in {photos} or "
-            "more of the photos.",
-            "There are {count} usable control points. {least} are needed, each marked in {photos} "
-            "or more of the photos.",
-            len(places),
+        reasons = []
+        if no_photo:
+            reasons = [Finding("control.photos-missing", photos=sorted(no_photo))]
+        elif no_point:
+            reasons = [Finding("control.without-coordinates", labels=no_point)]
+        return Finding(
+            "control.too-few",
+            count=len(places),
+            total=sum(facts.use == "control" for facts in points),
             least=LEAST_POINTS,
             photos=LEAST_PHOTOS,
+            reasons=" ".join(each.message for each in reasons),
+            reason_codes=[each.code for each in reasons],
         )
-        if no_photo:
-            said += " " + tr(
-                "Marks name photos that are not in the folder: {photos}.",
-                photos=named(sorted(no_photo)),
-            )
-        elif no_point:
-            said += " " + tr(
-                "Marks name points that are not among the control points: {points}.",
-                points=named(no_point),
-            )
-        return said
     try:
         local = np.array(places, np.float64)
         require_width(local - local.mean(axis=0))
     except GeometryError as error:
-        return error.message
+        return finding_of(error)
     return None
 
 
 def _warnings(
     points: Sequence[PointCheck], no_photo: dict[str, None], others: dict[str, set[int]]
-) -> Iterator[Message]:
+) -> Iterator[Finding]:
     used = [p for p in points if p.usable and p.use == "control"]
     unseen = [p.label for p in points if not p.usable]
     few = [p.label for p in used if p.photos < WANTED_PHOTOS]
     if LEAST_POINTS <= len(used) < WANTED_POINTS:
-        yield tr(
-            "With {count} control points there is no redundancy: a blunder cannot be detected. Use "
-            "at least {wanted}.",
-            count=len(used),
-            wanted=WANTED_POINTS,
-        )
+        yield Finding("control.no-redundancy", count=len(used), least=WANTED_POINTS)
     if not any(p.usable and p.use == "check" for p in points):
-        yield tr("There are no check points, so the registration is not verified independently.")
+        yield Finding("control.no-check-points")
     if unseen:
-        yield tr(
-            "These points are marked in fewer than {count} photos and are not used: {points}.",
-            count=LEAST_PHOTOS,
-            points=named(sorted(unseen)),
-        )
+        yield Finding("control.few-marks", labels=sorted(unseen))
     if few:
-        yield tr(
-            "These points are marked in fewer than {count} photos: {points}.",
-            count=WANTED_PHOTOS,
-            points=named(sorted(few)),
-        )
+        yield Finding("control.more-marks", wanted=WANTED_PHOTOS, labels=sorted(few))
     ties = sorted(label for label, rows in others.items() if len(rows) >= LEAST_PHOTOS)
     useless = sorted(set(others) - set(ties))
     if ties:
-        yield tr(
-            "These points have no coordinates and are used as tie points only: {points}.",
-            points=named(ties),
-        )
+        yield Finding("control.tie-points", labels=ties, count=len(ties))
     if useless:
-        yield tr(
-            "These points have no coordinates and are marked in one photo only, so they are not "
-            "used: {points}.",
-            points=named(useless),
-        )
+        yield Finding("control.without-coordinates", labels=useless)
     if no_photo:
-        yield tr(
-            "Marks in these photos are not used, since they are not in the folder: {photos}.",
-            photos=named(sorted(no_photo)),
-        )
+        yield Finding("control.photos-missing", photos=sorted(no_photo))
 
 
 def _crs(
@@ -225,7 +199,7 @@ def _crs(
     photos: Sequence[PhotoLike],
     crs: str | None,
     reason: str,
-) -> tuple[str | None, str, list[str]]:
+) -> tuple[str | None, str, list[Finding]]:
     """The CRS, where it is from, and what is strange about it."""
     from vomstudio.photogrammetry.place.georeference import crs_of, has_position, world_positions
 
@@ -236,7 +210,7 @@ def _crs(
     try:
         cameras = np.median(world_positions(placed, guess), axis=0)
     except GeometryError as error:
-        return crs, reason, [error.message]
+        return crs, reason, [finding_of(error)]
     middle = np.median([p.position for p in control], axis=0)
     away = math.dist(cameras[:2], middle[:2])
     if crs is None:
@@ -251,14 +225,6 @@ def _crs(
         return (
             crs,
             reason,
-            [
-                tr(
-                    "In {crs} the control points are {distance:,.0f} km from the photos' GPS "
-                    "positions. Check that it is the right CRS, and that x and y are east and "
-                    "north.",
-                    crs=crs,
-                    distance=away / 1000,
-                )
-            ],
+            [Finding("control.far-from-photos", crs=crs, distance_km=away / 1000)],
         )
     return crs, reason, []

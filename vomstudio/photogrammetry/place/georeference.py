@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
@@ -26,15 +26,14 @@ from vomstudio.photogrammetry.place.gps_priors import (
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
-from vomstudio.registration.remarks import said_of_bowing, said_of_lenses
-from vomstudio.registration.scatter import drift_findings, scale_warning, scatter_of
+from vomstudio.registration.remarks import bowing_findings, lens_findings
+from vomstudio.registration.scatter import drift_findings, scale_findings, scatter_of
 from vomstudio.registration.similarity import (
     Similarity,
     fit_robustly,
     fit_similarity,
     nearly_on_a_line,
 )
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.progress import Progress
@@ -83,9 +82,9 @@ class GpsReport:
     crs: str
     heights: str
     adjusted: bool
-    decisions: tuple[str, ...]
+    decisions: tuple[Finding, ...]
     lenses: tuple[LensVerdict, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     covariance: Array
     centre: tuple[float, float, float]
     positions: Array
@@ -117,10 +116,8 @@ def place_by_gps(
     # In plan: a receiver that has lost its satellites repeats a place and may still vary heights.
     if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _SAME_SPOT_M:
         raise GeometryError(
-            tr(
-                "The GPS positions of all {count} photos are identical. They cannot register the "
-                "model.",
-                count=len(placed),
+            Finding(
+                "gps-equal", "error", value=len(placed), photos=[photo.name for photo in placed]
             )
         )
     centres = scene.centres[rows]
@@ -209,20 +206,15 @@ def _photos_with_position(
             rows.append(row)
             placed.append(photo)
     if not placed:
-        raise GeometryError(
-            tr(
-                "None of the {total} photos with a pose has a GPS position (latitude, longitude "
-                "and altitude). At least 3 are needed.",
-                total=len(scene.views),
-            )
-        )
+        raise GeometryError(Finding("gps-few", "error", total=len(scene.views), photos=(), value=0))
     if len(placed) < 3:
         raise GeometryError(
-            tr(
-                "Only {count} of the {total} photos with a pose have a GPS position (latitude, "
-                "longitude and altitude). At least 3 are needed.",
-                count=len(placed),
+            Finding(
+                "gps-few",
+                "error",
+                value=len(placed),
                 total=len(scene.views),
+                photos=[photo.name for photo in placed],
             )
         )
     return rows, placed
@@ -253,25 +245,10 @@ def _quality(
     inside = local[used] - local[used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
     if sigma > 0.5 * baseline:
-        raise GeometryError(
-            tr(
-                "The accuracy of the GPS positions ({sigma:.1f} m) is no better than the spread of "
-                "the cameras ({spread:.1f} m about their mean). Use control points.",
-                sigma=sigma,
-                spread=baseline,
-            )
-        )
+        raise GeometryError(Finding("gps.imprecise", sigma_m=sigma, spread_m=baseline))
     worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(scatter.rotation)[-1])))
     if worst > MAX_ROTATION_ERROR_DEG:
-        raise GeometryError(
-            tr(
-                "With positions accurate to {sigma:.1f} m the model can still rotate by "
-                "{angle:.0f}° about the line along which the photos were taken. Use control "
-                "points.",
-                sigma=sigma,
-                angle=worst,
-            )
-        )
+        raise GeometryError(Finding("gps.rotation", sigma_m=sigma, rotation_deg=worst))
     turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
     return _Quality(
         residuals,
@@ -291,7 +268,7 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
     if crs is not None:
         code, unit = parse_crs(crs)
         if unit != 1.0:
-            raise UsageError(tr("This CRS is not in metres. Choose one that is."), field="CRS")
+            raise UsageError(Finding("frame.not-in-metres", crs=code), field="CRS")
         return code
     longitude = float(np.median([p.longitude_deg for p in photos]))
     latitude = float(np.median([p.latitude_deg for p in photos]))
@@ -307,13 +284,7 @@ def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
     for photo in photos:
         place = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))
         if place is None:
-            raise GeometryError(
-                tr(
-                    "{photo} was taken outside the area of {crs}. Choose another CRS.",
-                    photo=photo.name,
-                    crs=crs,
-                )
-            )
+            raise GeometryError(Finding("crs.outside-area", photo=photo.name, crs=crs))
         rows.append((*place, float(photo.altitude_m or 0)))
     return np.array(rows, np.float64)
 
@@ -338,12 +309,7 @@ def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> Array:
 def _check_not_on_a_line(centres: Array, spread: Array) -> None:
     """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
     if nearly_on_a_line(centres) or nearly_on_a_line(spread):
-        raise GeometryError(
-            tr(
-                "The photos were taken along one straight line, about which the model can rotate. "
-                "Use control points."
-            )
-        )
+        raise GeometryError(Finding("collinear", "error", photos=(), value=None))
 
 
 def _heights(photos: Sequence[PhotoLike]) -> str:
@@ -351,35 +317,29 @@ def _heights(photos: Sequence[PhotoLike]) -> str:
     return "above the ellipsoid" if ellipsoid > len(photos) / 2 else "above sea level"
 
 
-def _warnings(report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]) -> Any:
+def _warnings(
+    report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
+) -> Iterator[Finding]:
     if report.tilt_error_deg > _WARN_DEG or report.rotation_error_deg[2] > _WARN_DEG:
-        yield tr(
-            "Camera GPS accurate to {sigma:.1f} m determines the model's azimuth only to about "
-            "{azimuth:.1f}° and its tilt to about {tilt:.1f}°. Dip directions and dips can be "
-            "wrong by as much. Use control points.",
-            sigma=report.sigma_m,
-            azimuth=report.rotation_error_deg[2],
-            tilt=report.tilt_error_deg,
+        yield Finding(
+            "registration.weak-rotation",
+            sigma_m=report.sigma_m,
+            azimuth_deg=report.rotation_error_deg[2],
+            tilt_deg=report.tilt_error_deg,
+            by="gps",
         )
-    if warning := scale_warning(report.scale_error):
-        yield warning
-    yield from said_of_bowing(report.bowing)
-    yield from said_of_lenses(report.lens_bend, report.bowing)
+    yield from scale_findings(report.scale_error)
+    yield from bowing_findings(report.bowing)
+    yield from lens_findings(report.lens_bend, report.bowing)
     left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if left:
-        yield tr_n(
-            "The GPS position of {count} photo contradicts the others and was left out: {photos}.",
-            "The GPS positions of {count} photos contradict the others and were left out: "
-            "{photos}.",
-            len(left),
-            photos=", ".join(left[:5]) + (" ..." if len(left) > 5 else ""),
+        yield Finding(
+            "cameras.left-out",
+            count=len(left),
+            photos=left,
         )
     references = {p.altitude_reference for p in photos if p.altitude_reference}
     if len(references) > 1:
-        yield tr("Some photos state heights above sea level, others above the ellipsoid.")
+        yield Finding("gps.mixed-heights")
     if len(report.names) < len(scene.views):
-        yield tr_n(
-            "{count} photo with a pose has no GPS position.",
-            "{count} photos with a pose have no GPS position.",
-            len(scene.views) - len(report.names),
-        )
+        yield Finding("gps.missing", count=len(scene.views) - len(report.names))

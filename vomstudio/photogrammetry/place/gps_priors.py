@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import KnownCentre, bundle_adjust
 from vomstudio.photogrammetry.place.ground_calibration import (
@@ -26,7 +27,6 @@ from vomstudio.photogrammetry.place.ground_calibration import (
     ground_misfit,
 )
 from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -41,13 +41,13 @@ _BELIEVED = 3.0
 
 @dataclass(frozen=True, eq=False)
 class GpsAdjustment:
-    """adjusted : whether the positions entered the adjustment; reason : a sentence why or why not
+    """adjusted : whether the positions entered the adjustment; reason : why or why not
     sigma_m : error of a horizontal coordinate, as it was used, of the middle one
     lenses : what became of the focal lengths
     """
 
     adjusted: bool
-    reason: str
+    reason: Finding
     sigma_m: float
     lenses: tuple[LensVerdict, ...] = ()
 
@@ -87,42 +87,27 @@ def adjust_to_positions(
         sigmas = sigmas * misfit
     before, after = (float(np.nanmean(s.errors_px)) for s in (scene, bent))
     if after > 1.1 * before + 0.02:
-        reason = tr(
-            "GPS positions (accuracy {accuracy:.2g} m) were not used in the bundle adjustment: "
-            "with them, the mean reprojection error would be {after:.2f} px instead of "
-            "{before:.2f} px.",
-            accuracy=middle,
-            after=after,
-            before=before,
+        reason = Finding(
+            "gps.contradicts-photos", accuracy_m=middle, after_px=after, before_px=before
         )
         return scene, GpsAdjustment(False, reason, middle)
-    reason = tr(
-        "GPS positions (accuracy {accuracy:.2g} m) were used in the bundle adjustment.",
-        accuracy=middle,
-    )
+    reason = Finding("gps.adjusted", accuracy_m=middle)
     return bent, GpsAdjustment(True, reason, middle, lenses)
 
 
-def _refusal(scene: SparseScene, sigmas: Array) -> str:
-    """A sentence why positions with these errors (n,) cannot improve the adjustment, or ""."""
+def _refusal(scene: SparseScene, sigmas: Array) -> Finding | None:
+    """Return why positions with these errors (n,) cannot improve the adjustment, or None."""
     if len(sigmas) < FEWEST_POSITIONS:
-        return tr(
-            "{count} GPS positions were not used in the bundle adjustment: without redundancy a "
-            "blunder cannot be detected ({least} are needed).",
-            count=len(sigmas),
-            least=FEWEST_POSITIONS,
-        )
+        return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=FEWEST_POSITIONS)
     together = 1 / math.sqrt(float((sigmas**-2.0).sum()))
     pixels = together / scene.pixel_at(scene.points)
     if pixels <= USEFUL_PIXELS:
-        return ""
-    return tr(
-        "GPS positions (accuracy {accuracy:.2g} m) were not used in the bundle adjustment: "
-        "together they have an error of {pixels:.0f} pixels on the ground (at most {limit:.0f} "
-        "are useful).",
-        accuracy=float(np.median(sigmas)),
-        pixels=pixels,
-        limit=USEFUL_PIXELS,
+        return None
+    return Finding(
+        "gps.not-useful",
+        accuracy_m=float(np.median(sigmas)),
+        error_px=pixels,
+        limit_px=USEFUL_PIXELS,
     )
 
 

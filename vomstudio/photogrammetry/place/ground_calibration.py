@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import (
@@ -27,7 +28,6 @@ from vomstudio.photogrammetry.place.ground_adjustment import (
     focal_sigmas,
 )
 from vomstudio.progress import Progress
-from vomstudio.words import tr_n
 
 LARGEST_SIGMA = 0.015
 # Estimates made before the lens is right miss what they become by no more.
@@ -41,7 +41,7 @@ class LensVerdict:
     photos : names
     before_px, focal_px : the focal length before and after
     sigma_px : of the latter, 0 where held
-    reason : a sentence with numbers
+    reason : why
     """
 
     photos: tuple[str, ...]
@@ -49,7 +49,7 @@ class LensVerdict:
     before_px: float
     focal_px: float
     sigma_px: float
-    reason: str
+    reason: Finding
 
 
 def adjust_to_ground(
@@ -148,39 +148,12 @@ def _verdict(
     photos = tuple(view.name for view in scene.views if view.intrinsics == lens)
     before, focal = lens.focal[0], became.focal[0]
     values = {
-        "focal": focal,
-        "required": 100 * LARGEST_SIGMA,
-        "ground": 100 * alone,
-        "sigma": sigma * focal,
-        "change": 100 * (focal / before - 1),
+        "focal_px": focal,
+        "required_percent": 100 * LARGEST_SIGMA,
+        "ground_percent": 100 * alone,
+        "sigma_px": sigma * focal,
+        "change_percent": 100 * (focal / before - 1),
     }
-    if freed:
-        reason = tr_n(
-            "Focal length of {count} photo: {focal:.0f} ± {sigma:.0f} px ({change:+.1f} %), "
-            "estimated with ground control, which alone constrains it to {ground:.2f} % "
-            "({required:.1f} % required).",
-            "Focal length of {count} photos: {focal:.0f} ± {sigma:.0f} px ({change:+.1f} %), "
-            "estimated with ground control, which alone constrains it to {ground:.2f} % "
-            "({required:.1f} % required).",
-            len(photos),
-            **values,
-        )
-    elif alone < 1:
-        reason = tr_n(
-            "Focal length of {count} photo: held at {focal:.0f} px. Ground control constrains it "
-            "only to {ground:.2f} % ({required:.1f} % required).",
-            "Focal length of {count} photos: held at {focal:.0f} px. Ground control constrains it "
-            "only to {ground:.2f} % ({required:.1f} % required).",
-            len(photos),
-            **values,
-        )
-    else:
-        reason = tr_n(
-            "Focal length of {count} photo: held at {focal:.0f} px. Ground control does not "
-            "constrain it ({required:.1f} % required).",
-            "Focal length of {count} photos: held at {focal:.0f} px. Ground control does not "
-            "constrain it ({required:.1f} % required).",
-            len(photos),
-            **values,
-        )
+    code = "lens.ground-estimated" if freed else "lens.ground-held"
+    reason = Finding(code, count=len(photos), **values)
     return LensVerdict(photos, freed, before, focal, sigma * focal if freed else 0.0, reason)

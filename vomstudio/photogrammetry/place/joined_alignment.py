@@ -7,6 +7,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
+from vomstudio.core.findings import Finding, plain
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align import mapping
 from vomstudio.photogrammetry.align.alignment import Alignment
@@ -24,8 +25,8 @@ def join_alignment(
     marks: Sequence[Mark],
     threads: int | None,
     progress: Progress,
-) -> tuple[Alignment, Stage | None, tuple[str, ...]]:
-    """(the alignment with joined parts, the stage in which it was done, what was done in words).
+) -> tuple[Alignment, Stage | None, tuple[Finding, ...]]:
+    """(the alignment with joined parts, the stage in which it was done, what was done).
 
     stage : makes the stage; it is asked only where there is something to join
     Raises Cancelled.
@@ -41,10 +42,12 @@ def join_alignment(
         for number, part in enumerate(parts):
             (work.folder / f"part{number}").mkdir(exist_ok=True)
             part.save(work.folder / f"part{number}")
-        work.finish(parts=len(parts), said=list(_said(report)), report=asdict(report))
+        work.finish(
+            parts=len(parts), findings=plain(_report_findings(report)), report=asdict(report)
+        )
     facts = work.facts
     parts = tuple(SparseScene.load(work.folder / f"part{k}") for k in range(facts["parts"]))
-    return _with_parts(alignment, parts), work, tuple(facts["said"])
+    return _with_parts(alignment, parts), work, tuple(map(Finding.from_dict, facts["findings"]))
 
 
 def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignment:
@@ -57,27 +60,22 @@ def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignme
     )
 
 
-def _said(report: JoinReport) -> Iterator[str]:
+def _report_findings(report: JoinReport) -> Iterator[Finding]:
     for junction in report.joined:
         yield _joined(junction)
-        yield from map(str, junction.warnings)
+        yield from junction.warnings
     yield from report.not_joined
 
 
-def _joined(junction: Junction) -> str:
+def _joined(junction: Junction) -> Finding:
     one, other = junction.photos
     if junction.rotation_error_deg is None or junction.rms_px is None:
-        return tr(
-            "Components of {one} and {other} photos were joined by their control points.",
-            one=one,
-            other=other,
-        )
-    return tr(
-        "Components of {one} and {other} photos were joined by {count} markers with a residual of "
-        "{rms:.1f} px (rms). The rotation between them is uncertain by {angle:.2f}°.",
+        return Finding("join.by-control", one=one, other=other)
+    return Finding(
+        "join.by-markers",
         one=one,
         other=other,
-        count=sum(marker.used for marker in junction.markers),
-        rms=junction.rms_px,
-        angle=max(junction.rotation_error_deg),
+        markers=sum(marker.used for marker in junction.markers),
+        rms_px=junction.rms_px,
+        rotation_deg=max(junction.rotation_error_deg),
     )

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
@@ -122,7 +123,7 @@ class Marking:
             return self
         check_label(new)
         if new in self.labels:
-            raise GeometryError(tr("The label {label} is in use. Choose another label.", label=new))
+            raise GeometryError(Finding("label.in-use", label=new))
         return Marking(
             tuple(replace(p, label=new) if p.label == old else p for p in self.control),
             tuple(replace(m, label=new) if m.label == old else m for m in self.marks),
@@ -145,9 +146,7 @@ class Marking:
 def check_label(label: str) -> None:
     """Raises GeometryError for what a table cannot hold as a label."""
     if not label or label != label.strip() or not label.isprintable():
-        raise GeometryError(
-            tr("A label must have one or more printable characters, without spaces around them.")
-        )
+        raise GeometryError(Finding("label.invalid"))
 
 
 def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
@@ -322,20 +321,20 @@ class PlacedPhotos:
 # --- tables ---------------------------------------------------------------------------------------
 def usable_tables(
     control: Path | None, marks: Path | None, photos: Sequence[str]
-) -> tuple[Path | None, Path | None, str]:
+) -> tuple[Path | None, Path | None, list[Finding]]:
     """Of tables that were found and not asked for, those with which a model of these photos can be
-    made: without the control points where their marks do not suffice, and why, in words. Raises
+    made: without the control points where their marks do not suffice, and why. Raises
     InputError."""
     if control is None or marks is None:
-        return None, marks, ""
+        return None, marks, []
     find = photo_finder(photos)
     rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
     here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
     marking = Marking(tuple(read_control(control)), here)
     good = ready(marking)
     if len(good) < FEWEST_POINTS or _on_a_line(marking, good):
-        return None, marks, " ".join(missing(marking))
-    return control, marks, ""
+        return None, marks, missing(marking)
+    return control, marks, []
 
 
 # --- what is missing ------------------------------------------------------------------------------
@@ -349,62 +348,46 @@ def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
     ]
 
 
-def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[str]:
-    """What a registration by control points, and a join of components, still need: sentences."""
-    said = []
+def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Finding]:
+    """Report what a registration by control points, and a join of components, still need."""
+    findings = []
     allowed = None if placed is None else {v.name for v in placed.parts[0].views}
     control = [p.label for p in marking.control if not p.check]
     good = ready(marking, allowed)
     if control and len(good) < FEWEST_POINTS:
-        said.append(
-            tr(
-                "{points} control points are needed, each marked in {photos} photos.",
-                points=FEWEST_POINTS,
+        lacking = [label for label in control if label not in good]
+        findings.append(
+            Finding(
+                "control.too-few",
+                "info",
+                count=len(good),
+                total=len(control),
+                least=FEWEST_POINTS,
                 photos=FEWEST_PHOTOS,
-            )
-            if placed is None
-            else tr(
-                "{points} control points are needed, each marked in {photos} photos with a pose.",
-                points=FEWEST_POINTS,
-                photos=FEWEST_PHOTOS,
+                reasons=_too_few_marks(
+                    _marks(label, len(_counted(marking, label, allowed))) for label in lacking
+                ),
+                labels=lacking,
             )
         )
-        lacking = [
-            _marks(label, len(_counted(marking, label, allowed)))
-            for label in control
-            if label not in good
-        ]
-        if lacking:
-            said[-1] += " " + tr("Too few marks: {points}.", points=_some(lacking))
-        more = FEWEST_POINTS - len(control)
-        if more > 0:
-            said[-1] += " " + tr_n(
-                "Add {count} more control point.", "Add {count} more control points.", more
-            )
     elif control and _on_a_line(marking, good):
-        said.append(tr("The control points lie on one line. Mark one beside it."))
+        findings.append(Finding("control.collinear", "info"))
     unseen = [
-        _marks(p.label, count)
+        p.label
         for p in marking.control
-        if p.check and (count := len(_counted(marking, p.label, allowed))) < FEWEST_PHOTOS
+        if p.check and len(_counted(marking, p.label, allowed)) < FEWEST_PHOTOS
     ]
     if unseen:
-        said.append(
-            tr(
-                "Check points need at least {count} marks. Too few marks: {points}.",
-                count=FEWEST_PHOTOS,
-                points=_some(unseen),
-            )
-        )
+        findings.append(Finding("control.few-marks", "info", labels=unseen))
     if placed is not None and allowed is not None:
-        said += _missing_joins(marking, placed, allowed)
-    return said
+        findings += _missing_joins(marking, placed, allowed)
+    return findings
 
 
-def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[str]:
-    """Sentences on what joining the other components still needs; model : photos of the first."""
-    said = []
-    for number, part in enumerate(placed.parts[1:], start=2):
+def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[Finding]:
+    """Report what joining the other components still needs; model : photos of the first."""
+    findings = []
+    for part in placed.parts[1:]:
         other = {view.name for view in part.views}
         counts = {
             label: (
@@ -415,32 +398,26 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
         }
         joined = [label for label, both in counts.items() if min(both) >= FEWEST_PHOTOS]
         if len(joined) < FEWEST_POINTS:
-            begun = [
-                tr(
-                    "{point} ({first} in the model, {second} in component {number})",
-                    point=label,
-                    first=a,
-                    second=b,
-                    number=number,
-                )
-                for label, (a, b) in counts.items()
-                if label not in joined and b
-            ]
-            said.append(
-                tr_n(
-                    "Component {number} ({count} photo) is not joined to the model. {points} "
-                    "points are needed, each marked in {photos} photos of both.",
-                    "Component {number} ({count} photos) is not joined to the model. {points} "
-                    "points are needed, each marked in {photos} photos of both.",
-                    len(other),
-                    number=number,
-                    points=FEWEST_POINTS,
-                    photos=FEWEST_PHOTOS,
+            findings.append(
+                Finding(
+                    "join.few-markers",
+                    "info",
+                    size=len(other),
+                    common=len(joined),
+                    least=FEWEST_POINTS,
+                    markers=joined,
+                    not_located=[
+                        label for label, (_, b) in counts.items() if label not in joined and b
+                    ],
                 )
             )
-            if begun:
-                said[-1] += " " + tr("Too few marks: {points}.", points=_some(begun))
-    return said
+    return findings
+
+
+def _too_few_marks(points: Iterable[str]) -> str:
+    """Name points and how many marks they have; empty without points."""
+    names = ", ".join(points)
+    return names and tr("Too few marks: {points}.", points=names)
 
 
 def _counted(marking: Marking, label: str, photos: set[str] | None) -> list[str]:
@@ -455,11 +432,3 @@ def _on_a_line(marking: Marking, labels: Sequence[str]) -> bool:
 def _marks(label: str, count: int) -> str:
     """A point and how many marks it has."""
     return tr_n("{point} ({count} mark)", "{point} ({count} marks)", count, point=label)
-
-
-def _some(parts: Sequence[str]) -> str:
-    """Up to four, and how many more."""
-    shown = ", ".join(parts[:4])
-    if len(parts) <= 4:
-        return shown
-    return tr("{names} and {count} more", names=shown, count=len(parts) - 4)

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.io.control.points import Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.mark_observations import PointMarks
 from vomstudio.registration.marks.mark_errors import agreement_px, mark_distances
 from vomstudio.registration.marks.wrong_marks import WrongMark, agreeing, meet
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -66,9 +66,8 @@ def misplaced(
     return PointMarks(seen.views[~far], seen.pixels[~far]), wrong
 
 
-def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[str]:
-    """A sentence for each two points that are marked at the same place of a photo: one of them is
-    mistaken for the other."""
+def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[Finding]:
+    """Return a finding for each two points that are marked at the same place of a photo."""
     from scipy.spatial import cKDTree
 
     of_photo: dict[str, list[Mark]] = {}
@@ -78,9 +77,8 @@ def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[str]:
         tree = cKDTree([(mark.x, mark.y) for mark in own])
         for i, k in sorted(tree.query_pairs(SAME_SPOT_PX)):
             if own[i].label != own[k].label:
-                yield tr(
-                    "In {photo} the points {first} and {second} are marked at the same place "
-                    "(x {x:.0f}, y {y:.0f}). One of these marks is wrong: remove or move it.",
+                yield Finding(
+                    "control.same-spot",
                     photo=photo,
                     first=own[i].label,
                     second=own[k].label,

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.photogrammetry.surface.topology import (
     Array,
@@ -60,13 +61,18 @@ class AtlasOptions:
     def __post_init__(self) -> None:
         if not 64 <= self.page <= 16384 or self.page % _CELL:
             raise UsageError(
-                tr("The page size must be 64 to 16384, a multiple of {step}.", step=_CELL),
+                Finding("texture.page-size", step=_CELL),
                 field="page",
             )
         if not 1 <= self.gutter <= 32:
-            raise UsageError(tr("The gutter must be 1 to 32 texels."), field="gutter")
+            raise UsageError(
+                Finding("option.out-of-range", value=self.gutter, minimum=1, maximum=32),
+                field="gutter",
+            )
         if self.most_pages < 1:
-            raise UsageError(tr("The number of pages must be at least 1."), field="most_pages")
+            raise UsageError(
+                Finding("option.too-small", value=self.most_pages, minimum=1), field="most_pages"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +110,9 @@ def make_atlas(
     """
     options, progress = options or AtlasOptions(), progress or Silent()
     if not len(faces):
-        raise GeometryError(tr("The mesh has no triangles to be textured."))
+        raise GeometryError(Finding("texture.no-triangles"))
     if not (texel > 0 and math.isfinite(texel)):
-        raise GeometryError(tr("The size of a texel must be a positive number."), field="texel")
+        raise GeometryError(Finding("number.not-positive", value=texel), field="texel")
     progress.stage(tr("Creating texture charts"))
     cross = cross_products(vertices, faces)
     area = float(np.linalg.norm(cross, axis=1).sum() / 2)
@@ -122,9 +128,7 @@ def make_atlas(
         texel *= 1.1
         flat, chart = _flatten(vertices, faces, cross, texel, options, progress)
     else:
-        raise GeometryError(
-            tr("The charts of this surface do not fit on a page. Decimate it first.")
-        )
+        raise GeometryError(Finding("texture.charts-too-large"))
     corners, page, sizes = packed
     drawn = np.abs(_doubled_areas(corners)).sum() / 2
     facts = {
@@ -208,9 +212,7 @@ def _flatten(
             among[left] = True
             piece = components(faces, among)
     if len(left):
-        raise GeometryError(
-            tr("The surface has triangles that do not fit into a chart. Decimate it first.")
-        )
+        raise GeometryError(Finding("texture.charts-too-large"))
     return flat, chart
 
 
@@ -341,7 +343,7 @@ def _cut(
             return [rows]
     if len(rows) == 1:
         raise GeometryError(
-            tr("A single triangle is larger than a page. Choose larger pages or texels."),
+            Finding("texture.triangle-too-large"),
             field="page",
         )
     middle = flat[rows].mean(axis=1) - low

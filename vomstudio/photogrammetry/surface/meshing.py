@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -26,7 +26,7 @@ from vomstudio.photogrammetry.surface.topology import (
     vertex_normals,
 )
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 _FEWEST = 100
 _DEPTHS = (5, 12)
@@ -68,18 +68,18 @@ class SurfaceOptions:
 
     def __post_init__(self) -> None:
         if self.faces is not None and self.faces < 4:
-            raise UsageError(tr("A surface must have at least 4 triangles."), field="faces")
+            raise UsageError(
+                Finding("option.too-small", value=self.faces, minimum=4), field="faces"
+            )
         if self.depth is not None and not _DEPTHS[0] <= self.depth <= _DEPTHS[1]:
             raise UsageError(
-                tr(
-                    "The octree depth must be {least} to {most}.", least=_DEPTHS[0], most=_DEPTHS[1]
+                Finding(
+                    "option.out-of-range", value=self.depth, minimum=_DEPTHS[0], maximum=_DEPTHS[1]
                 ),
                 field="depth",
             )
         if not self.trim > 0:
-            raise UsageError(
-                tr("The trim distance must be a positive number of point spacings."), field="trim"
-            )
+            raise UsageError(Finding("number.not-positive", value=self.trim), field="trim")
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ class Surface:
 
     mesh: Mesh
     facts: dict[str, Any]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def fitting_points() -> int:
@@ -131,12 +131,7 @@ def build_surface(
     hole = 30 * spacing if options.largest_hole_m is None else options.largest_hole_m
     keep, closed = _trim(vertices, faces, distance, reach, hole)
     if not keep.any():
-        raise GeometryError(
-            tr(
-                "No surface is left near the points. Check that their normals are right and that "
-                "the cloud is dense."
-            )
-        )
+        raise GeometryError(Finding("surface.nothing-left"))
     vertices, faces, _ = compact(vertices, faces[keep])
     facts |= {"cut_share": 1 - len(faces) / facts["faces_poisson"], "holes_closed": closed}
     if options.sharpen:
@@ -162,63 +157,35 @@ def build_surface(
         "area_m2": float(np.linalg.norm(cross_products(vertices, faces), axis=1).sum() / 2),
     }
     if options.faces is not None and len(faces) > 1.05 * options.faces:
-        warnings.append(
-            tr(
-                "The surface has {count:,} triangles instead of {wanted:,}, since further "
-                "decimation would have broken it.",
-                count=len(faces),
-                wanted=options.faces,
-            )
-        )
+        warnings.append(Finding("surface.not-decimated", faces=len(faces), wanted=options.faces))
     return Surface(mesh, facts, tuple(warnings))
 
 
 def _checked(
     cloud: PointCloud, options: SurfaceOptions
-) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[Message]]:
+) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[Finding]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
     if not len(points):
-        raise GeometryError(tr("The cloud has no points. A surface needs a dense cloud."))
+        raise GeometryError(Finding("surface.no-points"))
     if normals is None:
-        raise GeometryError(
-            tr("The cloud has no normals. A surface needs them to know which side is outside.")
-        )
-    warnings: list[Message] = []
+        raise GeometryError(Finding("surface.no-normals"))
+    warnings: list[Finding] = []
     length = np.linalg.norm(normals, axis=1)
     sound = np.isfinite(points).all(axis=1) & np.isfinite(length) & (length > 1e-6)
     if not sound.all():
-        warnings.append(
-            tr_n(
-                "{count:,} point without position or normal was left out.",
-                "{count:,} points without position or normal were left out.",
-                int((~sound).sum()),
-            )
-        )
+        warnings.append(Finding("surface.points-left-out", count=int((~sound).sum())))
         points, normals, length = points[sound], normals[sound], length[sound]
         colors = None if colors is None else colors[sound]
     if len(points) < _FEWEST:
-        raise GeometryError(
-            tr(
-                "The cloud has only {count:,} points. A surface needs at least {least}, and some "
-                "hundred thousand to be useful.",
-                count=len(points),
-                least=_FEWEST,
-            )
-        )
+        raise GeometryError(Finding("surface.few-points", points=len(points), least=_FEWEST))
     normals = (normals / length[:, None]).astype(np.float32)
     if len(points) > options.max_points:
         rows = _thinned(points, options.max_points)
-        warnings.append(
-            tr(
-                "The cloud was thinned from {total:,} to {count:,} points for the surface.",
-                total=len(points),
-                count=len(rows),
-            )
-        )
+        warnings.append(Finding("surface.thinned", total=len(points), points=len(rows)))
         points, normals = points[rows], normals[rows]
         colors = None if colors is None else colors[rows]
     if not np.ptp(points, axis=0).max() > 0:
-        raise GeometryError(tr("All points of the cloud are at the same position."))
+        raise GeometryError(Finding("surface.coincident-points"))
     return points, normals, colors, warnings
 
 
@@ -237,9 +204,7 @@ def _spacing(points: Array) -> tuple[Any, float]:
     near = tree.query(some, k=2)[0][:, 1]
     near = near[near > 0]
     if not len(near):
-        raise GeometryError(
-            tr("Every point of the cloud has a duplicate. A surface needs distinct points.")
-        )
+        raise GeometryError(Finding("surface.coincident-points"))
     # Along a surface, points at random have neighbours at half the step of a regular grid.
     return tree, float(np.median(near))
 
@@ -435,8 +400,6 @@ def _colors(
 
 def _verify(vertices: Array, faces: Faces) -> None:
     if not len(faces):
-        raise GeometryError(
-            tr("Nothing is left of the surface. Check that the cloud is dense enough.")
-        )
+        raise GeometryError(Finding("surface.nothing-left"))
     if not np.isfinite(vertices).all() or not is_manifold(faces):
-        raise GeometryError(tr("The surface is not a valid mesh. Try another octree depth."))
+        raise GeometryError(Finding("surface.not-a-mesh"))

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.photogrammetry.surface.topology import Array, Faces, components, cross_products
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
-from vomstudio.words import tr
 
 MOST_UNSEEN = 0.5
 """Share of a surface that may be in no photo. Beyond it most of the model would be invented."""
@@ -53,20 +53,8 @@ def facing_photos(
             visible = look(faces)
             seen = seen_faces(visible, len(faces))
     if not seen.any():
-        raise GeometryError(
-            tr(
-                "No photo sees this mesh. Check that the cameras belong to it and that its "
-                "triangles face outwards."
-            )
-        )
+        raise GeometryError(Finding("texture.no-photo-sees"))
     unseen = float(area[~seen].sum() / whole)
     if unseen > MOST_UNSEEN:
-        raise GeometryError(
-            tr(
-                "{share:.0f} % of the surface is in no photo, so most of the model would be "
-                "invented. Photograph all sides of the rock with 60 % overlap, or mask what is "
-                "not rock, and reconstruct again.",
-                share=100 * unseen,
-            )
-        )
+        raise GeometryError(Finding("texture.mostly-unseen", share_percent=100 * unseen))
     return faces, visible, turned

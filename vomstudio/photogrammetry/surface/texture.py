@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
@@ -27,7 +27,7 @@ from vomstudio.photogrammetry.surface.visibility import (
 )
 from vomstudio.photogrammetry.surface.visibility import memory_needed as visibility_memory
 from vomstudio.progress import Executor, Inline, Progress, Silent
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 JPEG_QUALITY = 95
 
@@ -47,7 +47,7 @@ class TextureOptions:
     def __post_init__(self) -> None:
         for name, value in (("texel_m", self.texel_m), ("texels_per_pixel", self.texels_per_pixel)):
             if value is not None and not (value > 0 and math.isfinite(value)):
-                raise UsageError(tr("This must be a positive number."), field=name)
+                raise UsageError(Finding("number.not-positive", value=value), field=name)
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class TextureReport:
     left_out_share: dict[str, float]
     seen_by_share: dict[int, float]
     unseen_share: float
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,12 +139,7 @@ def jpeg(page: npt.NDArray[np.uint8], quality: int = JPEG_QUALITY) -> bytes:
     done, content = cv2.imencode(".jpg", np.ascontiguousarray(page[..., ::-1]), settings)
     if not done:
         raise GeometryError(
-            tr(
-                "A texture page of {width} x {height} pixels is too large for JPEG. Choose smaller "
-                "pages.",
-                width=page.shape[1],
-                height=page.shape[0],
-            )
+            Finding("texture.page-too-large", width=page.shape[1], height=page.shape[0])
         )
     return bytes(content)
 
@@ -168,9 +163,9 @@ def make_texture(
         progress or Silent(),
     )
     if not len(mesh.faces):
-        raise GeometryError(tr("The mesh has no triangles to be textured."))
+        raise GeometryError(Finding("texture.no-triangles"))
     if not photos:
-        raise GeometryError(tr("A texture needs at least one photo."))
+        raise GeometryError(Finding("texture.no-photos"))
     shift = mesh.vertices.mean(axis=0)
     vertices = np.ascontiguousarray(mesh.vertices - shift)
     faces = np.ascontiguousarray(mesh.faces, np.int32)
@@ -268,48 +263,21 @@ def _report(
     ]
     unseen = float(area[made.views < 0].sum() / whole)
     warnings = [
-        tr("{photo} sees nothing of the surface.", photo=one.name)
+        Finding("texture.photo-sees-nothing", photo=one.name)
         for one in visible
         if not len(one.faces)
     ]
     larger = atlas.texel / atlas.facts["wanted_texel_m"]
     if larger > 1.001:
         # Without a length: the model may have no scale.
-        warnings.append(
-            tr_n(
-                "Texture pixels are {factor:.3g} times as large as wanted, to fit {count} page.",
-                "Texture pixels are {factor:.3g} times as large as wanted, to fit {count} pages.",
-                len(atlas.sizes),
-                factor=larger,
-            )
-        )
+        warnings.append(Finding("texture.larger-pixels", count=len(atlas.sizes), factor=larger))
     if unseen > 0.05:
-        warnings.append(
-            tr(
-                "{share:.0f} % of the surface is in no photo and has interpolated colours.",
-                share=100 * unseen,
-            )
-        )
+        warnings.append(Finding("texture.unseen", share_percent=100 * unseen))
     if turned:
-        warnings.append(
-            tr_n(
-                "{count} piece of the surface was turned over, since the photos see its other "
-                "side.",
-                "{count} pieces of the surface were turned over, since the photos see their other "
-                "side.",
-                turned,
-            )
-        )
+        warnings.append(Finding("texture.turned-over", count=turned))
     for name, share in zip(names, out, strict=True):
         if share > 0.3:
-            warnings.append(
-                tr(
-                    "{photo} was left out over {share:.0f} % of what it sees, since the other "
-                    "photos show something else there.",
-                    photo=name,
-                    share=100 * share,
-                )
-            )
+            warnings.append(Finding("texture.occluded", photo=name, share_percent=100 * share))
     return TextureReport(
         atlas.texel,
         tuple((int(w), int(h)) for w, h in atlas.sizes),

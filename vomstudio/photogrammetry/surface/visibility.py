@@ -9,11 +9,11 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.untrusted.pictures import COLOR_BYTES, MASK_BYTES, decode_picture
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
-from vomstudio.words import tr
 
 # Depths of larger photos are drawn smaller.
 _MOST_DEPTHS = 12_000_000
@@ -84,19 +84,18 @@ def decode(content: bytes, view: View, *, grey: bool = False) -> Any:
     pixel_bytes = MASK_BYTES if grey else COLOR_BYTES
     picture = decode_picture(content, flags, view.name, min_pixel_bytes=pixel_bytes)
     if picture is None:
-        raise InputError(tr("This picture cannot be decoded. Leave it out."), file=view.name)
+        raise InputError(Finding("photo.unreadable"), file=view.name)
     width, height = view.intrinsics.width, view.intrinsics.height
     if grey and picture.shape != (height, width):
         return cv2.resize(picture, (width, height), interpolation=cv2.INTER_NEAREST)
     if picture.shape[:2] != (height, width):
         raise InputError(
-            tr(
-                "This photo has {width} x {height} pixels where its camera has {camera_width} x "
-                "{camera_height}. Align the photos again.",
+            Finding(
+                "photo.other-size",
                 width=picture.shape[1],
                 height=picture.shape[0],
-                camera_width=width,
-                camera_height=height,
+                aligned_width=width,
+                aligned_height=height,
             ),
             file=view.name,
         )

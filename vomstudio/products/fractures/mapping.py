@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
 from vomstudio.geology.fractures.pieces import Floats, Shapes, circle_area, pieces_of
 from vomstudio.geology.fractures.scanlines import in_ranges
@@ -38,6 +39,7 @@ from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.raster import is_view_plane
 from vomstudio.io.text.repeated_rows import repeats_left_out
+from vomstudio.products.section.curtain import parse_section_plane
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -47,38 +49,19 @@ _REPEAT = "repeat_of"
 
 @dataclass(frozen=True)
 class FractureOrder:
-    """Options of `vomstudio fractures`.
+    """What `vomstudio fractures` analyses.
 
     Parameters
     ----------
-    traces, area, scanline : Path or None
-        Files of lines and polygons.
-    circle : tuple of float or None
-        (x, y, radius) or, on three-dimensional traces, (x, y, z, radius), metres.
-    snap_m : float
-        Tolerance of nodes.
-    set_column, strikes
-        Attribute that names sets, or ranges of strikes.
-    terzaghi_cap : float or None
-        Largest Terzaghi weight.
-    layer : str or None
-        Layer of the traces.
-    plane : Plane or None
-        Plane on which three-dimensional traces are analysed; None fits it.
+    traces : Path or None
+        File of lines.
+    options : FractureOptions
     frame : FrameOptions
         Frame of the traces.
     """
 
     traces: Path | None
-    area: Path | None = None
-    circle: tuple[float, ...] | None = None
-    scanline: Path | None = None
-    snap_m: float = 0.0
-    set_column: str | None = None
-    strikes: tuple[tuple[float, float], ...] = ()
-    terzaghi_cap: float | None = None
-    layer: str | None = None
-    plane: Plane | None = None
+    options: FractureOptions = field(default_factory=FractureOptions)
     frame: FrameOptions = AS_STATED
 
 
@@ -114,31 +97,40 @@ def map_fractures(
         With the file that is to blame; ``lines.no-plane``, ``lines.no-heights`` and
         ``lines.edge-on`` for three-dimensional traces.
     """
-    windows = [order.area, order.circle, order.scanline, area, scanlines, counted]
-    if sum(given is not None for given in windows) > 1:
-        raise UsageError(tr("Give an area, a circle or a scanline: one of them."), field="--area")
+    options = order.options
+    windows = (
+        ("--area", options.area), ("--area", area), ("--circle", options.circle),
+        ("--scanline", options.scanline), ("--scanline", scanlines),
+    )  # fmt: skip
+    given = [flag for flag, value in windows if value is not None]
+    if len(given) > 1:
+        finding = Finding("option.conflict", option=given[0], other=given[1])
+        raise UsageError(finding, field=given[1])
+    place = None if options.circle is None else parse_circle(options.circle)
+    strikes = parse_strikes(options.strikes)
+    attitude = None if options.plane is None else parse_section_plane(options.plane)
     if lines is not None or order.traces is None:
         shapes = np.empty(0, np.object_) if lines is None else lines
         raw = raw_shapes(shapes, "traces", crs, order.frame)
     else:
-        columns = _attributes(order) if sets is None else (_REPEAT,)
-        raw = read_raw_lines(order.traces, order.layer, columns, progress, order.frame)
-    placed = _placed(raw, order.plane)
+        columns = _attributes(options) if sets is None else (_REPEAT,)
+        raw = read_raw_lines(order.traces, options.layer, columns, progress, order.frame)
+    placed = _placed(raw, attitude)
     drawn, plane = placed.drawn, placed.plane
     warnings: list[Message] = list(drawn.warnings)
-    if order.circle is not None:
-        circle = placed.circle(order.circle)
+    if place is not None:
+        circle = placed.circle(place)
         counted = Counted(circle_area(*circle), circle=circle)
-    elif order.area is not None:
-        raw = read_raw_areas(order.area, progress=progress, model=ModelFrame(drawn.crs))
+    elif options.area is not None:
+        raw = read_raw_areas(Path(options.area), progress=progress, model=ModelFrame(drawn.crs))
         polygon, read = extract_area(placed.window(raw, "area"))
         warnings += _new_findings(read.warnings, warnings)
         counted = Counted(polygon)
     elif area is not None:
         polygon, crossings = taken_apart(placed.window(raw_shapes(area, "area"), "area").shapes)
         counted = Counted(polygon, warnings=tuple(crossings))
-    elif order.scanline is not None:
-        raw = read_raw_lines(order.scanline, progress=progress, model=ModelFrame(drawn.crs))
+    elif options.scanline is not None:
+        raw = read_raw_lines(Path(options.scanline), progress=progress, model=ModelFrame(drawn.crs))
         read = extract_lines(placed.window(raw, "scanline"))
         warnings += _new_findings(read.warnings, warnings)
         counted = Counted(scanlines=read.shapes)
@@ -146,11 +138,9 @@ def map_fractures(
         shapes = placed.window(raw_shapes(scanlines, "scanline"), "scanline").shapes
         counted = Counted(scanlines=shapes)
     if sets is None:
-        sets = sets_of(drawn, order.set_column, order.strikes, plane)
+        sets = sets_of(drawn, options.by, strikes, plane)
     elif lines is None or len(sets) != len(lines):
-        raise UsageError(
-            tr("Every trace needs its set: there are {count} sets.", count=len(sets)), field="by"
-        )
+        raise UsageError(Finding("fractures.sets-not-of-traces", sets=len(sets)), field="by")
     else:
         sets = [sets[i - 1] for i in drawn.feature]
     if progress is not None:
@@ -159,8 +149,8 @@ def map_fractures(
         drawn.shapes,
         counted,
         sets=sets,
-        snap_m=order.snap_m,
-        terzaghi_cap=order.terzaghi_cap,
+        snap_m=options.snap_m,
+        terzaghi_cap=options.terzaghi_cap,
         warnings=warnings,
         plane=plane,
     )
@@ -248,9 +238,9 @@ def _add_findings(drawn: DrawnLayer, findings: Sequence[Message]) -> DrawnLayer:
     return replace(drawn, warnings=(*drawn.warnings, *findings))
 
 
-def _attributes(order: FractureOrder) -> list[str]:
+def _attributes(options: FractureOptions) -> list[str]:
     """Return the attributes of the traces that the analysis uses."""
-    return [_REPEAT, SET_COLUMN, *([] if order.set_column is None else [order.set_column])]
+    return [_REPEAT, SET_COLUMN, *([] if options.by is None else [options.by])]
 
 
 def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
@@ -302,11 +292,7 @@ def parse_circle(text: str) -> tuple[float, ...]:
     except ValueError:
         values = ()
     if len(values) not in (3, 4) or not np.isfinite(values).all() or values[-1] <= 0:
-        raise UsageError(
-            tr("“{text}” is not a circle. Write centre and radius in metres, such as 10,20,5.",
-               text=text),
-            field="--circle",
-        )  # fmt: skip
+        raise UsageError(Finding("fractures.not-a-circle", text=text), field="--circle")
     return values
 
 
@@ -320,12 +306,7 @@ def parse_strikes(text: str | None) -> tuple[tuple[float, float], ...]:
         except ValueError:
             pair = (math.nan, math.nan)
         if not all(0 <= end <= 360 for end in pair):
-            raise UsageError(
-                tr(
-                    "“{text}” is not a range of strikes. Write ranges such as 340-020,060-100.",
-                    text=part,
-                ),
-                field="--strikes",
-            )
+            finding = Finding("fractures.not-a-strike-range", text=part)
+            raise UsageError(finding, field="--strikes")
         ranges.append(pair)
     return tuple(ranges)

@@ -8,7 +8,7 @@ flexural toppling, intersections for wedges and direct toppling.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -85,7 +85,7 @@ def draw_slope(
             "Face {azimuth}/{dip:02.0f} (dip direction/dip), friction {friction:g}°, "
             "lateral limits ±{lateral:g}°, n = {n} planes",
             azimuth=format_azimuth(plane.dip_direction_deg), dip=plane.dip_deg,
-            friction=face.friction_deg, lateral=face.lateral_deg, n=found.n,
+            friction=face.options.friction_deg, lateral=face.options.lateral_deg, n=found.n,
         ),
         fontsize=FONT_PT + 1, color=INK, va="top",
     )  # fmt: skip
@@ -99,11 +99,11 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
         face, planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     )
     lines = _some_intersections(normals, set_numbers(table))
-    dip, friction = face.plane.dip_deg, face.friction_deg
+    dip, friction = face.plane.dip_deg, face.options.friction_deg
     sides = _lateral_lines(face)
     planes = tr("poles of planes")
     meets = tr("intersections of planes")
-    straight = _lateral_lines(SlopeFace(face.plane, friction, face.lateral_deg, "straight"))
+    straight = _lateral_lines(SlopeFace(face.plane, replace(face.options, limits="straight")))
     return [
         _Panel(
             tr("Planar sliding"), planes, found.planar, 0.0 - normals,
@@ -260,13 +260,13 @@ def _daylight_envelope(dip_deg: float) -> Array:
 
 def _lateral_lines(face: SlopeFace) -> tuple[Array, ...]:
     """Both lateral limits across the net: small circles about the strike, or planes."""
-    if face.lateral_deg >= 90.0:
+    if face.options.lateral_deg >= 90.0:
         return ()
     t = np.linspace(0.0, np.pi, 91)
-    limit = np.radians(face.lateral_deg)
+    limit = np.radians(face.options.lateral_deg)
     curves = []
     for side in (1.0, -1.0):
-        if face.limits == "curved":
+        if face.options.limits == "curved":
             x, y = np.cos(t) * np.cos(limit), np.full_like(t, side * np.sin(limit))
             z = -np.sin(t) * np.cos(limit)
         else:

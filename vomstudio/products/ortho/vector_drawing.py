@@ -22,6 +22,7 @@ from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.svg_lines import OWN_CLASS
 from vomstudio.products.ortho.interpretation import Flat
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Box = tuple[float, float, float, float]
@@ -89,6 +90,17 @@ class Drawing:
         ordered = sorted(self.shapes, key=lambda shape: not shape.filled)
         return list(dict.fromkeys(shape.layer for shape in ordered))
 
+    @property
+    def legend(self) -> dict[str, str]:
+        """Colour of each kind of feature, in the order in which they are drawn."""
+        kinds = ((shape.values.get("kind"), shape.color) for shape in self.shapes)
+        return {str(kind): color for kind, color in kinds if kind}
+
+    @property
+    def has_apparent_dips(self) -> bool:
+        """Whether the numbers beside planes are dips in the plane of the drawing."""
+        return any(shape.dip_deg is not None and not shape.symbol for shape in self.shapes)
+
 
 def shape_of(flat: Flat) -> Shape:
     """As it is drawn: a plane with its name and its apparent dip, on a map its true one; a line is
@@ -152,7 +164,7 @@ def svg_text(drawing: Drawing) -> str:
     left, top = left_margin_mm(drawing.bounds, _TEXT_MM), MARGIN_MM
     page = (
         width + left + MARGIN_MM,
-        height + 2 * MARGIN_MM + (len(drawing.title) + 2) * 1.6 * _TEXT_MM,
+        height + 2 * MARGIN_MM + (_lines_below(drawing) + 2) * 1.6 * _TEXT_MM,
     )
     matrix = (mm, mm, left - float(low[0]) * mm, top + float(high[1]) * mm)
     out = [
@@ -372,10 +384,28 @@ def _frame(
     out.append(f'<rect x="{left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
     said = bar_text(length, metric=drawing.metric)
     text(left + length * sx + 2, y + 1.6, f"{said}, 1 : {scale:,}".replace(",000", " 000"), "start")
-    for k, line in enumerate(drawing.title):
-        text(left, y + 7 + 1.6 * _TEXT_MM * k, line, "start")
+    y += 7
+    for kind, color in drawing.legend.items():
+        middle = y - 0.35 * _TEXT_MM
+        out.append(
+            f'<line x1="{left:.3f}" y1="{middle:.3f}" x2="{left + 8:.3f}" y2="{middle:.3f}" '
+            f'stroke="{color}" stroke-width="0.7"/>'
+        )
+        text(left + 10, y, kind, "start")
+        y += 1.6 * _TEXT_MM
+    if drawing.has_apparent_dips:
+        text(left, y, tr("Numbers beside planes are apparent dips, °."), "start")
+        y += 1.6 * _TEXT_MM
+    for line in drawing.title:
+        text(left, y, line, "start")
+        y += 1.6 * _TEXT_MM
     out.append("</g>")
     return out
+
+
+def _lines_below(drawing: Drawing) -> int:
+    """Return the number of lines of text below the scale bar."""
+    return len(drawing.legend) + drawing.has_apparent_dips + len(drawing.title)
 
 
 def _png(picture: npt.NDArray[np.uint8]) -> str:

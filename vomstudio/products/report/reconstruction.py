@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.files.atomic import atomic_write
 from vomstudio.io.models.reconstruction_file import result_registration
 from vomstudio.products.report.residual_map import as_svg, residual_map
@@ -83,9 +84,9 @@ def _summary(result: Mapping[str, Any]) -> str:
     return f"<p>{escape(text)}</p>"
 
 
-def _sentence(note: str | Mapping[str, Any]) -> str:
+def _sentence(note: str | Finding | Mapping[str, Any]) -> str:
     """Return the sentence of a warning, which may be a finding."""
-    return note if isinstance(note, str) else str(note["message"])
+    return str(note["message"]) if isinstance(note, Mapping) else str(note)
 
 
 def _heading(text: str) -> str:
@@ -93,7 +94,7 @@ def _heading(text: str) -> str:
 
 
 def _survey(survey: Mapping[str, Any]) -> str:
-    findings = "".join(f"<li>{escape(f['text'])}</li>" for f in survey["findings"])
+    findings = "".join(f"<li>{escape(f['message'])}</li>" for f in survey["findings"])
     again = "".join(f"<li>{escape(text)}</li>" for text in survey["next_time"])
     text = f"<p>{escape(survey['verdict'])}</p>"
     if findings:
@@ -192,7 +193,7 @@ def _registration(result: Mapping[str, Any]) -> str:
         lead = tr(
             "The model was not registered, so that its angles and lengths are those of a frame of "
             "its own. {reason}",
-            reason=reason,
+            reason=_sentence(reason),
         )
         what = tr(
             "It can be registered later: by control points, positions of cameras, compass "
@@ -203,10 +204,10 @@ def _registration(result: Mapping[str, Any]) -> str:
     else:
         text = f"<p>{escape(told.sentence)}</p>" if told.sentence else ""
     text += _table(["", ""], [("", fact) for fact in (*facts, *told.facts)])
-    warnings = dict.fromkeys((*found.get("warnings", ()), *told.warnings))
+    warnings = dict.fromkeys(map(_sentence, (*found.get("warnings", ()), *told.warnings)))
     text += "".join(f'<p class="note">{escape(said)}</p>' for said in warnings)
     if decisions := found.get("decisions"):
-        text += f"<p>{escape(decisions)}</p>"
+        text += f"<p>{escape(' '.join(map(_sentence, decisions)))}</p>"
     return text + residual_map(found, result["scaled"]) + _points(found.get("points", []))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.by_model.matching import match
@@ -51,7 +51,7 @@ class FittedToReference:
     blocks: int
     block_m: float
     free: tuple[str, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def fit_to_reference(
@@ -78,9 +78,7 @@ def fit_to_reference(
     progress = progress or Silent()
     target = reference if stable is None else reference[stable]
     if not len(target):
-        raise GeometryError(
-            tr("No point of the reference is stable by the mask. Check the frame of the mask.")
-        )
+        raise GeometryError(Finding("reference.nothing-stable"))
     radius = RADIUS * max(spacing)
     diagonal = float(np.linalg.norm(np.ptp(reference, axis=0)))
     farthest = max(_CAPTURE * diagonal, radius)
@@ -95,13 +93,7 @@ def fit_to_reference(
         fit = found.fit
     share = len(found.miss) / max(places.count, 1)
     if share < _LEAST_SHARE:
-        raise GeometryError(
-            tr(
-                "Only {share:.1f} % of the model lies on the reference. Check that both are in one "
-                "frame, or give three points that are seen in both.",
-                share=100.0 * share,
-            )
-        )
+        raise GeometryError(Finding("reference.little-overlap", share_percent=100.0 * share))
     spread = spread_of(found, radius)
     whitening = spread.whitening
     if not scale:
@@ -126,7 +118,7 @@ def fit_to_reference(
         spread.blocks,
         spread.side_m,
         free,
-        tuple(_said(found, spread, share, free)),
+        tuple(_findings(found, spread, share, free)),
     )
 
 
@@ -139,13 +131,7 @@ def _require_near(placed: Array, reference: Array, farthest: float) -> None:
     if np.isfinite(distance).mean() > _LEAST_SHARE:
         return
     apart = float(np.linalg.norm(placed.mean(axis=0) - reference.mean(axis=0)))
-    raise GeometryError(
-        tr(
-            "As the two frames stand, the model does not lie on the reference: their middles are "
-            "{apart:.6g} m apart. Give three points or more that are seen in both.",
-            apart=apart,
-        )
-    )
+    raise GeometryError(Finding("reference.apart", apart_m=apart))
 
 
 def _free(found: Refined, scale: bool) -> tuple[str, ...]:
@@ -167,33 +153,13 @@ def _free(found: Refined, scale: bool) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _said(found: Refined, spread: Spread, share: float, free: tuple[str, ...]) -> list[str]:
-    said = []
+def _findings(found: Refined, spread: Spread, share: float, free: tuple[str, ...]) -> list[Finding]:
+    findings = []
     if free:
-        said.append(
-            tr(
-                "The overlap has too little relief to hold the model: {what} is left free by it. "
-                "Add points that are seen in both, or a reference that shows faces of other "
-                "attitudes.",
-                what=", ".join(free),
-            )
-        )
+        findings.append(Finding("reference.little-relief", free=list(free)))
     if share < _FEW_SHARE:
-        said.append(
-            tr(
-                "Only {share:.0f} % of the model lies on the reference within what chance "
-                "explains.",
-                share=100.0 * share,
-            )
-        )
+        findings.append(Finding("reference.partial", share_percent=100.0 * share))
     # Rounding is alike, too.
     if spread.alike and found.sigma > _ROUNDING * found.size:
-        said.append(
-            tr(
-                "What the model misses the reference by is alike over more than {side:.3g} m: it "
-                "is bent, or parts of it have changed. Name the part that is stable; the "
-                "stated error knows only a part of that.",
-                side=spread.side_m,
-            )
-        )
-    return said
+        findings.append(Finding("reference.bent", side_m=spread.side_m))
+    return findings

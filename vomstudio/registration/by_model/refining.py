@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.progress import Progress
 from vomstudio.registration.by_model.planes import Places, Reference
@@ -142,13 +143,7 @@ def _look(
     """What the places say at a similarity. like : with its middle, size and sigma"""
     met = reference.met(model, fit)
     if len(met.miss) < _FEWEST:
-        raise GeometryError(
-            tr(
-                "Only {count} places of the model lie on the reference, too few to fit it. Check "
-                "that both are in one frame, or give three points that are seen in both.",
-                count=len(met.miss),
-            )
-        )
+        raise GeometryError(Finding("reference.few-places", places=len(met.miss)))
     sigma = max(_MAD * float(np.median(np.abs(met.miss))), _ROUNDING * reference.radius)
     if like is not None:
         sigma = like.sigma

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
@@ -15,7 +16,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import resolution
 from vomstudio.registration.similarity import Similarity
 from vomstudio.registration.surface_points import surface_points
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +25,7 @@ def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[Array, floa
     a model that is a single point or none."""
     spacing = resolution(data)
     if not (np.isfinite(spacing) and spacing > 0):
-        raise InputError(tr("The model is a single point, or none."), file=path)
+        raise InputError(Finding("reference.no-extent"), file=path)
     return surface_points(data, spacing)[0], spacing
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line
@@ -76,7 +76,7 @@ class Comparison(Shown):
     registration_error_m: float | None
     positive_toward: Toward | None
     sides_by: str
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     distances: Array
     lod95: Array | None
 
@@ -115,7 +115,7 @@ def compare(
     places = points_of(model)
     for data, name in ((model, tr("The model")), (benchmark, tr("The benchmark"))):
         if not np.isfinite(points_of(data)).all(axis=1).any():
-            raise GeometryError(tr("{name} has no points.", name=name))
+            raise GeometryError(Finding("comparison.no-points", name=name))
     refuse_apart(
         _bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark"))
     )  # fmt: skip
@@ -125,29 +125,20 @@ def compare(
     near = sides.opposite(places, progress)
     slack = _spacing(model)
     beyond = ~np.isfinite(near.distance) | (near.beside > (slack if by == "winding" else 0.0))
-    said: list[str] = []
+    findings: list[Finding] = []
     distances, lod95, reach = np.where(beyond, np.nan, near.distance), None, None
     if radius_m is not None:
         reach = _reach(distances, radius_m)
         error = registration_error_m or 0.0
         distances, lod95 = _m3c2(
-            model, benchmark, near, beyond, radius_m, reach, error, progress, said
+            model, benchmark, near, beyond, radius_m, reach, error, progress, findings
         )
         if registration_error_m is None:
-            said.append(
-                tr(
-                    "The error of the registration is not known and was taken as 0 in the level of "
-                    "detection. State it with --registration-error."
-                )
-            )
+            findings.append(Finding("comparison.error-assumed"))
     figures = statistics(distances, lod95)
     if len(places) - figures["n"] > _FEW_SHARE * len(places):
-        said.append(
-            tr(
-                "Only {share:.0f} % of the model has a counterpart on the benchmark; the rest took "
-                "no part.",
-                share=100.0 * figures["n"] / len(places),
-            )
+        findings.append(
+            Finding("comparison.partial", share_percent=100.0 * figures["n"] / len(places))
         )
     return Comparison(
         **figures,
@@ -158,7 +149,7 @@ def compare(
         registration_error_m=None if radius_m is None else (registration_error_m or 0.0),
         positive_toward=_toward(sides),
         sides_by=by,
-        warnings=tuple(said),
+        warnings=tuple(findings),
         distances=distances,
         lod95=lod95,
     )
@@ -170,12 +161,7 @@ def statistics(distances: Array, lod95: Array | None) -> dict[str, Any]:
     there = np.isfinite(distances)
     left = distances[there]
     if not len(left):
-        raise GeometryError(
-            tr(
-                "No point of the model lies opposite the benchmark: they do not overlap, or the "
-                "radius is too small. Bring them into one frame, or give a larger radius."
-            )
-        )
+        raise GeometryError(Finding("comparison.no-overlap"))
     median = float(np.median(left))
     lod: float | None = None
     share: float | None = None
@@ -251,7 +237,7 @@ def _m3c2(
     reach: float,
     error: float,
     progress: Progress,
-    said: list[str],
+    findings: list[Finding],
 ) -> tuple[Array, Array]:
     places = points_of(model)
     clouds = []
@@ -259,14 +245,7 @@ def _m3c2(
         points, added = surface_points(data, _POINT_SPACING * radius)
         clouds.append(points)
         if added > len(points) / 2:
-            said.append(
-                tr(
-                    "The faces of {name} are large beside the radius: points were put into them. "
-                    "The level of detection knows the roughness of these faces alone, and not the "
-                    "error of the points that they were made of.",
-                    name=name,
-                )
-            )
+            findings.append(Finding("comparison.large-faces", name=name))
     rows = np.flatnonzero(~beyond)
     core = np.asarray(places[rows], np.float64)
     progress.stage(tr("Computing normals"), len(core))
@@ -280,11 +259,10 @@ def _m3c2(
     there = np.isfinite(found.distance)
     few = there & ~np.isfinite(found.lod95)
     if few.sum() > 0.1 * max(there.sum(), 1):
-        said.append(
-            tr(
-                "{share:.0f} % of the cylinders hold fewer than {count} points of one of the two "
-                "and tell no level of detection. Give a larger radius.",
-                share=100.0 * few.sum() / there.sum(),
+        findings.append(
+            Finding(
+                "comparison.few-points",
+                share_percent=100.0 * few.sum() / there.sum(),
                 count=m3c2.FEWEST,
             )
         )

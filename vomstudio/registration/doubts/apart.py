@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
-from vomstudio.registration.listed_names import listed_of
+from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Which = npt.NDArray[np.bool_]
@@ -89,32 +88,17 @@ def _near_own(model: Array, world: Array) -> Which:
     return np.asarray(far_out & (away < _FAR * reach))
 
 
-def separate_group_findings(labels: Sequence[str], world: Array, which: Which) -> list[Message]:
+def separate_group_findings(labels: Sequence[str], world: Array, which: Which) -> list[Finding]:
     """Return a finding about two groups of points, when it is not clear which is correct."""
     middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
-    names = [listed_of(labels, rows) for rows in (which, ~which)]
+    names = [selected(labels, rows) for rows in (which, ~which)]
     off = float(np.linalg.norm(middles[0] - middles[1]))
     if float(np.linalg.norm(middles[0] - middles[1][[1, 0, 2]])) < off / _FAR:
-        return [
-            tr(
-                "x and y look exchanged, either of {first} or of {second}: read the other way "
-                "round they are in one place. Exchange those that are wrong; --crs tells which.",
-                first=names[0],
-                second=names[1],
-            )
-        ]
-    return [
-        tr(
-            "{first} are {off:,.0f} m away from {second}: they may be of two zones or systems, or "
-            "in two units. Bring all of them into one; --crs tells which are right.",
-            first=names[0],
-            second=names[1],
-            off=off,
-        )
-    ]
+        return [Finding("control.group-swapped", first=names[0], second=names[1])]
+    return [Finding("control.apart", first=names[0], second=names[1], distance_m=off)]
 
 
-def mixed_degree_findings(labels: Sequence[str], which: Which) -> list[Message]:
+def mixed_degree_findings(labels: Sequence[str], which: Which) -> list[Finding]:
     """Return the finding about points in degrees among others in metres."""
     names = [labels[int(row)] for row in np.flatnonzero(which)]
     return [Finding("control.some-in-degrees", labels=names)]

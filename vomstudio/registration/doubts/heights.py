@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.registration.doubts.comparing import far_better, left_over
-from vomstudio.registration.listed_names import listed_of
+from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -28,20 +28,14 @@ _HARDLY = 1e-4
 _UNKNOWNS_SEEN = 8
 
 
-def constant_height_findings(model: Array, world: Array) -> list[str]:
+def constant_height_findings(model: Array, world: Array) -> list[Finding]:
     """Return a finding if all points (n, 3) have one height, which contradicts the model."""
     if len(world) < 3 or np.ptp(world[:, 2]) > 0.0 or not _contradicted(model, world):
         return []
-    return [
-        tr(
-            "All heights are {height:g}, and on the model the points are not at one height: "
-            "heights that were not measured tilt the model. Give the heights of the points.",
-            height=float(world[0, 2]),
-        )
-    ]
+    return [Finding("control.constant-heights", height=float(world[0, 2]))]
 
 
-def missing_height_findings(labels: Sequence[str], model: Array, world: Array) -> list[str]:
+def missing_height_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
     """Return a finding if some points (n, 3) have a placeholder instead of a height."""
     none = np.isin(world[:, 2], _NONE)
     if not none.any() or int((~none).sum()) < 3:
@@ -50,10 +44,9 @@ def missing_height_findings(labels: Sequence[str], model: Array, world: Array) -
     if not far_better(rest, given, _HARDLY):
         return []
     return [
-        tr(
-            "The heights of {labels} stand for none ({height:g}), and the other points fit without "
-            "them. Give these heights, or leave the points out.",
-            labels=listed_of(labels, none),
+        Finding(
+            "control.missing-heights",
+            labels=selected(labels, none),
             height=float(world[none, 2][0]),
         )
     ]

@@ -8,15 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.registration.listed_names import listed
-from vomstudio.words import tr
+from vomstudio.core.findings import Finding
 
 Array = npt.NDArray[np.float64]
 
 _NAMED = 8
 
 
-def similar_label_findings(labels: Sequence[str]) -> list[str]:
+def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
     """Return messages about labels that differ only in case, spaces and leading zeros."""
     groups: dict[str, list[str]] = {}
     for label in labels:
@@ -28,9 +27,8 @@ def similar_label_findings(labels: Sequence[str]) -> list[str]:
     if not twins:
         return []
     return [
-        tr(
-            "These labels look like those of one point: {labels}. Keep one, or give them names "
-            "that differ.",
+        Finding(
+            "control.similar-labels",
             labels="; ".join(
                 ", ".join(f"“{label}”" for label in group) for group in twins[:_NAMED]
             ),
@@ -38,17 +36,13 @@ def similar_label_findings(labels: Sequence[str]) -> list[str]:
     ]
 
 
-def coincident_point_findings(labels: Sequence[str], world: Array) -> list[str]:
+def coincident_point_findings(labels: Sequence[str], world: Array) -> list[Finding]:
     """Return messages about points with the same coordinates."""
     places: dict[tuple[float, ...], list[str]] = {}
     for label, place in zip(labels, world.tolist(), strict=True):
         places.setdefault(tuple(place), []).append(label)
     return [
-        tr(
-            "{labels} have the same coordinates: a row may have been copied. Correct one, or take "
-            "it out.",
-            labels=listed(group),
-        )
+        Finding("control.same-coordinates", labels=group)
         for group in places.values()
         if len(group) > 1
     ]

@@ -9,13 +9,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.registration.doubts.comparing import Left, far_better, left_over
 from vomstudio.registration.doubts.orders import other_order
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -58,14 +57,14 @@ def _most_fit_so(model: Array, world: Array, given: Left) -> bool:
     return far_better(mirrored, own, _BY_CHANCE**2)
 
 
-def mirror_findings(points: Points | None) -> list[Message]:
+def mirror_findings(points: Points | None) -> list[Finding]:
     """Return a finding if points fit much better as a mirror image."""
     if points is None or not fits_as_mirror(points.model, points.world):
         return []
     return [Finding("control.swapped-columns", labels=(), points=points.name)]
 
 
-def tipping_findings(rotation: Array, up: Array | None, points: Points | None) -> list[Message]:
+def tipping_findings(rotation: Array, up: Array | None, points: Points | None) -> list[Finding]:
     """Return a finding if a registration turns the model upside down.
 
     up : (3,) up direction of the model by its file or user; None if not known, then the finding
@@ -76,25 +75,10 @@ def tipping_findings(rotation: Array, up: Array | None, points: Points | None) -
     if up is not None:
         if tip <= _ON_ITS_SIDE_DEG:
             return []
-        return [
-            tr(
-                "This registration turns the model upside down: what is up by its file is tipped "
-                "by {tip:.0f}°. Easting and northing may be exchanged, or heights be depths, and "
-                "points on flat ground hardly show it. Compare the columns with a map.",
-                tip=tip,
-            )
-        ]
+        return [Finding("registration.upside-down", tip_deg=tip)]
     if tip <= _ON_ITS_FACE_DEG or points is None or _tell_from_mirror(points):
         return []
-    return [
-        tr(
-            "This registration turns the model upside down ({tip:.0f}°), and the points are too "
-            "few or too nearly in one plane to tell that from a mirror image. If z of the model "
-            "was up, easting and northing are exchanged. Exchange the columns, or add points "
-            "above or below the others.",
-            tip=tip,
-        )
-    ]
+    return [Finding("registration.upside-down-or-mirror", tip_deg=tip)]
 
 
 def _tell_from_mirror(points: Points) -> bool:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.registration.doubts.comparing import Left, far_better, left_over
 from vomstudio.registration.similarity import Similarity, fit_similarity
@@ -133,7 +133,7 @@ def _fits_of_triples(model: Array, world: Array) -> Iterator[Similarity]:
             continue
 
 
-def mixed_row_findings(labels: Sequence[str], model: Array, world: Array) -> list[Message]:
+def mixed_row_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
     """Return a finding if some points are in another unit or column order than the others."""
     mixed = mixed_values(model, world)
     if mixed is None:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.registration.doubts.comparing import Left, far_better, left_over
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
@@ -51,31 +51,17 @@ def other_order(model: Array, world: Array) -> Order | None:
 
 def row_order_findings(
     labels: Sequence[str], model: Array, world: Array, *, photos: bool = False
-) -> list[str]:
+) -> list[Finding]:
     """Return a message if the coordinates of points or photos are those of other rows."""
     found, given = other_order(model, world), left_over(model, world)
     if found is None or given is None:
         return []
     words = {
-        "after": float(np.sqrt(3.0 * found.left.variance)),
-        "before": float(np.sqrt(3.0 * given.variance)),
+        "after_m": float(np.sqrt(3.0 * found.left.variance)),
+        "before_m": float(np.sqrt(3.0 * given.variance)),
         "first": labels[int(found.rows[0])],
         "second": labels[int(found.others[0])],
     }
     if photos:
-        return [
-            tr(
-                "The photos look named in another order than the cameras of the model: they would "
-                "fit within {after:.2g} m instead of {before:.2g} m if {first} had the position "
-                "of {second}, and so on. Compare both lists.",
-                **words,
-            )
-        ]
-    return [
-        tr(
-            "The points look numbered in another order: they would fit within {after:.2g} m "
-            "instead of {before:.2g} m if {first} had the coordinates of {second}, and so on. "
-            "Compare both lists.",
-            **words,
-        )
-    ]
+        return [Finding("control.other-order", **words, photos=True)]
+    return [Finding("control.other-order", **words)]

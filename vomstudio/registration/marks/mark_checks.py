@@ -12,10 +12,10 @@ from difflib import get_close_matches
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.photo_names import photo_finder
-from vomstudio.registration.listed_names import listed
 from vomstudio.registration.similarity import fit_similarity
 from vomstudio.words import tr
 
@@ -59,18 +59,18 @@ def _plain(name: str) -> str:
     return re.sub(r"0*(\d+)", lambda digits: digits.group(1), bare)
 
 
-def _with_nearest(names: Sequence[str], known: Sequence[str]) -> str:
-    """The names, each with the known one that it is most like."""
-    told = []
+def _with_nearest(names: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Return the names, each with the known one that it is most like."""
+    hints = []
     for name in names:
         near = nearest(name, known)
-        told.append(name if near is None else tr("{name} ({near}?)", name=name, near=near))
-    return listed(told)
+        hints.append(name if near is None else tr("{name} ({near}?)", name=name, near=near))
+    return hints
 
 
-def said_of_names(
+def name_findings(
     points: Sequence[str], marks: Sequence[Marked], views: Mapping[str, View]
-) -> list[str]:
+) -> list[Finding]:
     """What keeps marks and points apart: photos that are no cameras, labels that have no
     coordinates, points in fewer than two photos.
 
@@ -80,41 +80,19 @@ def said_of_names(
     strange = sorted({photo for _, photo, _, _ in marks if find(photo) is None})
     unknown = sorted({label for label, *_ in marks} - set(points))
     seen = photos_of(points, marks, views)
-    unseen = [label for label, photos in seen.items() if not photos]
-    once = [label for label, photos in seen.items() if len(photos) == 1]
-    said = []
+    few = [label for label, photos in seen.items() if len(photos) < 2]
+    findings = []
     if strange:
-        said.append(
-            tr(
-                "Photos in which points are marked are not among the cameras of the model, and "
-                "their marks were not used: {names}. Check the names.",
-                names=_with_nearest(strange, list(views)),
-            )
+        findings.append(
+            Finding("control.photos-without-pose", photos=_with_nearest(strange, list(views)))
         )
     if unknown:
-        said.append(
-            tr(
-                "These labels are marked and have no coordinates, so that their marks were not "
-                "used: {names}. Labels must be written alike in both tables.",
-                names=_with_nearest(unknown, list(points)),
-            )
+        findings.append(
+            Finding("control.without-coordinates", labels=_with_nearest(unknown, list(points)))
         )
-    if unseen:
-        said.append(
-            tr(
-                "These points are not marked in any photo of the model and were not used: {names}.",
-                names=listed(unseen),
-            )
-        )
-    if once:
-        said.append(
-            tr(
-                "These points are marked in one photo of the model only and were not used: "
-                "{names}. Mark them in a second one.",
-                names=listed(once),
-            )
-        )
-    return said
+    if few:
+        findings.append(Finding("control.few-marks", labels=few))
+    return findings
 
 
 def photos_of(
@@ -213,12 +191,11 @@ def require_pixels_of_photos(
             best = own_ + float(np.nan_to_num(seen_)), max(own_, np.nan_to_num(seen_)), words
     if best is not None:
         raise GeometryError(
-            tr(
-                "The marks do not fit the photos as they are: they miss by {miss:.0f} pixels. They "
-                "fit to {better:.1f} pixels if {how}. Correct the marks.",
-                miss=max(own, float(np.nan_to_num(seen))),
-                better=best[1],
-                how=best[2],
+            Finding(
+                "control.other-pixels",
+                miss_px=max(own, float(np.nan_to_num(seen))),
+                better_px=best[1],
+                change=best[2],
             )
         )
 

@@ -185,7 +185,7 @@ def mark_scatter_findings(scatter_px: float) -> list[Finding]:
     """Return a finding if marks scatter by more than marks set by hand should."""
     if scatter_px <= WARN_MARK_PX:
         return []
-    return [Finding("control.mark-scatter", scatter_px=scatter_px)]
+    return [Finding("mark-scatter", photos=(), value=scatter_px)]
 
 
 def marks_disagree(labels: Sequence[str]) -> Finding:

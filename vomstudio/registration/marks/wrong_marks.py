@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances, robust_place
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -31,29 +31,23 @@ class WrongMark:
     at: tuple[float, float]
     wanted: tuple[float, float] | None
 
-    def in_words(self) -> str:
-        """A sentence that names label, photo and place."""
+    @property
+    def finding(self) -> Finding:
+        """The mark as a finding that names label, photo and place."""
         x, y = self.at
         if self.wanted is None:
-            return tr(
-                "The marks of {label} contradict each other, and it cannot be told which is wrong. "
-                "Check the one in {photo} at x {x:.0f}, y {y:.0f}, and the others.",
-                label=self.label,
-                photo=self.photo,
-                x=x,
-                y=y,
+            return Finding(
+                "control.contradicting-marks", label=self.label, photo=self.photo, x=x, y=y
             )
-        return tr(
-            "The mark of {label} in {photo} at x {x:.0f}, y {y:.0f} contradicts its other marks "
-            "and was left out: by those it should be at x {there:.0f}, y {below:.0f}, "
-            "{distance:,.0f} pixels away.",
+        return Finding(
+            "control.wrong-mark",
             label=self.label,
             photo=self.photo,
             x=x,
             y=y,
-            there=self.wanted[0],
-            below=self.wanted[1],
-            distance=math.dist(self.at, self.wanted),
+            wanted_x=self.wanted[0],
+            wanted_y=self.wanted[1],
+            distance_px=math.dist(self.at, self.wanted),
         )
 
 

@@ -6,18 +6,18 @@ import collections
 import contextlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.threads import thread_pool
 from vomstudio.errors import VomError
 from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.jobs.thread_priority import lower_priority
 from vomstudio.rendering.prepare.events import (
     Emit,
     Event,
@@ -29,7 +29,11 @@ from vomstudio.rendering.prepare.events import (
 from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.words import tr
 
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
+
 Array = npt.NDArray[np.float64]
+NICENESS = 5
 
 
 class ModelWork:
@@ -103,9 +107,7 @@ class ModelWork:
         pool = self._workers()
         if self._streams is None:
             # Of its own: what takes long does not keep it waiting.
-            self._streams = ThreadPoolExecutor(
-                1, thread_name_prefix="clouds", initializer=lower_priority
-            )
+            self._streams = thread_pool(1, "clouds", niceness=NICENESS)
         submit = _submitter(self._streams, stop)
 
         def shape() -> None:
@@ -161,9 +163,7 @@ class ModelWork:
 
     def _workers(self) -> ThreadPoolExecutor:
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(
-                2, thread_name_prefix="viewport", initializer=lower_priority
-            )
+            self._pool = thread_pool(2, "viewport", niceness=NICENESS)
         return self._pool
 
     def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:

@@ -1,6 +1,6 @@
 """What the mouse does over the viewport: moving about, and what it tells the tools.
 
-A click is press and release within `CLICK_PIXELS`; a longer way is a drag, whose meaning is settled
+A click is press and release within `MAX_CLICK_PX`; a longer way is a drag, whose meaning is settled
 when it begins.
 """
 
@@ -18,11 +18,10 @@ from PySide6.QtGui import QMouseEvent, QWheelEvent
 
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview, is_click
 
 Array = npt.NDArray[np.float64]
 
-CLICK_PIXELS = 4.0
 HANDLE_PIXELS = 9.0
 HOVER_S = 0.016
 STILL_MS = 150
@@ -207,7 +206,7 @@ class Gestures(QObject):
             self._hover_later(event)
             return
         if self._action is None:
-            if max(abs(at.x() - self._press.x()), abs(at.y() - self._press.y())) <= CLICK_PIXELS:
+            if is_click(at.x() - self._press.x(), at.y() - self._press.y()):
                 return
             self._begin_action(event)
             self._last = self._press

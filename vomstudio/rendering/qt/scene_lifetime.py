@@ -5,16 +5,20 @@ The import takes most of a second, so it is done in a thread once the window is 
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.rendering.qt.posting import poster
 from vomstudio.rendering.view.camera import Camera
+from vomstudio.studio.background import Background
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
+
+
+_IMPORT_S = 60.0
 
 
 class SceneLife(QObject):
@@ -22,7 +26,6 @@ class SceneLife(QObject):
     there again"""
 
     started = Signal()
-    _imported = Signal()
 
     def __init__(self, camera: Camera, furnish: Callable[[Scene], None], parent: QObject) -> None:
         """furnish : starts a scene and gives it what is to be seen from the first picture on."""
@@ -31,28 +34,20 @@ class SceneLife(QObject):
         self.closed = False
         self._camera, self._furnish = camera, furnish
         self._waiting: list[Callable[[], None]] = []
-        self._importer: threading.Thread | None = None
-        self._imported.connect(self._start, Qt.ConnectionType.QueuedConnection)
+        self._begun = False
+        self._background = Background(poster(self), "vtk import", threads=1)
 
     def begin(self) -> None:
         """The window is on the screen: import what draws; calling it again does nothing."""
-        if self._importer is None and self.scene is None and not self.closed:
-            self._importer = threading.Thread(target=self._import, name="vtk import", daemon=True)
-            QTimer.singleShot(0, self._importer.start)
+        if not self._begun and not self.closed:
+            self._begun = True
+            QTimer.singleShot(0, self._import)
 
     def _import(self) -> None:
-        import vomstudio.rendering.prepare.preparation
-        import vomstudio.rendering.scene.scene  # noqa: F401 - so that the window's thread finds it ready
+        self._background.run(_import_scene, self._start)
+        self._background.run(_import_readers, lambda _: None)
 
-        if not self.closed:
-            self._imported.emit()
-        # Wanted as soon as a model is opened.
-        import PIL.JpegImagePlugin  # noqa: F401
-        import vtkmodules.vtkFiltersCore  # noqa: F401
-
-    def _start(self) -> None:
-        if self.scene is not None or self.closed:
-            return
+    def _start(self, _: object) -> None:
         from vomstudio.rendering.scene.scene import Scene
 
         scene = Scene(self._camera)
@@ -73,8 +68,7 @@ class SceneLife(QObject):
     def stop(self) -> None:
         """Nothing starts any more."""
         self.closed = True
-        if self._importer is not None and self._importer.is_alive():
-            self._importer.join()
+        self._background.stop(wait_s=_IMPORT_S)
         self._waiting.clear()
 
     def close(self) -> None:
@@ -82,3 +76,14 @@ class SceneLife(QObject):
         if self.scene is not None:
             self.scene.close()
             self.scene = None
+
+
+def _import_scene() -> None:
+    import vomstudio.rendering.prepare.preparation
+    import vomstudio.rendering.scene.scene  # noqa: F401
+
+
+def _import_readers() -> None:
+    # Needed as soon as a model is opened.
+    import PIL.JpegImagePlugin  # noqa: F401
+    import vtkmodules.vtkFiltersCore  # noqa: F401

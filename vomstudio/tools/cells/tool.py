@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import grid_edits
 from vomstudio.document.records import FaceGrid, Model, get
 from vomstudio.errors import DocumentError
@@ -45,11 +46,11 @@ class CellsTool(NothingOpen):
             mark=tr(TITLES[self.mark]),
         )
 
-    def why_not_finish(self) -> str | None:
-        return tr("Cells are marked at once; there is nothing to finish.")
+    def why_not_finish(self) -> Finding | None:
+        return Finding("cells.marked-at-once")
 
-    def why_not_cancel(self) -> str | None:
-        return tr("Cells are marked at once; undo takes a mark back.")
+    def why_not_cancel(self) -> Finding | None:
+        return Finding("cells.marked-at-once")
 
     # --- what is done ------------------------------------------------------------------------
     def set_mark(self, mark: str) -> None:
@@ -71,7 +72,7 @@ class CellsTool(NothingOpen):
             # The second click of a double click would take the mark away again.
             self._move(event.hit)
             if self.under is None:
-                self._context.hint(tr("There is no cell of a grid here."))
+                self._context.hint(Finding("grid.no-cell"))
                 return
             grid_id, cell = self.under
             there = self._marks(grid_id)[cell]
@@ -84,7 +85,7 @@ class CellsTool(NothingOpen):
         try:
             session.apply(grid_edits.mark_cells(session.records, grid_id, [cell], mark))
         except DocumentError as error:
-            self._context.say(error.message)
+            self._context.say(error)
         self._show()
 
     def _marks(self, grid_id: str) -> str:

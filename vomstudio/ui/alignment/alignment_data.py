@@ -8,6 +8,7 @@ import tempfile
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy.typing as npt
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.regular import is_regular
 from vomstudio.io.photos.pixels import orientation_of, stored, turned_upright, upright_pixels
@@ -36,8 +37,8 @@ from vomstudio.jobs.inspection_tasks import (
     PhotoIn,
 )
 from vomstudio.jobs.job import Request, Result
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.picture_panes import Picture
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
@@ -95,7 +96,7 @@ class AlignmentData(QObject):
     def __init__(self, studio: Studio, folder: Path) -> None:
         super().__init__()
         self._studio, self.folder = studio, folder
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._photos: OrderedDict[str, ShownPhoto] = OrderedDict()
         self._asked: dict[str, tuple[object, RunningJob]] = {}
         self._closed = False
@@ -104,7 +105,7 @@ class AlignmentData(QObject):
     def close(self) -> None:
         """Cancel what is being read; nothing is passed on any more."""
         self._closed = True
-        self._background.close()
+        self._background.stop()
         for _, job in self._asked.values():
             self._studio.jobs.cancel(job)
 
@@ -184,20 +185,18 @@ class AlignmentData(QObject):
 
         def arrived(result: Result) -> None:
             if into is None or prepare is None:
-                if current():
-                    del self._asked[kind]
-                    then(result, {})
+                end(partial(then, result, {}))
                 return
-            self._background.run(lambda: _take(into, prepare), lambda made: read(result, made))
+            self._background.run(
+                lambda: _take(into, prepare),
+                lambda arrays: end(partial(then, result, arrays)),
+                lambda error: end(partial(failed, str(error))),
+            )
 
-        def read(result: Result, made: object) -> None:
-            if not current():
-                return
-            del self._asked[kind]
-            if isinstance(made, dict):
-                then(result, made)
-            else:
-                failed(str(made))
+        def end(call: Callable[[], None]) -> None:
+            if current():
+                del self._asked[kind]
+                call()
 
         def failing(event: Failed) -> None:
             if into is not None:
@@ -220,14 +219,14 @@ class AlignmentData(QObject):
     def coverage(self, name: str, then: Callable[[float | None], None]) -> None:
         """Pass to `then` the share of a photo's pixels that have a depth, None without a map."""
 
-        def work() -> object:
+        def work() -> float | None:
             if self._closed:
                 return None
             from vomstudio.photogrammetry.inspect.inspection import coverage
 
             return coverage(self.folder, name)
 
-        self._background.run(work, lambda made: then(made if isinstance(made, float) else None))
+        self._background.run(work, then, lambda _: then(None))
 
     # --- photos ------------------------------------------------------------------------------
     def row(self, name: str) -> AlignedPhoto:
@@ -248,8 +247,7 @@ class AlignmentData(QObject):
         row = self.row(name)
         width, height = row.width, row.height
 
-        def arrived(made: object) -> None:
-            assert isinstance(made, ShownPhoto)
+        def arrived(made: ShownPhoto) -> None:
             self._photos[name] = made
             while len(self._photos) > _KEPT:
                 self._photos.popitem(last=False)
@@ -272,13 +270,15 @@ def _turn(arrays: Arrays, photo: Path) -> Arrays:
     return {name: turned_upright(values, turn) for name, values in arrays.items()}
 
 
-def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays | str:
+def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
     """The arrays of a file that is for this one reader."""
     try:
         with open_arrays(path) as arrays:
             return prepare({name: arrays[name] for name in arrays.files})
     except (OSError, ValueError, EOFError) as error:
-        return tr("The data of the alignment cannot be read ({error}).", error=error)
+        raise InputError(
+            tr("The data of the alignment cannot be read ({error}).", error=error)
+        ) from error
     finally:
         with contextlib.suppress(OSError):
             path.unlink()

@@ -33,8 +33,8 @@ from vomstudio.io.project.readings import (
     FieldReadings,
     Turn,
     make_readings,
+    missing_choice,
     understand,
-    what_is_missing,
 )
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -253,7 +253,7 @@ class ReadingsDialog(QDialog):
             combo.setItemText(combo.findData("azimuth"), azimuth)
             inclination = tr("Plunge") if notation == "trend/plunge" else tr("Dip")
             combo.setItemText(combo.findData("inclination"), inclination)
-        self._missing = what_is_missing(self.columns(), notation)
+        self._missing = missing_choice(self.columns(), notation)
         self._understood = (
             FieldReadings((), (), ())
             if self._missing
@@ -311,7 +311,7 @@ class ReadingsDialog(QDialog):
         plain = self.palette().color(QPalette.ColorRole.Text)
         with QSignalBlocker(self._preview):
             for i in range(1, self._preview.rowCount()):
-                reason = reasons.get(self._table.lines[i - 1], "")
+                reason = str(reasons.get(self._table.lines[i - 1], ""))
                 for column in range(self._preview.columnCount()):
                     item = self._preview.item(i, column)
                     if item is not None:
@@ -373,7 +373,7 @@ class ReadingsDialog(QDialog):
         ok.setEnabled(turn is not None and n > 0)
         lines: list[str] = []
         if self._missing:
-            lines.append(self._missing)
+            lines.append(self._missing.message)
         elif turn is not None:
             lines.append(turn.sentence())
         elif self._north.currentData() is None:
@@ -386,7 +386,11 @@ class ReadingsDialog(QDialog):
             )
             lines.append(asked)
         bold = lines[:]
-        lines += [*self._guess.remarks, *self._understood.remarks, *self._far()]
+        lines += [
+            *map(str, self._guess.findings),
+            *map(str, self._understood.findings),
+            *self._far(),
+        ]
         self._says.setText(rich_lines(lines, bold))
 
     def _far(self) -> Sequence[str]:

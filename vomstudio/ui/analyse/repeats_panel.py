@@ -20,10 +20,10 @@ from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.interaction_types import Area
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
+from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import narrow_form
@@ -47,7 +47,9 @@ class RepeatsPanel(SeenPanel):
         self._view = view
         self._round = studio.workspace.repeats
         self.found: TableRepeats | None = None
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
+        self._asked = NewestResult(
+            self, self._came, studio.fail, lambda: self.said.setText(tr("Counting…"))
+        )
         self.interpreter = QLineEdit()
         self.interpreter.setObjectName("repeats_interpreter")
         self.interpreter.setPlaceholderText(tr("initials"))
@@ -186,7 +188,7 @@ class RepeatsPanel(SeenPanel):
     def show_now(self) -> None:
         if not self._studio.has_project:
             return
-        why = self._asked.answer(self._question(), _answer)
+        why = self._asked.answer(self._question(), table_repeats)
         if why is not None:
             self.found = None
             self.said.clear()
@@ -204,8 +206,7 @@ class RepeatsPanel(SeenPanel):
         except VomError as error:
             return error.message
 
-    def _came(self, made: object) -> None:
-        assert isinstance(made, TableRepeats)
+    def _came(self, made: TableRepeats) -> None:
         self.found = made
         names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
         self.said.setText("\n".join(made.reasons))
@@ -239,11 +240,6 @@ def _first_step() -> str:
         "Nothing was picked again yet. Choose Offer picks again: a tenth of the picks tells how "
         "far one may be off."
     )
-
-
-def _answer(table: OrientationTable) -> TableRepeats:
-    """In a thread."""
-    return table_repeats(table)
 
 
 def figures_html(found: TableRepeats, names: dict[str, str]) -> str:

@@ -13,8 +13,8 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
 from vomstudio.document.registration_errors import model_of, models_of, turns_of
 from vomstudio.document.repeats import firsts
-from vomstudio.errors import GeometryError, VomError
-from vomstudio.geology.orientation import Plane
+from vomstudio.errors import GeometryError
+from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 
@@ -188,15 +188,11 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[npt.NDArray[np.f
     return places, []
 
 
-def propose(of: Candidates, exactly: int | None, seeds: Sequence[Plane]) -> Proposed | VomError:
-    """In any thread. exactly : the number of sets, None for a proposed one; seeds : a plane of each
-    set, in place of a number."""
+def propose(of: Candidates, options: SetOptions) -> Proposed:
+    """Propose sets among the candidates; runs in any thread. Raises UsageError."""
     from vomstudio.geology.sets.proposals import sets_among
 
-    try:
-        found = sets_among(of.poles, exactly=exactly, seeds=seeds, places=of.places)
-    except VomError as error:
-        return error
+    found = sets_among(of.poles, options, places=of.places)
     names: list[str] = []
     number = 1
     while len(names) < len(found.sets):
@@ -218,13 +214,13 @@ def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
     return None if total is None else total.largest_deg
 
 
-def remarks_on(made: Proposed, exactly: int | None, seeded: bool) -> list[Message]:
-    """Sentences about what was found and what it was found among."""
+def remarks_on(made: Proposed, options: SetOptions) -> list[Message]:
+    """Return warnings about the proposed sets and their candidates."""
     from vomstudio.geology.sets.axial_mixture import LEAST_MEMBERS
 
     found = made.found
     said = [*found.warnings, *made.of.remarks]
-    if not found.sets and exactly is None and not seeded:
+    if not found.sets and options == SetOptions():
         said.insert(
             0,
             tr(

@@ -18,10 +18,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.errors import VomError
+from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
 from vomstudio.ui.analyse.set_candidates import (
     Choice,
     Proposed,
@@ -31,17 +33,16 @@ from vomstudio.ui.analyse.set_candidates import (
     with_set,
 )
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import length, number
+from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton
-from vomstudio.ui.forms.copied_planes import beside, copy_with_table, options
+from vomstudio.ui.forms.copied_planes import beside, copy_with_table
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr
 
-_MOST = 8
 _SELECTED: Choice = ("selection", "")
 _LEAST_HEIGHT = 96
 
@@ -55,8 +56,8 @@ class SetsPanel(QWidget):
         explain(self, "conventions.md#sets-proposed")
         self._studio = studio
         self.proposed: Proposed | None = None
-        self._asked: int | None = None
-        self._newest = NewestResult(self, self._came, self._slow)
+        self._options = SetOptions()
+        self._newest = NewestResult(self, self._came, self._failed, self._slow)
         self._make_fields()
         self._make_table()
         self._arrange()
@@ -73,7 +74,7 @@ class SetsPanel(QWidget):
         self.count = ComboBox()
         self.count.setObjectName("sets_count")
         self.count.addItem(tr("Automatic"), None)
-        for n in range(1, _MOST + 1):
+        for n in range(1, DEFAULT_MAX_SETS + 1):
             self.count.addItem(str(n), n)
         self.count.activated.connect(lambda _: self._again())
         self.seeds = QLineEdit()
@@ -185,32 +186,29 @@ class SetsPanel(QWidget):
 
     def propose(self) -> None:
         """Among the chosen planes, in a thread."""
-        from vomstudio.geology.sets.proposals import parse_seeds
-
         self._list_groups()
-        text = self.seeds.text().strip()
+        seeds = self.seeds.text().replace(" ", "") or None
         try:
-            seeds = parse_seeds(text or None)
             of = candidates(self._studio, self._choice(), replacing=self.also.isChecked())
         except VomError as error:
             self.drop(error.message)
             return
-        self._asked = None if seeds else self.count.currentData()
-        self._newest.ask(partial(propose, of, self._asked, seeds))
+        exactly = None if seeds else self.count.currentData()
+        self._options = SetOptions(exactly=exactly, seeds=seeds)
+        self._newest.ask(partial(propose, of, self._options))
         self._show_state(self.said.text())
 
     def _slow(self) -> None:
         self._show_state(tr("Looking for sets…"))
 
-    def _came(self, made: object) -> None:
-        if isinstance(made, VomError):
-            self.drop(made.message)
-        elif isinstance(made, Proposed):
-            self.proposed = made
-            self._fill(made)
-            seeded = bool(self.seeds.text().strip())
-            self._show_state("\n".join(map(str, remarks_on(made, self._asked, seeded))))
-            self._preview()
+    def _came(self, made: Proposed) -> None:
+        self.proposed = made
+        self._fill(made)
+        self._show_state("\n".join(map(str, remarks_on(made, self._options))))
+        self._preview()
+
+    def _failed(self, error: VomError) -> None:
+        self.drop(error.message)
 
     def drop(self, why: str = "") -> None:
         """Forget the proposal: nothing is changed. why : a sentence to show"""
@@ -307,13 +305,10 @@ class SetsPanel(QWidget):
         made = self.proposed
         if made is None:
             return
-        seeds, number = self.seeds.text().replace(" ", ""), self._asked
-        how = options([
-            ("--seeds", seeds or None), ("--exactly", None if number is None else str(number)),
-        ])  # fmt: skip
+        words = option_words(self._options)
         copy_with_table(
             self, self._studio, "planes.csv", made.of.ids,
-            lambda path: ["sets", path, *how, ("-o", beside(path, "csv")), "--force"],
+            lambda path: ["sets", path, *words, ("-o", beside(path, "csv")), "--force"],
         )  # fmt: skip
 
     def _show_count(self) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.options import option_words
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Record
-from vomstudio.errors import VomError
 from vomstudio.geology.slopes import SlopeFace
 from vomstudio.ui.forms.copied_command import Words
 
@@ -38,33 +38,26 @@ class SlopeAnswer:
     critical: Mapping[str, tuple[CriticalPlane, ...]]
 
 
-def answer(question: SlopeQuestion) -> SlopeAnswer | VomError:
+def answer(question: SlopeQuestion) -> SlopeAnswer:
     """In a thread: what `vomstudio slope` says of these planes."""
     from vomstudio.geology.table_slopes import critical_planes, table_slope
     from vomstudio.io.project.feature_table import feature_table
 
-    try:
-        table = feature_table(question.records, question.features, question.measured)
-        found = table_slope(table, question.face)
-    except VomError as error:
-        return error
+    table = feature_table(question.records, question.features, question.measured)
+    found = table_slope(table, question.face)
     return SlopeAnswer(question, table, found, critical_planes(table, question.face, found))
 
 
-def write_figure(answered: SlopeAnswer, path: Path) -> VomError | None:
+def write_figure(answered: SlopeAnswer, path: Path) -> None:
     """In a thread: the nets, as svg, pdf or png."""
     from vomstudio.files.atomic import atomic_write
     from vomstudio.products.net.slope_figure import write_slope_figure
 
     format_ = path.suffix.lower().removeprefix(".")
-    try:
-        with atomic_write(path, True) as temporary:
-            write_slope_figure(
-                temporary, answered.table, answered.question.face, answered.found, format=format_
-            )
-    except VomError as error:
-        return error
-    return None
+    with atomic_write(path, True) as temporary:
+        write_slope_figure(
+            temporary, answered.table, answered.question.face, answered.found, format=format_
+        )
 
 
 def words_of(face: SlopeFace, table: Path) -> Words:
@@ -73,7 +66,5 @@ def words_of(face: SlopeFace, table: Path) -> Words:
     return [
         "slope", table,
         ("--face", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"),
-        ("--friction", f"{face.friction_deg:g}"),
-        ("--lateral", f"{face.lateral_deg:g}"),
-        ("--limits", face.limits),
+        *option_words(face.options),
     ]  # fmt: skip

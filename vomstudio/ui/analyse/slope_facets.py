@@ -12,11 +12,12 @@ import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from vomstudio.core.options import option_words
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Matrix, Model, Record
-from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
+from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.interaction_types import Preview
@@ -56,9 +57,7 @@ class FacetsQuestion:
     rows: Sequence[int]
     data: Mesh | PointCloud
     to_world: Matrix
-    friction_deg: float
-    lateral_deg: float
-    limits: str
+    options: SlopeOptions
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +67,7 @@ class FacetsAnswer:
     found: FacetSlopes
 
 
-def answer_facets(question: FacetsQuestion) -> FacetsAnswer | VomError:
+def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
     """In a thread: what `vomstudio slope --facets` says of these planes and facets."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
     from vomstudio.io.project.feature_table import feature_table
@@ -83,11 +82,8 @@ def answer_facets(question: FacetsQuestion) -> FacetsAnswer | VomError:
         if measured.plane is not None:
             area = measured.area_m2 or q.found.exposed_area_of(row)
             faces.append(FacetFace(str(row), measured.plane, area, over.get(str(row))))
-    try:
-        table = feature_table(q.records, q.features, q.measured)
-        found = facet_slopes(table, faces, q.friction_deg, q.lateral_deg, q.limits)
-    except VomError as error:
-        return error
+    table = feature_table(q.records, q.features, q.measured)
+    found = facet_slopes(table, faces, q.options)
     return FacetsAnswer(q, faces, found)
 
 
@@ -102,9 +98,7 @@ def facets_words(answered: FacetsAnswer, planes: Path) -> Words:
     return [
         "slope", planes,
         ("--facets", facets_file(planes)),
-        ("--friction", f"{q.friction_deg:g}"),
-        ("--lateral", f"{q.lateral_deg:g}"),
-        ("--limits", q.limits),
+        *option_words(q.options),
         ("-o", planes.with_name(f"{planes.stem}_result.csv")),
     ]  # fmt: skip
 

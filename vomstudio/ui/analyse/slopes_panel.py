@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtWidgets import (
-    QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
     QLineEdit,
@@ -22,7 +22,8 @@ from vomstudio.document.records import Model, Typed
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.geology.slopes import LATERAL_DEG, SlopeFace
+from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.geology.slopes import SlopeFace
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -45,13 +46,13 @@ from vomstudio.ui.analyse.slope_facets import (
 )
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.display import usual_look
@@ -70,8 +71,10 @@ class SlopesPanel(SeenPanel):
         self._chosen_here: tuple[str, ...] | None = None
         self._features: list[Typed] = []
         self.answered: SlopeAnswer | None = None
-        self._background = Background(self)
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Computing…")))
+        self._background = QtBackground(self)
+        self._asked = NewestResult(
+            self, self._came, self._failed, lambda: self.said.setText(tr("Computing…"))
+        )
         self.of = GroupBox(studio, tr("All planes"))
         self.of.setAccessibleName(tr("Planes"))
         self.of.activated.connect(self._group_chosen)
@@ -89,13 +92,8 @@ class SlopesPanel(SeenPanel):
         self.face.textChanged.connect(self._soon)
         self.take = QPushButton(tr("Take selected"))
         self.take.clicked.connect(self._take_selected)
-        self.friction = _angle("slope_friction", _FRICTION_DEG, tr("Friction angle of the planes."))
-        self.lateral = _angle(
-            "slope_lateral",
-            LATERAL_DEG,
-            tr("How far from the slope's direction planes and toppling count; 90° for no limit."),
-        )
-        self.lateral.setPrefix(tr("lateral ±"))
+        self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_FRICTION_DEG))
+        self.angles.changed.connect(self._soon)
         self.limits = ComboBox()
         self.limits.setObjectName("slope_limits")
         self.limits.addItem(tr("small circles"), "curved")
@@ -108,8 +106,6 @@ class SlopesPanel(SeenPanel):
         )
         self.limits.keep_narrow()
         self.limits.activated.connect(self._soon)
-        for box in (self.friction, self.lateral):
-            box.valueChanged.connect(self._soon)
         self.said = hint_label()
         self.said.setObjectName("slope_said")
         self.results = SlopeResults()
@@ -139,8 +135,12 @@ class SlopesPanel(SeenPanel):
         form.setVerticalSpacing(4)
         form.addRow(tr("Planes"), _row(self.of, self.copy, self.figure, wide=self.of))
         form.addRow(tr("Slope"), _row(self.at, self.face, self.take, wide=self.face))
-        angles = _row(self.friction, self.lateral, self.limits, wide=self.limits)
-        form.addRow(tr("Friction"), angles)
+        fields, labels = self.angles.fields, self.angles.labels
+        angles = _row(
+            fields["friction_deg"], labels["lateral_deg"], fields["lateral_deg"], self.limits,
+            wide=self.limits,
+        )  # fmt: skip
+        form.addRow(labels["friction_deg"], angles)
         column = narrow_column(self)
         column.addLayout(form)
         column.addWidget(self.said)
@@ -225,15 +225,13 @@ class SlopesPanel(SeenPanel):
                 "Type the attitude of the face, or select a plane that dips as it does and take it."
             )
         try:
-            face = SlopeFace(
-                parse_plane(text, self._notation),
-                self.friction.value(),
-                self.lateral.value(),
-                str(self.limits.currentData()),
-            )
+            face = SlopeFace(parse_plane(text, self._notation), self._options())
         except VomError as error:
             return error.message
         return SlopeQuestion(dict(self._studio.records), *planes, face)
+
+    def _options(self) -> SlopeOptions:
+        return replace(self.angles.options(), limits=self.limits.currentData())
 
     def _facets_question(self) -> FacetsQuestion | str:
         """Or why there is none."""
@@ -248,8 +246,7 @@ class SlopesPanel(SeenPanel):
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
             dict(studio.records), *planes, found, rows,
-            opened.data, model.to_world, self.friction.value(), self.lateral.value(),
-            str(self.limits.currentData()),
+            opened.data, model.to_world, self._options(),
         )  # fmt: skip
 
     def _at_chosen(self, *_: object) -> None:
@@ -276,15 +273,15 @@ class SlopesPanel(SeenPanel):
             self._studio.facets.paint_shares(mode, shares_of(self.by_facet, mode))
 
     # --- the answer --------------------------------------------------------------------------
-    def _came(self, made: object) -> None:
+    def _came(self, made: SlopeAnswer | FacetsAnswer) -> None:
         if isinstance(made, SlopeAnswer):
             self._show(made, " ".join([_counted(made), *map(str, made.found.warnings)]))
-        elif isinstance(made, FacetsAnswer):
+        else:
             self._show(made, " ".join([_counted_facets(made), *map(str, made.found.warnings)]))
             self._paint()
-        else:
-            assert isinstance(made, VomError)
-            self._show(None, made.message)
+
+    def _failed(self, error: VomError) -> None:
+        self._show(None, error.message)
 
     def _show(self, answered: SlopeAnswer | FacetsAnswer | None, said: str) -> None:
         self.answered = answered if isinstance(answered, SlopeAnswer) else None
@@ -386,19 +383,22 @@ class SlopesPanel(SeenPanel):
             return
         self._writing = True
         self._refresh_buttons()
+        studio, said = self._studio, tr("Exported to {file}.", file=path)
         self._background.run(
-            partial(write_figure, self.answered, path), partial(self._written, path)
+            partial(write_figure, self.answered, path),
+            lambda _: self._written(partial(studio.info, said)),
+            lambda error: self._written(partial(studio.fail, error)),
         )
 
-    def _written(self, path: Path, error: object) -> None:
+    def _written(self, report: Callable[[], None]) -> None:
         self._writing = False
         self._refresh_buttons()
-        tell_written(self._studio, tr("Exported to {file}.", file=path), error)
+        report()
 
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
 
 def _counted(made: SlopeAnswer) -> str:
@@ -433,15 +433,3 @@ def _button(icon: str, text: str, clicked: Callable[[], None]) -> QToolButton:
     button.setAccessibleName(text)
     button.clicked.connect(clicked)
     return button
-
-
-def _angle(name: str, value: float, tip: str) -> QDoubleSpinBox:
-    """Degrees; what cannot be is said in words."""
-    box = DoubleSpinBox()
-    box.setObjectName(name)
-    box.setDecimals(1)
-    box.setRange(0.0, 90.0)
-    box.setSuffix("°")
-    box.setValue(value)
-    box.setToolTip(tip)
-    return box

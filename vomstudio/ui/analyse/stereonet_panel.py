@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 
 from PySide6.QtCore import QEvent, Qt, QTimer
@@ -28,12 +29,12 @@ from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
 from vomstudio.products.net.rose import RoseArtists
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
+from vomstudio.tools.interaction_types import is_click
 from vomstudio.ui.analyse.net.canvas import (
     DPI,
     DrawnNet,
     DrawnRoses,
     NetCanvas,
-    NetThread,
     Wanted,
 )
 from vomstudio.ui.analyse.net.command import net_words
@@ -47,6 +48,7 @@ from vomstudio.ui.analyse.net_sets import Groups
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import orientation_text
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.forms.copied_command import CopyCommandButton
@@ -56,12 +58,13 @@ from vomstudio.words import tr
 
 _IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 # A press that moves further than this draws a lasso.
-_CLICK_PX = 4
 _FONT_PX = 12.0
 # A redraw that takes long comes seldom: it must never hold up a row of picks.
 _SOON_MS, _QUICK_MS, _LATEST_MS = 30, 60, 500
 _CORNER = 0.4
 """Of the width, for the name of what is selected."""
+_NET = "net"
+_PATIENCE_S = 5.0
 _MANY = 300
 """Orientations above which the net is drawn in a thread: Matplotlib takes 0.1 s for 5,000."""
 
@@ -85,9 +88,7 @@ class StereonetPanel(QWidget):
         self.canvas.left.connect(self._show_selected)
         self.canvas.painted.connect(self._painted)
         self.canvas.resized.connect(self._soon)
-        self._thread = NetThread()
-        self._thread.done.connect(self._drawn)
-        self._wanted: Wanted | None = None
+        self._background = QtBackground(self, "net", threads=1)
         self._stale = True
         self._path: list[tuple[float, float]] = []
         self.view = NetViewBox(studio, self.wishes)
@@ -194,7 +195,7 @@ class StereonetPanel(QWidget):
         """The program ends."""
         self._timer.stop()
         self._emphasis.stop()
-        self._thread.close()
+        self._background.stop(wait_s=_PATIENCE_S)
 
     @property
     def artists(self) -> NetArtists | None:
@@ -210,7 +211,7 @@ class StereonetPanel(QWidget):
     def up_to_date(self) -> bool:
         """Whether no other net is wanted or being drawn."""
         timed = self._timer.isActive() or self._emphasis.isActive()
-        return not timed and self._wanted is None
+        return not timed and not self._background.is_busy
 
     def _painted(self) -> None:
         if self._stale:
@@ -318,15 +319,13 @@ class StereonetPanel(QWidget):
         size = (self.canvas.width(), self.canvas.height())
         wanted = Wanted(net, style, size, self.canvas.devicePixelRatioF(), beds)
         if self.wishes.view != "net":
-            self._thread.forget()
-            self._wanted = None
+            self._background.cancel(_NET)
             self._draw_roses(wanted)
         elif many:
-            self._wanted = wanted
-            self._thread.draw(wanted)
+            draw = partial(DrawnNet.of, wanted)
+            self._background.run(draw, partial(self._drawn, wanted), key=_NET)
         else:
-            self._thread.forget()
-            self._wanted = None
+            self._background.cancel(_NET)
             self._show(DrawnNet.of(wanted))
         took = 1000.0 * (perf_counter() - start)
         # With many features a change of one is on the outcrop before it is on the net.
@@ -342,12 +341,8 @@ class StereonetPanel(QWidget):
             button.setToolTip(what if of_net else tr("Not now: {what} – of a net only.", what=what))
         self._under.setVisible(of_net)
 
-    def _drawn(self, made: tuple[Wanted, DrawnNet]) -> None:
+    def _drawn(self, wanted: Wanted, net: DrawnNet) -> None:
         """The thread has drawn a net."""
-        wanted, net = made
-        if wanted is not self._wanted:
-            return
-        self._wanted = None
         if wanted.contents.selected != frozenset(self._studio.selection.ids):
             self._emphasise_in(net)
         net.artists.show_live(self._source.live())
@@ -416,8 +411,8 @@ class StereonetPanel(QWidget):
             self._place_under()
 
     def _is_lasso(self) -> bool:
-        start, far = self._path[0], _CLICK_PX * self.canvas.devicePixelRatioF()
-        return any(abs(x - start[0]) > far or abs(y - start[1]) > far for x, y in self._path)
+        (x0, y0), scale = self._path[0], self.canvas.devicePixelRatioF()
+        return not all(is_click((x - x0) / scale, (y - y0) / scale) for x, y in self._path)
 
     def _released(self, event: QMouseEvent, x: float, y: float) -> None:
         if not self._path:

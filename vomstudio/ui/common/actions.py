@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Message
 from vomstudio.signals import once_told
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
@@ -25,7 +26,7 @@ class Command:
     in the user's language.
 
     text: as in a menu, with `&` before the letter of its key. tip: a line for its tooltip.
-    why_not: None where it can run now, else the reason as a sentence, which the tooltip shows.
+    why_not: None if it can run now, else the reason, which the tooltip shows.
     in_viewport: the shortcut is a plain key that acts only while the viewport has the focus.
     checked: whether it is switched on, for a command that is a switch. what: to what it would be
     done now, for the tooltip. text_now: where the text says what it would do now. everywhere: the
@@ -37,7 +38,7 @@ class Command:
     icon: str | None = None
     shortcut: str | tuple[str, ...] = ()
     tip: str = ""
-    why_not: Callable[[], str | None] = lambda: None
+    why_not: Callable[[], Message | None] = lambda: None
     in_viewport: bool = False
     checked: Callable[[], bool] | None = None
     what: Callable[[], str | None] = lambda: None
@@ -111,7 +112,7 @@ class Actions(QObject):
             if command.in_viewport and pressed in self.all[name].shortcuts():
                 reason = command.why_not()
                 if reason is not None:
-                    self.refused.emit(as_sentence(reason))
+                    self.refused.emit(as_sentence(str(reason)))
                     return
 
     def of_viewport(self) -> list[QAction]:
@@ -119,8 +120,9 @@ class Actions(QObject):
         return [self.all[name] for name, each in self._commands.items() if each.in_viewport]
 
     def why_not(self, name: str) -> str | None:
-        """None where a command can run now, else the reason as a sentence."""
-        return self._commands[name].why_not()
+        """Return why a command cannot run now, as a sentence; None if it can."""
+        reason = self._commands[name].why_not()
+        return None if reason is None else str(reason)
 
     def what(self, name: str) -> str | None:
         """To what a command would be done now."""
@@ -144,7 +146,7 @@ class Actions(QObject):
             shown = command.text if command.text_now is None else command.text_now()
             state = _State(
                 shown,
-                command.why_not(),
+                self.why_not(command.name),
                 command.what(),
                 None if command.checked is None else command.checked(),
             )

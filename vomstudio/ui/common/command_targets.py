@@ -10,7 +10,6 @@ from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from vomstudio.document.records import Model, OnAModel, Typed, get_feature
-from vomstudio.errors import VomError
 from vomstudio.files.regular import is_folder
 from vomstudio.paths import resource
 from vomstudio.ui.common.studio import Studio
@@ -105,14 +104,6 @@ def ask_for_file(
     if path.exists() and not may_replace(parent, [path.name]):
         return None
     return path, chosen
-
-
-def tell_written(studio: Studio, said: str, error: object) -> None:
-    """Say that a file was written, or what `error`, where it is one, says of why it was not."""
-    if isinstance(error, VomError):
-        studio.fail(error)
-    else:
-        studio.info(said)
 
 
 def current_measurement(studio: Studio) -> Measurement | None:

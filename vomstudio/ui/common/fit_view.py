@@ -182,7 +182,7 @@ class FitView(QWidget):
         self._more.setVisible(bool(self._more.text()))
         reasons = verdict.reasons if verdict else ()
         if not reasons and measured is not None and measured.problem:
-            reasons = (measured.problem,)
+            reasons = (str(measured.problem),)
         lines = [f"• {reason}" for reason in reasons]
         # Notes do not lower the verdict, and look so.
         lines += [f"◦ {note}" for note in (verdict.notes if verdict else ())]

@@ -25,13 +25,12 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
 from vomstudio.rendering.view.reading_place import ReadingPlace
-from vomstudio.tools.interaction_types import Button, Pointer, Preview
+from vomstudio.tools.interaction_types import Button, Pointer, Preview, is_click
 from vomstudio.ui.common.photo_images import Picture
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-CLICK_PIXELS = 4
 HANDLE_PIXELS = 9.0
 LINE_PIXELS = 7.0
 _PER_NOTCH = 1.2
@@ -394,7 +393,7 @@ class PhotoCanvas(QWidget):
             self.update()
             return
         if self._action is None:
-            if (at - self._press).manhattanLength() <= CLICK_PIXELS:
+            if is_click(at.x() - self._press.x(), at.y() - self._press.y()):
                 return
             self._action = self._begin(event)
             self._last = self._press

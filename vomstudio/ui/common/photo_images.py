@@ -1,4 +1,4 @@
-"""Photos and their thumbnails, read in a thread of their own."""
+"""Photos and their thumbnails, read in a thread."""
 
 from __future__ import annotations
 
@@ -14,13 +14,17 @@ from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTran
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.files.untrusted.pictures import check_picture
-from vomstudio.ui.common.worker_thread import Work, WorkerThread
+from vomstudio.studio.background import Request
+from vomstudio.ui.common.qt_background import QtBackground
 
 THUMBNAIL = QSize(102, 68)
 _FIRST_LOOK = 1600  # pixels along the long side, of large photos
 _MOST_MB = 4096  # of one picture: 100 megapixels take 400
 _KEPT_BYTES = 700_000_000
 _BAND = 128  # rows
+_PICTURE = "picture"
+PATIENCE_S = 5.0
+"""Maximum time to wait for a photo that is being decoded, when a window closes."""
 _Turn = QImageIOHandler.Transformation
 
 
@@ -73,11 +77,8 @@ class PhotoImages(QObject):
         QImageReader.setAllocationLimit(_MOST_MB)
         self._kept: OrderedDict[str, Picture] = OrderedDict()
         self._thumbnails: dict[str, QImage] = {}
-        self._picture: str | None = None
-        self._waiting: list[str] = []
-        self._worker = WorkerThread("photos", self._take)
-        self.pictured.connect(self._keep, Qt.ConnectionType.QueuedConnection)
-        self.thumbnailed.connect(self._keep_thumbnail, Qt.ConnectionType.QueuedConnection)
+        self._reading: str | None = None
+        self._background = QtBackground(self, "photos", threads=1)
 
     def picture(self, path: Path) -> Picture | None:
         """The photo if it is at hand; else it is read, and no other one before it."""
@@ -86,105 +87,96 @@ class PhotoImages(QObject):
         if kept is not None:
             self._kept.move_to_end(key)
             return kept
-        with self._worker.lock:
-            self._picture = key
-        self._worker.wake()
+        if self._reading != key or not self._background.is_waiting(_PICTURE):
+            self._reading = key
+            self._background.run_request(
+                partial(_read, path),
+                partial(self._store, key),
+                lambda error: self.pictured.emit(key, error.message),
+                key=_PICTURE,
+                first=True,
+            )
         return None
 
     def thumbnail(self, path: Path) -> QImage | None:
         """The thumbnail if it is at hand; else it is made."""
         key = str(path)
         kept = self._thumbnails.get(key)
-        if kept is None:
-            with self._worker.lock:
-                if key not in self._waiting:
-                    self._waiting.append(key)
-            self._worker.wake()
+        if kept is None and not self._background.is_waiting(key):
+            self._background.run(
+                partial(_read_thumbnail, path),
+                partial(self._store_thumbnail, key),
+                lambda _: self._store_thumbnail(key, QImage()),
+                key=key,
+            )
         return kept
 
     def close(self) -> None:
-        self._worker.close()
+        self._background.stop(wait_s=PATIENCE_S)
 
-    # --- in the thread -----------------------------------------------------------------------
-    def _take(self) -> Work | None:
-        picture, self._picture = self._picture, None
-        if picture is not None:
-            return partial(self._read, picture)
-        return partial(self._read_thumbnail, self._waiting.pop(0)) if self._waiting else None
+    def _store(self, key: str, picture: Picture) -> None:
+        if picture.whole:
+            self._kept[key] = picture
+            self._kept.move_to_end(key)
+            while len(self._kept) > 1 and sum(p.bytes for p in self._kept.values()) > _KEPT_BYTES:
+                self._kept.popitem(last=False)
+        self.pictured.emit(key, picture)
 
-    def _read(self, key: str) -> None:
-        if (problem := _problem(key)) is not None:
-            self.pictured.emit(key, problem)
-            return
-        reader = _reader(key)
-        reader.setAutoTransform(False)
-        size, orientation = reader.size(), reader.transformation()
-        orientation = _Turn(orientation.value) if hasattr(orientation, "value") else orientation
-        width, height = size.width(), size.height()
-        if max(width, height) > 2 * _FIRST_LOOK:
-            quick = _reader(key)
-            quick.setAutoTransform(False)
-            quick.setScaledSize(size.scaled(QSize(_FIRST_LOOK, _FIRST_LOOK), _KEEP))
-            image = quick.read()
-            if not image.isNull():
-                turn = upright(orientation, width, height)
-                self.pictured.emit(key, Picture((_drawable(image),), width, height, turn, False))
-            with self._worker.lock:
-                if self._worker.closed or (self._picture not in (None, key)):
-                    return
-        image = reader.read()
-        if image.isNull():
-            self.pictured.emit(key, reader.errorString())
-            return
-        width, height = image.width(), image.height()
-        levels = [_drawable(image)]
-        while max(levels[-1].width(), levels[-1].height()) > 1200:
-            levels.append(_halved(levels[-1]))
-        turn = upright(orientation, width, height)
-        self.pictured.emit(key, Picture(tuple(levels), width, height, turn))
-
-    def _read_thumbnail(self, key: str) -> None:
-        if _problem(key) is not None:
-            self.thumbnailed.emit(key, QImage())
-            return
-        reader = _reader(key)
-        reader.setAutoTransform(True)
-        size = reader.size()
-        if size.isValid():
-            reader.setScaledSize(size.scaled(THUMBNAIL * 2, _KEEP))
-        self.thumbnailed.emit(key, _drawable(reader.read()))
-
-    # --- in the window's thread --------------------------------------------------------------
-    def _keep(self, key: str, picture: Picture | str) -> None:
-        if not isinstance(picture, Picture) or not picture.whole:
-            return
-        self._kept[key] = picture
-        self._kept.move_to_end(key)
-        while len(self._kept) > 1 and sum(p.bytes for p in self._kept.values()) > _KEPT_BYTES:
-            self._kept.popitem(last=False)
-
-    def _keep_thumbnail(self, key: str, image: QImage) -> None:
+    def _store_thumbnail(self, key: str, image: QImage) -> None:
         self._thumbnails[key] = image
+        self.thumbnailed.emit(key, image)
 
 
-def _problem(path: str) -> str | None:
-    """Return why a photo is not decoded; None if it may be."""
+def _read(path: Path, request: Request[Picture]) -> Picture:
+    _check(path)
+    reader = _reader(path)
+    reader.setAutoTransform(False)
+    size, orientation = reader.size(), reader.transformation()
+    orientation = _Turn(orientation.value) if hasattr(orientation, "value") else orientation
+    width, height = size.width(), size.height()
+    if max(width, height) > 2 * _FIRST_LOOK:
+        quick = _reader(path)
+        quick.setAutoTransform(False)
+        quick.setScaledSize(size.scaled(QSize(_FIRST_LOOK, _FIRST_LOOK), _KEEP))
+        image = quick.read()
+        if not image.isNull():
+            turn = upright(orientation, width, height)
+            request.emit(Picture((_drawable(image),), width, height, turn, False))
+        request.check()
+    image = reader.read()
+    if image.isNull():
+        raise InputError(reader.errorString())
+    width, height = image.width(), image.height()
+    levels = [_drawable(image)]
+    while max(levels[-1].width(), levels[-1].height()) > 1200:
+        levels.append(_halved(levels[-1]))
+    return Picture(tuple(levels), width, height, upright(orientation, width, height))
+
+
+def _read_thumbnail(path: Path) -> QImage:
+    _check(path)
+    reader = _reader(path)
+    reader.setAutoTransform(True)
+    size = reader.size()
+    if size.isValid():
+        reader.setScaledSize(size.scaled(THUMBNAIL * 2, _KEEP))
+    return _drawable(reader.read())
+
+
+def _check(path: Path) -> None:
     try:
         check_picture(path)
-    except InputError as error:
-        return error.message
     except OSError as error:
-        return error.strerror or str(error)
-    return None
+        raise InputError(error.strerror or str(error)) from error
 
 
-def _reader(path: str) -> QImageReader:
+def _reader(path: Path) -> QImageReader:
     """For what photos may be, and nothing else that Qt has a plugin for."""
     kind = b""
     with contextlib.suppress(OSError, InputError), open_regular(path) as file:
         head = file.read(4)
         kind = next((name for mark, name in _KINDS.items() if head.startswith(mark)), b"")
-    reader = QImageReader(path if kind else "", kind)
+    reader = QImageReader(str(path) if kind else "", kind)
     reader.setAutoDetectImageFormat(False)
     return reader
 

@@ -2,64 +2,16 @@
 
 from __future__ import annotations
 
-import atexit
-import threading
-from collections.abc import Callable, Iterator
-from functools import cache, partial
+from collections.abc import Iterator
 from typing import ClassVar
 
-from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QEventLoop, QMetaObject, QObject, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from shiboken6 import isValid
 
-from vomstudio.workspace.owner_thread import Call, Timer
-
-
-class _Courier(QObject):
-    """Carries calls into the thread that it was made in, for as long as the program runs.
-
-    A thread must not emit a signal of an object that a window deletes: when Qt deletes it in that
-    very moment, the process dies.
-    """
-
-    _came = Signal(object)
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._came.connect(self._make, Qt.ConnectionType.QueuedConnection)
-        self._sending, self._closed = threading.Lock(), False
-        # Before PySide deletes what there is of Qt, which it does at exit too.
-        atexit.register(self.close)
-
-    def close(self) -> None:
-        with self._sending:
-            self._closed = True
-
-    def carry(self, call: Call) -> None:
-        with self._sending:
-            if not self._closed:
-                self._came.emit(call)
-
-    def _make(self, call: Call) -> None:
-        call()
-
-
-_courier = cache(_Courier)
-
-
-def poster(owner: QObject) -> Callable[[Call], None]:
-    """For the threads that work for `owner`, made in the GUI's thread: a call that is handed to it
-    is made in the GUI's thread, unless the owner has been deleted by then."""
-    return partial(_post, _courier(), owner)
-
-
-def _post(courier: _Courier, owner: QObject, call: Call) -> None:
-    courier.carry(partial(_unless_gone, owner, call))
-
-
-def _unless_gone(owner: QObject, call: Call) -> None:
-    if isValid(owner):
-        call()
+from vomstudio.core.threads import run_in_thread
+from vomstudio.rendering.qt.posting import poster
+from vomstudio.studio.owner_thread import Call, Timer
 
 
 class QtTimer:
@@ -81,7 +33,7 @@ class QtTimer:
 
 
 class QtOwner(QObject):
-    """`post` and `later` as `workspace.owner_thread` describes them."""
+    """`post` and `later` as `studio.owner_thread` describes them."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -91,27 +43,22 @@ class QtOwner(QObject):
         self._poster(call)
 
     def aside(self, work: Call) -> None:
-        """In a thread, while the window is painted and its timers run; keys and the mouse wait."""
-        loop, failed = QEventLoop(), []
+        """Work in a thread while the window is painted and its timers run; input waits."""
+        loop = QEventLoop()
 
         def run() -> None:
             try:
                 work()
-            except BaseException as error:  # noqa: BLE001 - raised where the work is waited for
-                failed.append(error)
             finally:
                 QMetaObject.invokeMethod(loop, "quit", Qt.ConnectionType.QueuedConnection)
 
-        thread = threading.Thread(target=run, name="aside", daemon=True)
         QGuiApplication.setOverrideCursor(Qt.CursorShape.BusyCursor)
         try:
-            thread.start()
+            future = run_in_thread(run, name="aside")
             loop.exec(QEventLoop.ProcessEventsFlag.ExcludeUserInputEvents)
-            thread.join()
+            future.result()
         finally:
             QGuiApplication.restoreOverrideCursor()
-        if failed:
-            raise failed[0]
 
     def later(self, seconds: float, call: Call) -> Timer:
         return QtTimer(self, seconds, call)

@@ -98,14 +98,14 @@ class OptionFields(QObject, Generic[Options]):
             return box
         if declared.choices is not None:
             choice = ComboBox()
-            if declared.default is None:
+            if _is_automatic(declared):
                 choice.addItem(tr(declared.empty), None)
             for each in declared.choices:
                 choice.addItem(each, each)
             choice.activated.connect(lambda _: self.changed.emit())
             return choice
         spin = SpinBox() if declared.kind is int else DoubleSpinBox()
-        low = 0 if declared.default is None else declared.kind(declared.minimum or 0)
+        low = 0 if _is_automatic(declared) else declared.kind(declared.minimum or 0)
         high = declared.kind(min(declared.maximum or MAX_SHOWN, 2**31 - 1))
         if isinstance(spin, DoubleSpinBox):
             spin.setDecimals(declared.decimals)
@@ -113,7 +113,7 @@ class OptionFields(QObject, Generic[Options]):
                 spin.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         spin.setRange(low, high)
         spin.setKeyboardTracking(False)
-        if declared.default is None:
+        if _is_automatic(declared):
             spin.setSpecialValueText(tr(declared.empty))
         spin.valueChanged.connect(lambda _: self.changed.emit())
         return spin
@@ -126,13 +126,18 @@ class OptionFields(QObject, Generic[Options]):
             return field.currentData()
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
         value = field.value()
-        if declared.default is None and value == field.minimum():
+        if _is_automatic(declared) and value == field.minimum():
             return None
         return value if declared.minimum is None else max(value, declared.kind(declared.minimum))
 
 
+def _is_automatic(declared: Declaration) -> bool:
+    """Return whether the program may choose the value."""
+    return declared.default is None and not declared.is_required
+
+
 def _tip(declared: Declaration) -> str:
-    if declared.automatic and declared.default is None:
+    if declared.automatic and _is_automatic(declared):
         return tr(
             "{tip} ({empty}: {automatic}).",
             tip=tr(declared.tip),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
@@ -12,8 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from vomstudio.core.findings import as_finding
 from vomstudio.document import edits
 from vomstudio.document.records import Model
-from vomstudio.errors import InputError
-from vomstudio.failures import exception_hooks
+from vomstudio.errors import VomError
 from vomstudio.jobs.drawing_tasks import (
     FIND_PICTURES,
     READ_DRAWN_LINES,
@@ -24,8 +23,8 @@ from vomstudio.jobs.drawing_tasks import (
 )
 from vomstudio.jobs.events import Failed
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.models import standing_model
@@ -35,23 +34,6 @@ if TYPE_CHECKING:
     from vomstudio.document.kinds.trace import Trace
     from vomstudio.workspace.drawn_traces import DrawnTraces
 
-# What measures is imported in the thread, when it is needed.
-Made = TypeVar("Made")
-
-
-def _reported(work: Callable[[], Made]) -> Callable[[], Made | None]:
-    """None, and the fault told, where it fails in a way that nobody expected: then another drawing
-    can still be read."""
-
-    def run() -> Made | None:
-        try:
-            return work()
-        except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-            exception_hooks.report_as_uncaught(error)
-            return None
-
-    return run
-
 
 class DrawingImport(QObject):
     """Files are read and rays are cast by jobs; the traces come as one edit."""
@@ -59,7 +41,7 @@ class DrawingImport(QObject):
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
         self._parent, self._studio = parent, studio
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._edited: Sequence[Trace] = ()
         self._drawing = ""
         studio.project_opened.connect(self._forget)
@@ -84,9 +66,7 @@ class DrawingImport(QObject):
             FIND_PICTURES,
             DrawingFile(drawing, sidecar),
             title=tr("Reading {file}", file=drawing.name),
-            on_done=self._background.unless_closed(
-                lambda found: self._choose_picture(drawing, found)
-            ),
+            on_done=self._background.guard(lambda found: self._choose_picture(drawing, found)),
             on_failed=self._failed,
         )
 
@@ -115,7 +95,7 @@ class DrawingImport(QObject):
             DrawingOrder(drawing, sidecar, standing),
             title=tr("Bringing the lines of {file} to {model}", file=drawing.name,
                      model=model.name),
-            on_done=self._background.unless_closed(
+            on_done=self._background.guard(
                 lambda found: self._to_traces(drawing, sidecar, model, found)
             ),
             on_failed=self._failed,
@@ -128,16 +108,15 @@ class DrawingImport(QObject):
 
         type_id, set_name = studio.next_type_id, studio.next_set
 
-        def work() -> DrawnTraces | InputError:
+        def work() -> DrawnTraces:
             from vomstudio.workspace.drawn_traces import DrawingTarget, drawn_traces
 
-            try:
-                target = DrawingTarget(model, surface, type_id, set_name)
-                return drawn_traces(found, drawing, sidecar, target, records)
-            except InputError as error:
-                return error
+            target = DrawingTarget(model, surface, type_id, set_name)
+            return drawn_traces(found, drawing, sidecar, target, records)
 
-        self._background.run(_reported(work), lambda traces: self._arrived(drawing, model, traces))
+        self._background.run(
+            work, lambda traces: self._arrived(drawing, model, traces), self._refuse
+        )
 
     def _failed(self, event: Failed) -> None:
         if event.cancelled:
@@ -154,16 +133,13 @@ class DrawingImport(QObject):
         fitting = [m for m in models if m.content_hash == content_hash]
         return next((m for m in (*fitting, *models) if m.id in studio.models), None)
 
-    def _arrived(self, drawing: Path, model: Model, found: object) -> None:
-        from vomstudio.workspace.drawn_traces import DrawnTraces
+    def _refuse(self, error: VomError) -> None:
+        # The field is an option of the command line.
+        text = f"{error.file}: {error.message}" if error.file else error.message
+        self._studio.warn(text, "error")
 
+    def _arrived(self, drawing: Path, model: Model, found: DrawnTraces) -> None:
         studio = self._studio
-        if isinstance(found, InputError):
-            # The field is an option of the command line.
-            studio.warn(f"{found.file}: {found.message}" if found.file else found.message, "error")
-            return
-        if not isinstance(found, DrawnTraces):
-            return
         now = studio.records.get(model.id)
         if not isinstance(now, Model) or now.to_world != model.to_world:
             studio.warn(

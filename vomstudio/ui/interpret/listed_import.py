@@ -10,11 +10,9 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.document import edits
 from vomstudio.document.records import Model
-from vomstudio.errors import VomError
-from vomstudio.failures import exception_hooks
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import current_model, start_folder
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr, tr_n
 
@@ -28,7 +26,7 @@ class ListedImport(QObject):
     def __init__(self, parent: QWidget, studio: Studio) -> None:
         super().__init__(parent)
         self._parent, self._studio = parent, studio
-        self._background = Background(self)
+        self._background = QtBackground(self)
 
     def choose(self) -> None:
         """Ask for a file, and take in what it holds."""
@@ -52,33 +50,20 @@ class ListedImport(QObject):
         opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
         bounds = None if opened is None else opened.data.bounds
 
-        def work() -> ImportedFeatures | VomError | None:
+        def work() -> ImportedFeatures:
             from vomstudio.io.gis.crs import world_crs
             from vomstudio.io.project.listed_import import read_listed
 
-            try:
-                return read_listed(
-                    path, shown, records, world_crs(shown.frame.crs, shown.frame.unit_m),
-                    None if surface is None else surface.area_inside, bounds,
-                )  # fmt: skip
-            except VomError as error:
-                return error
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-                return None
+            return read_listed(
+                path, shown, records, world_crs(shown.frame.crs, shown.frame.unit_m),
+                None if surface is None else surface.area_inside, bounds,
+            )  # fmt: skip
 
         studio.info(tr("Reading {file}…", file=path.name))
-        self._background.run(work, lambda found: self._arrived(shown, found))
+        self._background.run(work, lambda found: self._arrived(shown, found), studio.fail)
 
-    def _arrived(self, model: Model, found: object) -> None:
-        from vomstudio.io.project.listed_import import ImportedFeatures
-
+    def _arrived(self, model: Model, found: ImportedFeatures) -> None:
         studio = self._studio
-        if isinstance(found, VomError):
-            studio.fail(found)
-            return
-        if not isinstance(found, ImportedFeatures):
-            return
         now = studio.records.get(model.id)
         if not isinstance(now, Model) or now.to_world != model.to_world:
             studio.warn(tr("The model was moved or removed meanwhile. Import the file once more."))

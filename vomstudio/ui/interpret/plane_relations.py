@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Message
 from vomstudio.document import edits
 from vomstudio.document.kinds import group_and_set, has_plane
 from vomstudio.document.kinds.intersection import Intersection
@@ -48,8 +49,8 @@ def between(studio: Studio, first: Group, second: Group) -> Intersection:
     return Intersection(edits.new_id("intersection"), "", line_type(studio), first, second)
 
 
-def why_not_keep(studio: Studio) -> str | None:
-    """Why the intersection of the selected planes cannot be kept; None where it can."""
+def why_not_keep(studio: Studio) -> Message | None:
+    """Return why the intersection of the selected planes cannot be kept; None if it can."""
     relation = of_selected(studio)
     return tr(_NOT_TWO) if relation is None else studio.measure(relation).problem
 
@@ -64,7 +65,7 @@ def keep(studio: Studio) -> None:
 def relation_lines(measured: Measurement) -> list[str]:
     """Angle, intersection line, error and reasons as lines of rich text."""
     if measured.line is None:
-        return [escape(measured.problem or "–")]
+        return [escape(str(measured.problem or "–"))]
     intersection = (
         tr("Intersection: <b>{line}</b>, 95 % error unknown", line=measured.attitude())
         if measured.total95_deg is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import VomError
 from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.polyline import PolylineTool
@@ -16,9 +17,9 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.interpret.deleting import delete_selected
 from vomstudio.ui.scene.view_panel import ViewPanel
-from vomstudio.words import to_translate, tr
+from vomstudio.words import tr
 
-_NOTHING_OPEN = to_translate("No feature is open.")
+_NOTHING_OPEN = Finding("tool.nothing-open")
 
 
 class _OpenFeature:
@@ -33,25 +34,25 @@ class _OpenFeature:
         tool = self._studio.open_tool
         return tool if isinstance(tool, PolylineTool) else None
 
-    def why_nothing(self) -> str | None:
-        return tr(_NOTHING_OPEN) if self._studio.open_tool is None else None
+    def why_nothing(self) -> Finding | None:
+        return _NOTHING_OPEN if self._studio.open_tool is None else None
 
-    def why_not_finish(self) -> str | None:
+    def why_not_finish(self) -> Finding | None:
         unfinished = self._studio.open_tool or self._studio.tool
-        return tr(_NOTHING_OPEN) if unfinished is None else unfinished.why_not_finish()
+        return _NOTHING_OPEN if unfinished is None else unfinished.why_not_finish()
 
-    def why_not_cancel(self) -> str | None:
+    def why_not_cancel(self) -> Finding | None:
         unfinished = self._studio.open_tool or self._studio.tool
-        return tr(_NOTHING_OPEN) if unfinished is None else unfinished.why_not_cancel()
+        return _NOTHING_OPEN if unfinished is None else unfinished.why_not_cancel()
 
-    def why_no_vertex(self) -> str | None:
+    def why_no_vertex(self) -> Message | None:
         if (tool := self.tool) is None:
-            return tr(_NOTHING_OPEN)
+            return _NOTHING_OPEN
         if tool.current_vertex is None:
             return tr("Click a vertex of the open feature first.")
         return None
 
-    def why_not_delete(self) -> str | None:
+    def why_not_delete(self) -> Message | None:
         return self.why_no_vertex() if self.tool is not None else why_none_chosen(self._studio)
 
     def why_not_continue(self) -> str | None:

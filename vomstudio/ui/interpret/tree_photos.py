@@ -19,10 +19,9 @@ from vomstudio.document.records import (
     Reconstruction,
     Record,
 )
-from vomstudio.errors import VomError
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION, SORT, TreeItem
 from vomstudio.ui.photos.photo_commands import PhotoOpening
@@ -63,12 +62,12 @@ class TreePhotos(QObject):
         self._branches: dict[str, QTreeWidgetItem] = {}
         self._names: dict[str, Sequence[str]] = {}
         """Of the photos of each branch that is filled or being filled."""
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._timer = QTimer(self)
         self._timer.setInterval(0)
         self._timer.timeout.connect(self._fill_on)
         survey.rows_changed.connect(self._rows_changed)
-        studio.jobs.closed.connect(self._background.close)
+        studio.jobs.closed.connect(self._background.stop)
 
     def join(self, tree: QTreeWidget) -> None:
         self._tree = tree
@@ -178,17 +177,15 @@ class TreePhotos(QObject):
             self._names[id_] = ()
             folder = self._survey.document.folder_of(photo_set)
 
-            def read() -> Sequence[str]:
-                try:
-                    return [] if folder is None else photo_names(folder)
-                except VomError:
-                    return []
-
             # The folder may be on a slow drive.
-            self._background.run(read, partial(self._listed, id_, item))
+            self._background.run(
+                lambda: [] if folder is None else photo_names(folder),
+                partial(self._listed, id_, item),
+                lambda _: self._listed(id_, item, []),
+            )
 
-    def _listed(self, id_: str, item: QTreeWidgetItem, names: object) -> None:
-        if self._branches.get(id_) is item and isinstance(names, list) and not self._names[id_]:
+    def _listed(self, id_: str, item: QTreeWidgetItem, names: list[str]) -> None:
+        if self._branches.get(id_) is item and not self._names[id_]:
             self._fill(id_, names)
             record = self._studio.records.get(id_)
             if isinstance(record, PhotoSet):

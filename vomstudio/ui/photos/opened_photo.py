@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Signal
 
 from vomstudio.photogrammetry.place.mark_prediction import Pixel
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
@@ -27,7 +27,7 @@ class OpenedPhoto(QObject):
         self.name = ""
         self._pictured_once = False
         self._looked_at = ""
-        self._images.pictured.connect(self._pictured, Qt.ConnectionType.QueuedConnection)
+        self._images.pictured.connect(self._pictured)
 
     @property
     def row(self) -> PhotoRow | None:

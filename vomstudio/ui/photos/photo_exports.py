@@ -21,7 +21,7 @@ from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
 from vomstudio.io.project.sidecar_import import Beside, read_beside, spare_folder
 from vomstudio.photogrammetry.place.mark_prediction import Marking
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr
@@ -43,7 +43,7 @@ class PhotoExports(QObject):
     def __init__(self, document: PhotoDocument) -> None:
         super().__init__()
         self._document = document
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._on_disk = Marking()
         self._given: Marking | None = None
         self._known: dict[str, str] = {}
@@ -311,7 +311,7 @@ class PhotoExports(QObject):
 
     def close(self) -> None:
         self.finish()
-        self._background.close()
+        self._background.stop()
 
 
 class _OnceDone:

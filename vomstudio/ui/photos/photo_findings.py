@@ -21,7 +21,7 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
     if facts is None:
         return [("warning", note)] if note else []
     if facts.problem:
-        return [("error", as_sentence(facts.problem))]
+        return [("error", as_sentence(facts.problem.message))]
     summary = as_sentence(facts.summary)
     if facts.crs:
         first = tr(

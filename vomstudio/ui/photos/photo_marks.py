@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.photogrammetry.place.mark_prediction import (
@@ -40,7 +41,7 @@ class PhotoMarks(QObject):
         self.marking = document.marking()
         self._cameras: PlacedPhotos | None = None
         self._predictions: dict[str, tuple[object, MarkPrediction]] = {}
-        self._missing: list[str] | None = None
+        self._missing: list[Finding] | None = None
         document.points_changed.connect(self._read)
 
     def close(self) -> None:
@@ -91,8 +92,8 @@ class PhotoMarks(QObject):
             return np.zeros((0, 2))
         return self._cameras.epipolar_line(self.marking, label, photo)
 
-    def missing(self) -> list[str]:
-        """What is still needed before the points can place the model, each as a text."""
+    def missing(self) -> list[Finding]:
+        """Return what is still needed before the points can place the model."""
         if self._missing is None:
             self._missing = missing(self.marking, self._cameras)
         return self._missing

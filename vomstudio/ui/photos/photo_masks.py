@@ -13,7 +13,7 @@ from vomstudio.document.records import Asset
 from vomstudio.errors import VomError
 from vomstudio.geometry.pixel_areas import Area, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.words import tr, tr_n
@@ -71,7 +71,7 @@ class PhotoMasks(QObject):
         super().__init__()
         self.rows = {row.name: row for row in rows}
         self._document = document
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._masks: dict[str, Flags] = {}
         self._shown = ""
         self._states = _States()
@@ -97,24 +97,22 @@ class PhotoMasks(QObject):
         row = self.rows[name]
         self._forget()
 
-        def arrived(made: object) -> None:
-            if isinstance(made, VomError):
-                self.said.emit(str(made), "warning")
-                made = np.ones((row.height, row.width), np.bool_)
-            self._masks.setdefault(name, made)  # type: ignore[arg-type]
+        def arrived(mask: Flags) -> None:
+            self._masks.setdefault(name, mask)
             self.drawn.emit(name)
 
-        self._background.run(lambda: self._loaded(row), arrived)
+        def failed(error: VomError) -> None:
+            self.said.emit(str(error), "warning")
+            arrived(np.ones((row.height, row.width), np.bool_))
 
-    def _loaded(self, row: PhotoRow) -> Flags | VomError:
-        try:
-            mask = self._document.mask_path(row.name)
-            if mask is None:
-                return np.ones((row.height, row.width), np.bool_)
-            # Of its own: what is read may not be written.
-            return load_mask(mask, row.width, row.height).copy()
-        except VomError as error:
-            return error
+        self._background.run(lambda: self._loaded(row), arrived, failed)
+
+    def _loaded(self, row: PhotoRow) -> Flags:
+        mask = self._document.mask_path(row.name)
+        if mask is None:
+            return np.ones((row.height, row.width), np.bool_)
+        # Of its own: what is read may not be written.
+        return load_mask(mask, row.width, row.height).copy()
 
     def _changed_elsewhere(self, names: frozenset[str]) -> None:
         """A step was taken back or done again: the masks are read anew."""
@@ -178,22 +176,21 @@ class PhotoMasks(QObject):
 
     def _keep(self, words: str, name: str) -> None:
         """The mask as it is now becomes a record; where it cannot be written it is as before."""
-        made = self._kept(self._masks[name])
-        if isinstance(made, VomError):
-            self.said.emit(str(made), "error")
-        elif self._apply(words, {name: made}):
-            self.drawn.emit(name)
-            return
+        try:
+            made = self._kept(self._masks[name])
+        except VomError as error:
+            self.said.emit(str(error), "error")
+        else:
+            if self._apply(words, {name: made}):
+                self.drawn.emit(name)
+                return
         self._masks.pop(name, None)
         self.open(name)
 
-    def _kept(self, used: Flags) -> Asset | VomError | None:
-        try:
-            if used.all():
-                return None
-            file = self._document.keep_mask(mask_png(used))
-        except VomError as error:
-            return error
+    def _kept(self, used: Flags) -> Asset | None:
+        if used.all():
+            return None
+        file = self._document.keep_mask(mask_png(used))
         self._states.keep(file, used)
         return file
 
@@ -233,22 +230,17 @@ class PhotoMasks(QObject):
         drawn_on: dict[str, Asset | None] = {}
         waiting = list(others)
 
-        def draw(name: str) -> object:
+        def draw(name: str) -> dict[str, Asset | None]:
             used = self._loaded(self.rows[name])
-            if isinstance(used, VomError):
-                return used
             changes = [changed_by(used, area, shape.hides) for area in shape.areas]
-            return (self._kept(used),) if any(c is not None for c in changes) else None
+            return {name: self._kept(used)} if any(c is not None for c in changes) else {}
 
-        def arrived(name: str, drawn: object) -> None:
-            if isinstance(drawn, VomError):
-                self.said.emit(str(drawn), "warning")
-            elif isinstance(drawn, tuple):
-                (asset,) = drawn
-                if isinstance(asset, VomError):
-                    self.said.emit(str(asset), "error")
-                else:
-                    made[name] = asset
+        def arrived(drawn: dict[str, Asset | None]) -> None:
+            made.update(drawn)
+            proceed()
+
+        def failed(error: VomError) -> None:
+            self.said.emit(str(error), "error")
             proceed()
 
         def proceed() -> None:
@@ -265,7 +257,7 @@ class PhotoMasks(QObject):
             )
             name = waiting.pop(0)
             drawn_on[name] = self._document.masks().get(name)
-            self._background.run(lambda: draw(name), lambda drawn: arrived(name, drawn))
+            self._background.run(lambda: draw(name), arrived, failed)
 
         def done() -> None:
             now = self._document.masks()
@@ -307,4 +299,4 @@ class PhotoMasks(QObject):
     def close(self) -> None:
         self.end()
         self._document.masks_changed.disconnect(self._changed_elsewhere)
-        self._background.close()
+        self._background.stop()

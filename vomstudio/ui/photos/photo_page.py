@@ -16,13 +16,12 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.document.edit import Edit
-from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.messages_panel import MessageBar
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import ElidedLabel, Label, Scrolling
 from vomstudio.ui.photos.mark_canvas import LOOK, MARK, POLYGON, MarkCanvas
@@ -93,7 +92,7 @@ class PhotoPage(QWidget):
         self._status.setObjectName("photo_status")
         self._arrange()
         self.bar = MessageBar(self._middle)
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._connect()
         self._read_cameras()
         self.tools.take_up(LOOK)
@@ -255,19 +254,11 @@ class PhotoPage(QWidget):
             self.marks.set_cameras(None)
             return
 
-        def work() -> object:
-            try:
-                return PlacedPhotos.read(out)
-            except VomError as error:
-                return error
-
-        def arrived(made: object) -> None:
-            if isinstance(made, PlacedPhotos):
-                self.marks.set_cameras(made)
-            else:
-                self.say(str(made), "warning")
-
-        self._background.run(work, arrived)
+        self._background.run(
+            lambda: PlacedPhotos.read(out),
+            self.marks.set_cameras,
+            lambda error: self.say(str(error), "warning"),
+        )
 
     def _survey_changed(self) -> None:
         if self.survey.folder != self.folder:
@@ -420,7 +411,7 @@ class PhotoPage(QWidget):
                 (self.survey.changed, self._survey_changed),
             ):
                 steps.callback(signal.disconnect, slot)
-            for close in (self._background.close, self.shown.close, self.survey.exports.finish):
+            for close in (self._background.stop, self.shown.close, self.survey.exports.finish):
                 steps.callback(close)
             for part in (self.marks, self.masks):
                 steps.callback(part.close)

@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Message
 from vomstudio.geometry.pixel_areas import whole_area
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.photos.mark_canvas import BRUSH, LOOK, MARK, POLYGON, MarkCanvas
@@ -66,7 +67,7 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
         else:
             photo.run(name)
 
-    def why_not() -> str | None:
+    def why_not() -> Message | None:
         photo = table()
         return command.why_not() if photo is None else photo.why_not(name)
 

@@ -49,6 +49,6 @@ def add_findings(rows: Sequence[PhotoRow], report: SurveyReport) -> None:
             if facts.blur is not None:
                 seen.blur = facts.blur
     for finding in report.findings:
-        for name in finding.photos:
+        for name in finding.values["photos"]:
             if name in by_name:
-                by_name[name].findings.append(finding.text)
+                by_name[name].findings.append(finding.message)

@@ -30,10 +30,11 @@ from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
 
 if TYPE_CHECKING:
+    from vomstudio.core.findings import Finding
     from vomstudio.jobs.photo_tasks import PhotoList
     from vomstudio.jobs.reconstruction_tasks import Reconstruction
     from vomstudio.jobs.survey_tasks import ControlFacts, Forecast
-    from vomstudio.survey.check_results import Finding, SurveyReport
+    from vomstudio.survey.check_results import SurveyReport
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
@@ -129,7 +130,7 @@ class PhotoSurvey(QObject):
             if facts is not None and (problem := facts.problem):
                 return tr(
                     "{problem} Choose other files, or none, in Reconstruction settings.",
-                    problem=as_sentence(problem),
+                    problem=as_sentence(problem.message),
                 )
         return None
 

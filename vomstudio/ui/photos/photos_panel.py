@@ -225,7 +225,7 @@ class PhotosPanel(QWidget):
             verdict.setFont(font)
             verdict.setIcon(QIcon())
         for finding in survey.findings:
-            self._add_finding(finding.severity, finding.text, list(finding.photos))
+            self._add_finding(finding.severity, finding.message, list(finding.values["photos"]))
         for severity, text in survey.control_findings():
             self._add_finding(severity, text, [])
         for text in survey.left_out:

@@ -176,7 +176,7 @@ class PointsBox(QGroupBox):
             else:
                 self.table.clearSelection()
         self._fill_form()
-        said = self._marks.missing()
+        said = [finding.message for finding in self._marks.missing()]
         if not labels:
             said = [tr("Import control points, or click in the photo to mark a tie point.")]
         elif self._marks.cameras is None:

@@ -35,9 +35,9 @@ from vomstudio.jobs.registration_tasks import (
 from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_command
@@ -76,7 +76,7 @@ class ComparePanel(QWidget):
         self._held_id = ""
         self._sought: tuple[Path, str] | None = None
         self._job: RunningJob | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._model: Model | None = None
         self.title = hint_label()
         self.other = OtherModelBox(studio, "")
@@ -285,8 +285,8 @@ class ComparePanel(QWidget):
             COMPARE_MODELS,
             order,
             title=tr("Comparing {model} with {other}", model=own.name, other=other.name),
-            on_done=self._background.unless_closed(lambda made: self._came(model.id, order, made)),
-            on_failed=self._background.unless_closed(self._failed),
+            on_done=self._background.guard(lambda made: self._came(model.id, order, made)),
+            on_failed=self._background.guard(self._failed),
         )
         self._refresh_buttons()
 
@@ -374,7 +374,7 @@ class ComparePanel(QWidget):
         )
 
     def _close(self) -> None:
-        self._background.close()
+        self._background.stop()
         self.other.close_reading()
 
 

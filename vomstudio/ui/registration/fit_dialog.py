@@ -27,8 +27,8 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.registration_tasks import FIT_TO_REFERENCE, FitOrder, FittedModel
 from vomstudio.registration.results import Placed
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.registration.fit_command import FitCopyButton
@@ -66,8 +66,10 @@ class FitDialog(QDialog):
         self.fitted: FittedModel | None = None
         self._problem = ""
         self._job: RunningJob | None = None
-        self._background = Background(self)
-        self._solving = NewestResult(self, self._solved, lambda: self.said.setText(tr("Solving…")))
+        self._background = QtBackground(self)
+        self._solving = NewestResult(
+            self, self._solved, self._unsolved, lambda: self.said.setText(tr("Solving…"))
+        )
         self.other = OtherModelBox(studio, model.id)
         self.stable = StablePartBox(studio, model.id)
         self.here, self.there = PickingView(), PickingView()
@@ -256,12 +258,9 @@ class FitDialog(QDialog):
         bounds = None if opened is None else opened.data.bounds
         crs = reference.standing(self._studio.project.cache).crs
 
-        def work() -> Placed | VomError:
-            try:
-                extent = None if opened is None else some_points(opened.data)
-                return placed_by_points(pairs, bounds, model, crs, extent)
-            except VomError as error:
-                return error
+        def work() -> Placed:
+            extent = None if opened is None else some_points(opened.data)
+            return placed_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _FEW:
             self._solving.at_once(work)
@@ -269,9 +268,12 @@ class FitDialog(QDialog):
             self._show()
             self._solving.ask(work)
 
-    def _solved(self, made: object) -> None:
-        self.placed = made if isinstance(made, Placed) else None
-        self._problem = str(made) if isinstance(made, VomError) else ""
+    def _solved(self, placed: Placed) -> None:
+        self.placed, self._problem = placed, ""
+        self._show()
+
+    def _unsolved(self, error: VomError) -> None:
+        self.placed, self._problem = None, str(error)
         self._show()
 
     def _show(self) -> None:
@@ -388,8 +390,8 @@ class FitDialog(QDialog):
             FIT_TO_REFERENCE,
             order,
             title=tr("Fitting {model} to {other}", model=model.name, other=reference.name),
-            on_done=self._background.unless_closed(ended),
-            on_failed=self._background.unless_closed(ended),
+            on_done=self._background.guard(ended),
+            on_failed=self._background.guard(ended),
         )
         self._explain_buttons()
 
@@ -441,7 +443,7 @@ class FitDialog(QDialog):
         """However it is closed: what both views hold in the graphics memory is freed at once."""
         with ExitStack() as steps:
             steps.callback(super().done, result)
-            if self._background.closed:
+            if self._background.is_stopped:
                 return
             for view in (self.there, self.here):
                 steps.callback(view.shutdown)
@@ -449,7 +451,7 @@ class FitDialog(QDialog):
                 steps.callback(self._studio.jobs.cancel, self._job)
             for part in (self.stable, self.other):
                 steps.callback(part.close_reading)
-            for close in (self._solving.close, self._background.close, self._forget_jobs):
+            for close in (self._solving.close, self._background.stop, self._forget_jobs):
                 steps.callback(close)
 
 

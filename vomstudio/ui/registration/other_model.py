@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.document.records.basics import Matrix
-from vomstudio.errors import VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import world_crs
@@ -18,8 +17,8 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
 from vomstudio.jobs.standing_model import StandingModel
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.words import tr
@@ -70,7 +69,7 @@ class OtherModelBox(QWidget):
         """besides : the id of the model that is not offered"""
         super().__init__()
         self._studio, self._besides = studio, besides
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._job: RunningJob | None = None
         self._files: dict[str, OtherModel] = {}
         self.models = ComboBox()
@@ -95,7 +94,7 @@ class OtherModelBox(QWidget):
 
     def close_reading(self) -> None:
         """Nothing is handed over any more."""
-        self._background.close()
+        self._background.stop()
         if self._job is not None:
             self._studio.jobs.cancel(self._job)
 
@@ -143,25 +142,29 @@ class OtherModelBox(QWidget):
         self.said.emit(tr("Reading {file}…", file=path.name))
 
         def read(cached: CachedModel) -> None:
-            self._background.run(lambda: _fetched(path, cached), arrived)
+            self._background.run(
+                lambda: _fetched(path, cached), arrived, lambda error: refuse(str(error))
+            )
 
-        def arrived(made: object) -> None:
+        def arrived(other: OtherModel) -> None:
             self._job = None
             self.browse.setEnabled(True)
-            if isinstance(made, OtherModel):
-                self._add(made)
-            else:
-                self.said.emit(str(made))
+            self._add(other)
+
+        def refuse(why: str) -> None:
+            self._job = None
+            self.browse.setEnabled(True)
+            self.said.emit(why)
 
         def failed(event: Failed) -> None:
-            arrived(tr("The file was not read.") if event.cancelled else event.message)
+            refuse(tr("The file was not read.") if event.cancelled else event.message)
 
         self._job = studio.jobs.submit(
             LOAD_MODEL,
             ModelFile(path, studio.project.cache),
             title=tr("Opening {file}", file=path.name),
-            on_done=self._background.unless_closed(read),
-            on_failed=self._background.unless_closed(failed),
+            on_done=self._background.guard(read),
+            on_failed=self._background.guard(failed),
         )
 
     def _add(self, made: OtherModel) -> None:
@@ -178,16 +181,13 @@ class OtherModelBox(QWidget):
         self.models.setCurrentIndex(self.models.findData(key))
 
 
-def _fetched(path: Path, cached: CachedModel) -> OtherModel | str:
-    """In a thread; the reason where it cannot be."""
+def _fetched(path: Path, cached: CachedModel) -> OtherModel:
+    """Read the model from the cache. Runs in a worker thread."""
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.frames import establish_frame
 
-    try:
-        loaded = model_cache.open_cached(cached.folder)
-        established = establish_frame(replace(loaded, path=path))
-    except VomError as error:
-        return str(error)
+    loaded = model_cache.open_cached(cached.folder)
+    established = establish_frame(replace(loaded, path=path))
     return OtherModel(
         path.name, path, loaded.data, established.to_world(), established.frame,
         registration=established.registration,

@@ -53,23 +53,25 @@ class PairTable(QTableWidget):
 
 def placed_in_words(placed: Placed) -> str:
     """What the points alone say."""
-    from vomstudio.registration.remarks import said_of_worst
+    from vomstudio.registration.remarks import worst_axis_findings
 
     rms = placed.rms_control_m or 0.0
-    said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *said_of_worst(placed)]
-    return "\n".join([" ".join(said), *map(str, reversed(placed.warnings))])
+    said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *worst_axis_findings(placed)]
+    return "\n".join([" ".join(map(str, said)), *map(str, reversed(placed.warnings))])
 
 
 def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
     """What points and surfaces together say. record : what they become, with the error of what the
     model was fitted to where that is known"""
-    from vomstudio.registration.remarks import said_of_fitted, said_of_worst
+    from vomstudio.registration.remarks import reference_fit_finding, worst_axis_findings
     from vomstudio.registration.turn_checks import worst_turn95_deg
 
-    rests_on = said_of_fitted(found.places, found.overlap, found.rms_m, found.blocks, found.block_m)
+    rests_on = reference_fit_finding(
+        found.places, found.overlap, found.rms_m, found.blocks, found.block_m
+    )
     said = [
         rests_on,
-        *said_of_worst(found.placed),
+        *worst_axis_findings(found.placed),
         tr("The error of what it was fitted to is not in it."),
     ]
     if record is not None and record.covariance != found.placed.covariance:
@@ -78,4 +80,4 @@ def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
             "With the registration of the other model it may be turned by {worst} (95 %).",
             worst=degrees(worst),
         )
-    return "\n".join([" ".join(said), *map(str, found.placed.warnings)])
+    return "\n".join([" ".join(map(str, said)), *map(str, found.placed.warnings)])

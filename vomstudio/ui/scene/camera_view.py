@@ -16,7 +16,7 @@ from vomstudio.io.photos.cameras_file import Cameras, read_cameras
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.words import tr
 from vomstudio.workspace.photos import PhotoLinks
@@ -35,7 +35,7 @@ class CameraView(QObject):
         super().__init__()
         self._studio, self._links = studio, links
         self._cameras: PhotoCameras | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         # By model: the file, and what it holds as pyramids in the model's own frame.
         self._files: dict[str, Path] = {}
         self._frusta: dict[Path, tuple[list[Frustum], tuple[int, int, int]]] = {}
@@ -87,23 +87,20 @@ class CameraView(QObject):
         self._files[model_id] = path
         middle = opened.data.bounds.mean(axis=0)
 
-        def arrived(made: object) -> None:
-            if isinstance(made, VomError):
-                self._studio.warn(
-                    tr(
-                        "The cameras of {model} cannot be shown. {error}",
-                        model=record.name,
-                        error=made,
-                    )
-                )
-            elif isinstance(made, tuple):
-                self._frusta[path] = made
-                # The file may have been written anew.
-                self._shown = []
-                self.refresh()
-                self.found.emit()
+        def arrived(cameras: tuple[list[Frustum], tuple[int, int, int]]) -> None:
+            self._frusta[path] = cameras
+            # The file may have been written anew.
+            self._shown = []
+            self.refresh()
+            self.found.emit()
 
-        self._background.run(lambda: _read(path, middle), arrived)
+        def failed(error: VomError) -> None:
+            text = tr(
+                "The cameras of {model} cannot be shown. {error}", model=record.name, error=error
+            )
+            self._studio.warn(text)
+
+        self._background.run(lambda: _read(path, middle), arrived, failed)
 
     def _wanted(self) -> list[tuple[Path, Rows]]:
         """Files with the frames in which they are to be shown: of the visible models, and of models
@@ -165,9 +162,6 @@ class CameraView(QObject):
 
 def _read(
     path: Path, middle: npt.NDArray[np.float64]
-) -> tuple[list[Frustum], tuple[int, int, int]] | VomError:
-    try:
-        cameras: Cameras = read_cameras(path)
-    except VomError as error:
-        return error
+) -> tuple[list[Frustum], tuple[int, int, int]]:
+    cameras: Cameras = read_cameras(path)
     return frusta(cameras.views, middle - cameras.origin), cameras.origin

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu
 
+from vomstudio.core.findings import Finding
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, title_of
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
@@ -47,7 +48,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
     def light() -> None:
         shown.set_lit(now(), not shown.lit[now()])
 
-    def cannot(value: str) -> Callable[[], str | None]:
+    def cannot(value: str) -> Callable[[], Finding | None]:
         return lambda: display.why_not_mode(value, models())
 
     def size(value: float | None) -> Callable[[], None]:

@@ -326,7 +326,7 @@ class DisplayPanel(QWidget):
             flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
             wanted = flags if why is None else Qt.ItemFlag.NoItemFlags
             self.mode.model().item(k).setFlags(wanted)  # type: ignore[attr-defined]
-            self.mode.setItemData(k, why or "", Qt.ItemDataRole.ToolTipRole)
+            self.mode.setItemData(k, str(why or ""), Qt.ItemDataRole.ToolTipRole)
             if why is not None and models:
                 reasons.append(f"{tr(display.MODES[value])}: {why}")
         self.mode.setCurrentIndex(self.mode.findData(mode))

@@ -14,7 +14,7 @@ from vomstudio.document.records import Model, Painted, Picked
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.tools.interaction_types import Area
 from vomstudio.tools.painted_area import area_of, enclosed_area
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 
 
@@ -34,7 +34,7 @@ class SurfacePieces:
 
     def __init__(self, studio: Studio, owner: QObject, redraw: Callable[[str], None]) -> None:
         self._studio, self._redraw = studio, redraw
-        self._background = Background(owner)
+        self._background = QtBackground(owner)
         self._kept: dict[str, _Kept] = {}
 
     def clear(self) -> None:

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
@@ -35,9 +36,9 @@ from vomstudio.geometry.vectors import wrap360
 from vomstudio.products.ortho.view_directions import cost_of_direction
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.signals import once_told
-from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fold_box import FoldBox
+from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, rich_label
 from vomstudio.ui.scene.bedding_axis import BeddingAxis
@@ -47,7 +48,7 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.looking import Direction, across_slip, depth_along, meeting_line
 
 if TYPE_CHECKING:
-    pass
+    from vomstudio.geology.folds import FoldAxis
 
 SAME_DEG = 0.5
 """Directions that differ by less are treated as the same."""
@@ -72,7 +73,9 @@ class ViewPanel(QWidget):
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
         self._soon.timeout.connect(self._ask)
-        self._asked = NewestResult(self, self._came, lambda: None)
+        self._asked = NewestResult(
+            self, self._came, lambda error: self._came(error.message), lambda: None
+        )
         self._bedding = BeddingAxis(studio)
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
         self.now = Label("–")
@@ -301,16 +304,16 @@ class ViewPanel(QWidget):
         current = self._studio.selection.current
         return None if current is None else self._error_of(current)
 
-    def _meeting(self) -> Direction | str:
+    def _meeting(self) -> Direction | Finding:
         if len(self._studio.selection.ids) != 2:
-            return tr("Select two planes first.")
+            return Finding("selection.not-two-planes")
         return meeting_line(self._chosen())
 
-    def _across_slip(self) -> Direction | str:
+    def _across_slip(self) -> Direction | Finding:
         current = self._studio.selection.current
         measured = {} if current is None else self._studio.measured([current])
         if current is None or current not in measured:
-            return tr("Select a slip lineation that lies on a fault first.")
+            return Finding("selection.no-slip")
         return across_slip(measured[current])
 
     def _plane(self) -> Plane | None:
@@ -363,10 +366,7 @@ class ViewPanel(QWidget):
     def _ask(self) -> None:
         self._asked.ask(self._bedding.search())
 
-    def _came(self, axis: object) -> None:
-        from vomstudio.geology.folds import FoldAxis
-
-        assert isinstance(axis, FoldAxis | str)
+    def _came(self, axis: FoldAxis | str) -> None:
         self._bedding.keep(axis)
         if self._bedding.known:
             once_told(self._show)
@@ -412,11 +412,11 @@ class ViewPanel(QWidget):
         else:
             self._verdict.setText(escape(axis))
 
-    def _offer(self, name: str, found: Direction | str | None) -> None:
+    def _offer(self, name: str, found: Direction | Message | None) -> None:
         """A button that says, before it is pressed, where it looks and what that costs."""
         button = self._buttons[name]
         if not isinstance(found, Direction):
-            _enable(button, found or tr("There is no such direction."))
+            _enable(button, str(found or tr("There is no such direction.")))
             return
         _enable(button, None)
         said = tr(

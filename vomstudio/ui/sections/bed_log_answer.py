@@ -6,7 +6,6 @@ import csv
 import io
 from pathlib import Path
 
-from vomstudio.errors import VomError
 from vomstudio.files.atomic import atomic_write, write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
@@ -21,22 +20,18 @@ def draw_figure(answered: LogAnswer, dpi: float = 130.0) -> bytes:
     return file.getvalue()
 
 
-def write(answered: LogAnswer, path: Path) -> VomError | None:
+def write(answered: LogAnswer, path: Path) -> None:
     """In a thread: the table, or the figure, by the ending; in place of what is there."""
     from vomstudio.tables.log_table import about_log, write_log
 
     ending = path.suffix.lower().removeprefix(".")
-    try:
-        if ending == "csv":
-            about = about_log(answered.bed, answered.bed95_deg)
-            metric = answered.question.metric
-            write_log(path, answered.log, about=about, metric=metric, force=True)
-        else:
-            with atomic_write(path, True) as temporary:
-                _write_figure(answered, temporary, ending, 300.0)
-    except VomError as error:
-        return error
-    return None
+    if ending == "csv":
+        about = about_log(answered.bed, answered.bed95_deg)
+        metric = answered.question.metric
+        write_log(path, answered.log, about=about, metric=metric, force=True)
+    else:
+        with atomic_write(path, True) as temporary:
+            _write_figure(answered, temporary, ending, 300.0)
 
 
 def _write_figure(answered: LogAnswer, target: io.BytesIO | Path, format_: str, dpi: float) -> None:

@@ -36,9 +36,9 @@ from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import ask_for_target, tell_written
+from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, allow, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file
@@ -66,8 +66,10 @@ class BedLogPanel(SeenPanel):
         self.answered: LogAnswer | None = None
         self._picking = False
         self._drawn: LogAnswer | None = None
-        self._background = Background(self)
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Computing…")))
+        self._background = QtBackground(self)
+        self._asked = NewestResult(
+            self, self._came, self._failed, lambda: self.said.setText(tr("Computing…"))
+        )
         self.line = ElidedLabel()
         self.line.setObjectName("log_line")
         self.take = QToolButton()
@@ -244,7 +246,7 @@ class BedLogPanel(SeenPanel):
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
-            return bed.problem or tr("This feature has no plane.")
+            return str(bed.problem or tr("This feature has no plane."))
         try:
             sigma = number_in(self.sigma, tr("The error of the points is a length of 0 or more."))
             reach = number_in(
@@ -264,12 +266,11 @@ class BedLogPanel(SeenPanel):
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
-    def _came(self, made: object) -> None:
-        if isinstance(made, LogAnswer):
-            self._show(made, self._in_words(made))
-        else:
-            assert isinstance(made, VomError)
-            self._show(None, made.message)
+    def _came(self, made: LogAnswer) -> None:
+        self._show(made, self._in_words(made))
+
+    def _failed(self, error: VomError) -> None:
+        self._show(None, error.message)
 
     def _in_words(self, made: LogAnswer) -> str:
         from vomstudio.products.section.decimals import with_error
@@ -311,8 +312,7 @@ class BedLogPanel(SeenPanel):
         else:
             self._background.run(partial(draw_figure, answered), partial(self._drawn_now, answered))
 
-    def _drawn_now(self, of: LogAnswer, png: object) -> None:
-        assert isinstance(png, bytes)
+    def _drawn_now(self, of: LogAnswer, png: bytes) -> None:
         if of is self._drawn:
             self.picture.show_image(QImage.fromData(png))
 
@@ -359,8 +359,9 @@ class BedLogPanel(SeenPanel):
         """The log that is shown, in a thread."""
         if self.answered is not None:
             said = tr("The log was written to {file}.", file=path)
-            done = partial(tell_written, self._studio, said)
-            self._background.run(partial(write, self.answered, path), done)
+            studio = self._studio
+            work = partial(write, self.answered, path)
+            self._background.run(work, lambda _: studio.info(said), studio.fail)
 
     def copy_command(self) -> None:
         """Ask for the table of the boundaries, and put the command on the clipboard."""
@@ -374,4 +375,4 @@ class BedLogPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
 from vomstudio.document.measurement import Measurement, common_error_deg, scatter_of
@@ -27,7 +28,8 @@ from vomstudio.document.records import Picked, get_feature
 from vomstudio.errors import GeometryError, InputError, VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
-from vomstudio.geology.notation import format_attitude
+from vomstudio.geology.faults.displacement_options import DisplacementOptions
+from vomstudio.geology.notation import exact_line, exact_plane, format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -38,7 +40,6 @@ from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import LowTable, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
-    Word,
     Words,
     copy_with_file,
     numbers_text,
@@ -52,7 +53,7 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.faults.cutoffs import CutOffs
-    from vomstudio.geology.faults.displacement import Displacement, Errors
+    from vomstudio.geology.faults.displacement import Displacement
     from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
     from vomstudio.geology.measured import Measured
 
@@ -70,7 +71,7 @@ class Answered:
     fault: Plane
     bed: Plane
     rake_deg: float | None
-    errors: Errors
+    options: DisplacementOptions
     found: Displacements
 
 
@@ -199,7 +200,6 @@ class DisplacementPanel(SeenPanel):
     def _answer(self) -> Answered | None:
         """None without pairs. Raises VomError, which says what is missing."""
         from vomstudio.geology.beds.common_attitude import fit_common_bed
-        from vomstudio.geology.faults.displacement import Errors
         from vomstudio.geology.faults.displacement_pairs import displacements
 
         if not self.pairs:
@@ -230,25 +230,25 @@ class DisplacementPanel(SeenPanel):
             common = fit_common_bed([points for pair in traces for points in pair])
             beds = [measured[i] for pair in self.pairs for i in pair]
             bed, bed95 = common.plane, common_error_deg(common.max_confidence95_deg, beds)
-        errors = Errors(
-            self._sigma([measured[i] for pair in self.pairs for i in pair]),
-            of_fault.total95_deg or 0.0,
-            bed95 or 0.0,
-            number_in(self.slip_error, tr("The error of the slip is in degrees, 0 or more."))
-            or 0.0,
-        )
+        wrong = tr("The error of the slip is in degrees, 0 or more.")
         rake, slip = self._slip(fault)
+        options = DisplacementOptions(
+            fault=exact_plane(fault),
+            bed=exact_plane(bed),
+            rake_deg=rake if slip is None else None,
+            slip=None if slip is None else exact_line(slip),
+            sigma_m=self._sigma([measured[i] for pair in self.pairs for i in pair]),
+            fault_error_deg=of_fault.total95_deg or 0.0,
+            bed_error_deg=bed95 or 0.0,
+            rake_error_deg=number_in(self.slip_error, wrong) or 0.0,
+        )
         found = displacements(
             names,
             np.array([cut.hanging_wall for cut in cuts]),
             np.array([cut.footwall for cut in cuts]),
-            fault,
-            bed=bed,
-            rake_deg=rake if slip is None else None,
-            slip=slip,
-            errors=errors,
+            options,
         )
-        return Answered(names, cuts, fault, bed, rake, errors, found)
+        return Answered(names, cuts, fault, bed, rake, options, found)
 
     def _names(self) -> list[str]:
         """Of the pairs, each another one."""
@@ -314,9 +314,9 @@ class DisplacementPanel(SeenPanel):
             ),
             tr(
                 "Fault {fault}, bed {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
-                fault=format_attitude(answered.fault, answered.errors.fault95_deg, notation),
-                bed=format_attitude(answered.bed, answered.errors.bed95_deg, notation),
-                sigma=answered.errors.sigma_m,
+                fault=format_attitude(answered.fault, answered.options.fault_error_deg, notation),
+                bed=format_attitude(answered.bed, answered.options.bed_error_deg, notation),
+                sigma=answered.options.sigma_m,
                 unit=unit,
             ),
         ]
@@ -374,25 +374,7 @@ class DisplacementPanel(SeenPanel):
 
 def words_of(answered: Answered, points: Path) -> Words:
     """The command that says the same of these points."""
-    errors = answered.errors
-    options: list[tuple[str, Word]] = [
-        (name, f"{plane.dip_direction_deg!r}/{plane.dip_deg!r}")
-        for name, plane in (("--fault", answered.fault), ("--bed", answered.bed))
-    ]
-    if answered.rake_deg is not None and answered.fault.undefined:
-        from vomstudio.geology.orientation import line_from_rake
-
-        line = line_from_rake(answered.fault, answered.rake_deg)
-        options.append(("--slip", f"{line.trend_deg!r}/{line.plunge_deg!r}"))
-    elif answered.rake_deg is not None:
-        options.append(("--rake", float(answered.rake_deg)))
-    for name, value in (
-        ("--sigma", errors.sigma_m), ("--fault-error", errors.fault95_deg),
-        ("--bed-error", errors.bed95_deg), ("--rake-error", errors.rake95_deg),
-    ):  # fmt: skip
-        if value:
-            options.append((name, float(value)))
-    return ["displacement", points, *options]
+    return ["displacement", points, *option_words(answered.options)]
 
 
 def _write_points(answered: Answered, path: Path) -> None:

@@ -14,13 +14,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.ortho.vector_drawing import Drawing, ticks_over
+from vomstudio.tools.interaction_types import is_click
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
 _TICK = 5.0
 _DIP_TICK = 14.0
-_CLICK_PX = 4.0
 _INK = QColor("#141414")
 _PAPER = QColor("#ffffff")
 _MARK = QColor("#d55e00")
@@ -125,7 +125,7 @@ class DrawingView(QWidget):
         if begun is None or self.shown is None:
             return
         step = event.position() - begun
-        if math.hypot(step.x(), step.y()) > _CLICK_PX:
+        if not is_click(step.x(), step.y()):
             self.dragged.emit(np.stack([self._to_plane(begun), self._to_plane(event.position())]))
 
     # --- drawing -----------------------------------------------------------------------------

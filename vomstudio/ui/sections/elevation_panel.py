@@ -26,9 +26,9 @@ from vomstudio.jobs.product_tasks import ELEVATION, ElevationOrder
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.elevation.results import WrittenElevation
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import may_replace, start_folder
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import allow, file_field, narrow_form
 from vomstudio.ui.forms.copied_command import (
@@ -55,7 +55,7 @@ class ElevationPanel(QWidget):
         super().__init__()
         explain(self, "window.md#elevation-model")
         self._studio = studio
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._job: RunningJob | None = None
         self.made: WrittenElevation | None = None
         self.model = ModelBox(studio)
@@ -87,7 +87,7 @@ class ElevationPanel(QWidget):
             signal.connect(self.refresh)
         studio.project_opened.connect(self._forget)
         studio.jobs_changed.connect(self._progress)
-        studio.jobs.closed.connect(self._background.close)
+        studio.jobs.closed.connect(self._background.stop)
         # A model may be open already.
         self.refresh()
 
@@ -219,8 +219,8 @@ class ElevationPanel(QWidget):
             ELEVATION,
             asked,
             title=tr("Elevation model {file}", file=asked.out.name),
-            on_done=self._background.unless_closed(partial(self._came, model.frame.has_metres)),
-            on_failed=self._background.unless_closed(self._failed),
+            on_done=self._background.guard(partial(self._came, model.frame.has_metres)),
+            on_failed=self._background.guard(self._failed),
         )
         self._check()
 
@@ -237,22 +237,12 @@ class ElevationPanel(QWidget):
         self._studio.info(tr("The elevation model was written to {file}.", file=made.raster))
         from vomstudio.products.elevation.picture import read_picture
 
-        def read() -> object:
-            try:
-                return read_picture(Path(made.raster))
-            except VomError as error:
-                return error
-
-        self._background.run(read, partial(self._show, metric))
+        self._background.run(
+            lambda: read_picture(Path(made.raster)),
+            lambda picture: self.picture.show_picture(picture, metric=metric),
+            lambda error: self.said.setText(error.message),
+        )
         self._check()
-
-    def _show(self, metric: bool, read: object) -> None:
-        from vomstudio.products.elevation.picture import ElevationPicture
-
-        if isinstance(read, ElevationPicture):
-            self.picture.show_picture(read, metric=metric)
-        elif isinstance(read, VomError):
-            self.said.setText(read.message)
 
     def _failed(self, event: Failed) -> None:
         self._job = None

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import VomError
+from vomstudio.geology.fractures.fracture_options import FractureOptions
+from vomstudio.geology.notation import exact_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.sections.drawing_view import Mark
@@ -62,15 +64,14 @@ class GridCells:
 @dataclass(frozen=True, eq=False)
 class FractureQuestion:
     """plane : of the face, None for that of the grid, else the one that fits best; counted_in,
-    place : one of the words above with its numbers on the face; snap_m, cap : as in the command;
+    place : one of the words above with its numbers on the face; options : snap and cap;
     cells : of the grid in which is counted; crs : of World, None for a local frame"""
 
     traces: Sequence[MappedTrace]
     plane: Plane | None
     counted_in: str
     place: tuple[float, ...]
-    snap_m: float
-    cap: float | None
+    options: FractureOptions
     metric: bool
     north_known: bool
     cells: GridCells | None = None
@@ -130,7 +131,7 @@ def mark_of(counted_in: str, place: tuple[float, ...]) -> Mark | None:
     return Mark(points, closed=counted_in == WINDOW)
 
 
-def answer(question: FractureQuestion) -> FractureAnswer | VomError:
+def answer(question: FractureQuestion) -> FractureAnswer:
     """In a thread: what `vomstudio fractures` says of these traces on their face."""
     from vomstudio.geology.fractures.network import Counted
     from vomstudio.geology.fractures.trace_plane import TracePlane
@@ -139,10 +140,7 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
 
     q = question
     plane = q.cells.plane if q.plane is None and q.cells is not None else q.plane
-    try:
-        face = face_of([trace.points for trace in q.traces], plane)
-    except VomError as error:
-        return error
+    face = face_of([trace.points for trace in q.traces], plane)
     lines = on_face([trace.points for trace in q.traces], face)
     assert face.plane is not None
     placed = TracePlane.through(face.plane, [trace.points for trace in q.traces])
@@ -150,7 +148,7 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
     drawing = _drawing(q, face, lines, cells)
     place = q.place
     if q.counted_in == WINDOW and not place:
-        place = _place_around(np.concatenate(lines), q.snap_m or 0.0)
+        place = _place_around(np.concatenate(lines), q.options.snap_m)
     mark = mark_of(q.counted_in, place)
     counted = Counted()
     why = wanted_of(q.counted_in, place)
@@ -166,7 +164,7 @@ def answer(question: FractureQuestion) -> FractureAnswer | VomError:
         counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
         try:
             mapped = map_fractures(
-                FractureOrder(None, snap_m=q.snap_m, terzaghi_cap=q.cap, plane=face.plane),
+                FractureOrder(None, replace(q.options, plane=exact_plane(face.plane))),
                 lines=_shapes([trace.points for trace in q.traces]),
                 crs=q.crs,
                 counted=counted,
@@ -268,14 +266,10 @@ def draw_figure(mapped: Mapped, dpi: float = 150.0) -> bytes:
     return file.getvalue()
 
 
-def write_figure(mapped: Mapped, path: Path) -> VomError | None:
+def write_figure(mapped: Mapped, path: Path) -> None:
     """In a thread: the figure, as svg, pdf or png."""
     from vomstudio.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 
-    try:
-        with atomic_write(path, True) as temporary:
-            write_fractures(temporary, mapped, format=path.suffix.lower().removeprefix("."))
-    except VomError as error:
-        return error
-    return None
+    with atomic_write(path, True) as temporary:
+        write_fractures(temporary, mapped, format=path.suffix.lower().removeprefix("."))

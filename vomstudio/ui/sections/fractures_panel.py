@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -21,6 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document.edit import Edit
 from vomstudio.document.figures import Subject
 from vomstudio.document.kinds import kind_of
@@ -35,28 +37,27 @@ from vomstudio.document.records import (
 )
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
+from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import tell_written
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import allow, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
-    Word,
     Words,
     copy_with_file,
     numbers_text,
 )
 from vomstudio.ui.forms.fitting_picture import FittingPicture
 from vomstudio.ui.forms.form_beside import FormBeside
-from vomstudio.ui.forms.model_axes import add_length_row
+from vomstudio.ui.forms.model_axes import follow_axes, unit_of
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.counted_in_box import CountedInBox
@@ -92,8 +93,10 @@ class FracturesPanel(SeenPanel):
         explain(self, "fractures.md")
         self.answered: FractureAnswer | None = None
         self._drawn: FractureAnswer | None = None
-        self._background = Background(self)
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
+        self._background = QtBackground(self)
+        self._asked = NewestResult(
+            self, self._came, self._failed, lambda: self.said.setText(tr("Counting…"))
+        )
         self.of = GroupBox(studio, tr("All traces"))
         self.of.setAccessibleName(tr("Traces"))
         self.plane = PlaneField(studio, "fracture_plane", tr("the plane of best fit"), view)
@@ -103,9 +106,8 @@ class FracturesPanel(SeenPanel):
         self.take = QToolButton()
         self.take.setIcon(theme.icon("cursor-default-click-outline"))
         self.take.setAccessibleName(tr("Take the selected line or area"))
-        self.snap = _field("fracture_snap", "0", tr("How far an end may miss the trace on which "
-                                                    "it abuts, in metres."))  # fmt: skip
-        self.cap = _field("fracture_cap", tr("no cap"), tr("The largest Terzaghi weight."))
+        self.options = OptionFields(FractureOptions, "fracture")
+        follow_axes(studio, lambda axes: self.options.show_unit(unit_of(axes)))
         self.said = hint_label()
         self.said.setObjectName("fracture_said")
         self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
@@ -132,9 +134,10 @@ class FracturesPanel(SeenPanel):
         form.addRow(tr("Count in"), row)
         numbers = QHBoxLayout()
         numbers.setSpacing(3)
-        numbers.addWidget(self.snap)
-        numbers.addWidget(self.cap)
-        add_length_row(form, self._studio, lambda u: tr("Snap ({unit}), cap", unit=u), numbers)
+        numbers.addWidget(self.options.fields["snap_m"], 1)
+        numbers.addWidget(self.options.labels["terzaghi_cap"])
+        numbers.addWidget(self.options.fields["terzaghi_cap"], 1)
+        form.addRow(self.options.labels["snap_m"], numbers)
         buttons = QHBoxLayout()
         buttons.addWidget(self.figure)
         buttons.addWidget(self.copy)
@@ -159,8 +162,8 @@ class FracturesPanel(SeenPanel):
         self.of.activated.connect(self._soon)
         self.plane.changed.connect(self._soon)
         self.counted_in.currentIndexChanged.connect(self._counted_in_chosen)
-        for field in (self.place, self.snap, self.cap):
-            field.textChanged.connect(self._soon)
+        self.place.textChanged.connect(self._soon)
+        self.options.changed.connect(self._soon)
         self.take.clicked.connect(lambda _=False: self._take_selected())
         self.figure.clicked.connect(lambda _=False: self._ask_for_figure())
         self.tabs.currentChanged.connect(lambda _: self._draw_figure())
@@ -176,8 +179,7 @@ class FracturesPanel(SeenPanel):
 
     def _opened(self) -> None:
         """Another project."""
-        for field in (self.place, self.snap, self.cap):
-            field.clear()
+        self.place.clear()
         self._soon()
 
     # --- where is counted --------------------------------------------------------------------
@@ -308,17 +310,11 @@ class FracturesPanel(SeenPanel):
             return tr("Give numbers with commas between them, such as 0, 0, 5, 2.5.")
         if (why := wanted_of(self._counted(), place)) is not None:
             return why
-        lengths: list[float | None] = []
-        for field, least in ((self.snap, 0.0), (self.cap, 1.0)):
-            value = parse_number(field.text()) if field.text().strip() else None
-            if field.text().strip() and (value is None or not least <= value < math.inf):
-                return tr("The tolerance is a length of 0 or more, the cap a weight of 1 or more.")
-            lengths.append(value)
         models = [
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
         ]
         return FractureQuestion(
-            traces, plane, self._counted(), place, lengths[0] or 0.0, lengths[1],
+            traces, plane, self._counted(), place, self.options.options(),
             all(m is None or m.frame.has_metres for m in models),
             all(m is None or m.frame.has_north for m in models),
             self.counted_in.cells(),
@@ -326,41 +322,40 @@ class FracturesPanel(SeenPanel):
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
-    def _came(self, made: object) -> None:
-        if isinstance(made, FractureAnswer):
-            notes = [made.why]
-            if made.mapped is not None:
-                plane = made.face.plane
-                assert plane is not None
-                from vomstudio.geology.notation import format_plane
+    def _came(self, made: FractureAnswer) -> None:
+        notes = [made.why]
+        if made.mapped is not None:
+            plane = made.face.plane
+            assert plane is not None
+            from vomstudio.geology.notation import format_plane
 
-                shown = format_plane(plane, self._studio.settings.notation, 0)
-                if plane.undefined:
-                    text = tr("{count} traces, seen from above.", count=len(made.lines))
-                else:
-                    text = (
-                        tr("{count} traces on the face {plane}; azimuths are their strikes.",
-                           count=len(made.lines), plane=shown)
-                        if made.plane.azimuths_from == "north"
-                        else tr("{count} traces on the face {plane}; azimuths are angles on it, "
-                                "clockwise from up.", count=len(made.lines), plane=shown)
-                    )  # fmt: skip
-                notes = [
-                    text,
-                    *(
-                        str(each)
-                        for each in made.mapped.found.warnings
-                        # The first line names the plane.
-                        if getattr(each, "code", "") != "lines.not-planar"
-                    ),
-                    *made.mapped.found.notes,
-                    *self.of.left_out(),
-                    *_of_cells(made),
-                ]
-            self._show(made, "\n".join(notes))
-        else:
-            assert isinstance(made, VomError)
-            self._show(None, made.message)
+            shown = format_plane(plane, self._studio.settings.notation, 0)
+            if plane.undefined:
+                text = tr("{count} traces, seen from above.", count=len(made.lines))
+            else:
+                text = (
+                    tr("{count} traces on the face {plane}; azimuths are their strikes.",
+                       count=len(made.lines), plane=shown)
+                    if made.plane.azimuths_from == "north"
+                    else tr("{count} traces on the face {plane}; azimuths are angles on it, "
+                            "clockwise from up.", count=len(made.lines), plane=shown)
+                )  # fmt: skip
+            notes = [
+                text,
+                *(
+                    str(each)
+                    for each in made.mapped.found.warnings
+                    # The first line names the plane.
+                    if getattr(each, "code", "") != "lines.not-planar"
+                ),
+                *made.mapped.found.notes,
+                *self.of.left_out(),
+                *_of_cells(made),
+            ]
+        self._show(made, "\n".join(notes))
+
+    def _failed(self, error: VomError) -> None:
+        self._show(None, error.message)
 
     def _show(self, answered: FractureAnswer | None, said: str) -> None:
         self.answered = answered
@@ -400,8 +395,7 @@ class FracturesPanel(SeenPanel):
                 partial(draw_figure, labelled), partial(self._figure_came, answered)
             )
 
-    def _figure_came(self, of: FractureAnswer, png: object) -> None:
-        assert isinstance(png, bytes)
+    def _figure_came(self, of: FractureAnswer, png: bytes) -> None:
         if of is self._drawn:
             self.picture.show_image(QImage.fromData(png))
 
@@ -415,8 +409,9 @@ class FracturesPanel(SeenPanel):
         answered = self.answered
         labelled = None if answered is None else answered.mapped
         if labelled is not None:
-            done = partial(tell_written, self._studio, tr("Exported to {file}.", file=path))
-            self._background.run(partial(write_figure, labelled, path), done)
+            studio, said = self._studio, tr("Exported to {file}.", file=path)
+            work = partial(write_figure, labelled, path)
+            self._background.run(work, lambda _: studio.info(said), studio.fail)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
@@ -440,7 +435,7 @@ class FracturesPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
 
 def _of_cells(made: FractureAnswer) -> list[str]:
@@ -463,21 +458,18 @@ def words_of(answered: FractureAnswer, traces: Path) -> Words:
     from vomstudio.products.section.trace_map import map_files, on_outcrop
 
     q, counted = answered.question, answered.counted
-    options: list[tuple[str, Word]] = []
     plane = answered.plane
-    options.append(("--plane", f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"))
+    circle = None
     if counted.circle is not None:
         x, y, radius = counted.circle
         (centre,) = on_outcrop(np.array([[x, y]]), answered.face).tolist()
         centre = centre[:2] if plane.is_horizontal else centre
-        options.append(("--circle", numbers_text((*centre, radius))))
+        circle = numbers_text((*centre, radius))
     files = map_files(traces, counted)
-    options += [(f"--{name}", path) for name, path in files.items() if name != "traces"]
-    if q.snap_m:
-        options.append(("--snap", q.snap_m))
-    if q.cap is not None:
-        options.append(("--terzaghi-cap", q.cap))
-    return ["fractures", traces, *options]
+    area, scanline = (str(files[name]) if name in files else None for name in ("area", "scanline"))
+    shown = f"{plane.dip_direction_deg:.12g}/{plane.dip_deg:.12g}"
+    options = replace(q.options, plane=shown, circle=circle, area=area, scanline=scanline)
+    return ["fractures", traces, *option_words(options)]
 
 
 def _crs_of(models: Iterable[Model | None]) -> str | None:
@@ -511,11 +503,3 @@ def _typeset(said: str) -> str:
     """As a window writes what a terminal may not be able to show."""
     once = tr(" (95 %, of traces placed independently)")
     return said.replace(once, "").replace("+-", "±").replace("m2", "m²")
-
-
-def _field(name: str, empty: str, tip: str) -> QLineEdit:
-    field = QLineEdit()
-    field.setObjectName(name)
-    field.setPlaceholderText(empty)
-    field.setToolTip(tip)
-    return field

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from vomstudio.document import edits
 from vomstudio.document.records import FaceGrid, Model
-from vomstudio.errors import VomError
 from vomstudio.geology.looked_at.cells import Exposed, grid_around
 from vomstudio.geology.looked_at.shares import LookedAt
 from vomstudio.geology.orientation import Line, Plane
@@ -39,19 +38,16 @@ class NewGrid:
     cell_m: float | None
 
 
-def lay(asked: NewGrid) -> FaceGrid | VomError:
-    """In a thread."""
+def lay(asked: NewGrid) -> FaceGrid:
+    """Create a sampling grid on the face. Runs in a worker thread."""
     rows = transform.matrix(asked.model.to_world)
     direction = Line(*asked.view).vector() if asked.plane is None else -asked.plane.normal()
     frame = ViewFrame.looking(direction)
     points = asked.points if asked.world else transform.apply(rows, asked.points)
     points = points[np.isfinite(points).all(axis=1)]
-    try:
-        middle = points.mean(axis=0) if len(points) else np.zeros(3)
-        cell = asked.cell_m or proposed_cell(points, frame)
-        grid = grid_around(points - middle, frame.right, -frame.down, cell)
-    except VomError as error:
-        return error
+    middle = points.mean(axis=0) if len(points) else np.zeros(3)
+    cell = asked.cell_m or proposed_cell(points, frame)
+    grid = grid_around(points - middle, frame.right, -frame.down, cell)
     back = transform.invert(rows)
     scale = transform.scale_of(rows)
     origin = transform.apply(back, [grid.origin + middle])[0]

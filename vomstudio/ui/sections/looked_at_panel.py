@@ -16,9 +16,9 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.cells import CellsTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
@@ -49,9 +49,11 @@ class LookedAtPanel(SeenPanel):
         explain(self, "fractures.md#what-was-looked-at")
         self._view = view
         self.found: LookedAt | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._laying = False
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Counting…")))
+        self._asked = NewestResult(
+            self, self._came, self._studio.fail, lambda: self.said.setText(tr("Counting…"))
+        )
         self.model = ModelBox(studio)
         self.model.setObjectName("looked_at_model")
         self.over = ComboBox()
@@ -118,7 +120,7 @@ class LookedAtPanel(SeenPanel):
 
     def _close(self) -> None:
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
     # --- what is shown -----------------------------------------------------------------------
     def show_now(self) -> None:
@@ -230,16 +232,18 @@ class LookedAtPanel(SeenPanel):
         )  # fmt: skip
         self._laying = True
         self._refresh_buttons()
-        self._background.run(partial(lay, asked), self._laid)
+        self._background.run(partial(lay, asked), self._laid, self._not_laid)
 
-    def _laid(self, made: object) -> None:
+    def _laid(self, grid: FaceGrid) -> None:
         self._laying = False
-        if isinstance(made, FaceGrid):
-            self._studio.attempt(grid_edits.add_grid, made)
-            self._studio.activate(CellsTool.name)
-        else:
-            assert isinstance(made, VomError)
-            self._studio.fail(made)
+        self._studio.attempt(grid_edits.add_grid, grid)
+        self._studio.activate(CellsTool.name)
+        self._soon()
+        self._refresh_buttons()
+
+    def _not_laid(self, error: VomError) -> None:
+        self._laying = False
+        self._studio.fail(error)
         self._soon()
         self._refresh_buttons()
 

@@ -13,7 +13,6 @@ import numpy.typing as npt
 from vomstudio.core.findings import Message
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Matrix, Record
-from vomstudio.errors import InputError, VomError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
@@ -56,7 +55,7 @@ class SectionAnswer:
     warnings: tuple[Message, ...] = ()
 
 
-def answer(question: SectionQuestion) -> SectionAnswer | VomError:
+def answer(question: SectionQuestion) -> SectionAnswer:
     """In a thread: the section that `vomstudio section` makes."""
     from vomstudio.geometry.moving import moved
     from vomstudio.products.ortho.interpretation import items_of
@@ -65,60 +64,50 @@ def answer(question: SectionQuestion) -> SectionAnswer | VomError:
     from vomstudio.products.section.directions import Directions, by_domain
 
     q = question
-    try:
-        data = moved(q.data, q.to_world)
-        cut = cut_model(data, q.curtain, q.options.slab_m)
-        features = q.records is not None and any(
-            isinstance(record, Feature) for record in q.records.values()
-        )
-        items = items_of(q.records, Measurements()) if features and q.records else ()
-        parted = q.features.along == DOMAINS and bool(items)
-        directions = by_domain(items, "domains") if parted else Directions(q.along)
-        grazing = directions.checked(q.curtain)
-        flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
-        figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
-        drawing = writing.section_drawing(
-            cut, q.curtain, flats,
-            metric=q.metric, north_known=q.north_known, model=str(q.path), figures=figures,
-        )  # fmt: skip
-    except VomError as error:
-        return error
+    data = moved(q.data, q.to_world)
+    cut = cut_model(data, q.curtain, q.options.slab_m)
+    features = q.records is not None and any(
+        isinstance(record, Feature) for record in q.records.values()
+    )
+    items = items_of(q.records, Measurements()) if features and q.records else ()
+    parted = q.features.along == DOMAINS and bool(items)
+    directions = by_domain(items, "domains") if parted else Directions(q.along)
+    grazing = directions.checked(q.curtain)
+    flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
+    figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
+    drawing = writing.section_drawing(
+        cut, q.curtain, flats,
+        metric=q.metric, north_known=q.north_known, model=str(q.path), figures=figures,
+    )  # fmt: skip
     return SectionAnswer(q, cut, flats, figures, drawing, grazing if flats else ())
 
 
-def write(answered: SectionAnswer, path: Path) -> VomError | None:
+def write(answered: SectionAnswer, path: Path) -> None:
     """In a thread: the file, by its ending, in place of what is there."""
     from vomstudio.products.section.writing import write_section
 
     q = answered.question
-    try:
-        write_section(
-            path,
-            answered.cut,
-            q.curtain,
-            answered.figures,
-            answered.flats,
-            crs=q.crs,
-            model=str(q.path),
-            metric=q.metric,
-            north_known=q.north_known,
-            force=True,
-        )
-    except VomError as error:
-        return error
-    return None
+    write_section(
+        path,
+        answered.cut,
+        q.curtain,
+        answered.figures,
+        answered.flats,
+        crs=q.crs,
+        model=str(q.path),
+        metric=q.metric,
+        north_known=q.north_known,
+        force=True,
+    )
 
 
-def curtain_of(plane: object, through: Array | None, line: Array | None) -> Curtain | VomError:
+def curtain_of(plane: object, through: Array | None, line: Array | None) -> Curtain:
     """By a plane through a point (3,), or along a line (n, 2 or more)."""
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.section.curtain import curtain_of_line, curtain_of_plane
 
-    try:
-        if line is not None:
-            return curtain_of_line(line)
-        assert isinstance(plane, Plane)
-        assert through is not None
-        return curtain_of_plane(plane, through)
-    except InputError as error:
-        return error
+    if line is not None:
+        return curtain_of_line(line)
+    assert isinstance(plane, Plane)
+    assert through is not None
+    return curtain_of_plane(plane, through)

@@ -32,9 +32,9 @@ from vomstudio.products.section.section_options import DOMAINS, SectionFeatures,
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background, NewestResult
-from vomstudio.ui.common.command_targets import ask_for_target, start_folder, tell_written
+from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
@@ -79,8 +79,10 @@ class SectionPanel(SeenPanel):
         self.line: Array | None = None
         self._line_name = ""
         self._drawing = False
-        self._background = Background(self)
-        self._asked = NewestResult(self, self._came, lambda: self.said.setText(tr("Cutting…")))
+        self._background = QtBackground(self)
+        self._asked = NewestResult(
+            self, self._came, self._failed, lambda: self.said.setText(tr("Cutting…"))
+        )
         self.model = ModelBox(studio)
         self.model.setObjectName("section_model")
         self.along_what = ComboBox()
@@ -269,9 +271,10 @@ class SectionPanel(SeenPanel):
         through = None if by_line else self._point(model)
         if isinstance(through, str):
             return through
-        curtain = curtain_of(plane, through, self.line if by_line else None)
-        if isinstance(curtain, VomError):
-            return curtain.message
+        try:
+            curtain = curtain_of(plane, through, self.line if by_line else None)
+        except VomError as error:
+            return error.message
         data, frame = studio.models[model.id].data, model.frame
         options = self.cutting.options(
             plane=None if plane is None or by_line else plane_text(plane),
@@ -294,12 +297,11 @@ class SectionPanel(SeenPanel):
         )  # fmt: skip
 
     # --- the answer -----------------------------------------------------------------------------
-    def _came(self, made: object) -> None:
-        if isinstance(made, SectionAnswer):
-            self._show(made, self._in_words(made))
-        else:
-            assert isinstance(made, VomError)
-            self._show(None, made.message.replace("--slab", tr("Slab")))
+    def _came(self, made: SectionAnswer) -> None:
+        self._show(made, self._in_words(made))
+
+    def _failed(self, error: VomError) -> None:
+        self._show(None, error.message.replace("--slab", tr("Slab")))
 
     def _in_words(self, made: SectionAnswer) -> str:
         f = made.figures
@@ -368,7 +370,7 @@ class SectionPanel(SeenPanel):
     def _close(self) -> None:
         self._timer.stop()
         self._asked.close()
-        self._background.close()
+        self._background.stop()
 
     # --- what is taken away ---------------------------------------------------------------------
     def _ask_for_file(self) -> None:
@@ -381,8 +383,9 @@ class SectionPanel(SeenPanel):
         """The section that is shown, in a thread."""
         if self.answered is not None:
             said = tr("The section was written to {file}.", file=path)
-            done = partial(tell_written, self._studio, said)
-            self._background.run(partial(write, self.answered, path), done)
+            studio = self._studio
+            work = partial(write, self.answered, path)
+            self._background.run(work, lambda _: studio.info(said), studio.fail)
 
     def copy_command(self) -> None:
         """Along a line the command reads it from a file, which is asked for."""

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.reading import Reading
@@ -27,20 +28,21 @@ from vomstudio.document.measurement import scatter_of
 from vomstudio.document.records import Feature, Picked, get, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
+from vomstudio.geology.faults.displacement_options import ThreePointOptions
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import LowTable, narrow_form
-from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_with_file, numbers_text
+from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file, numbers_text
 from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
@@ -68,7 +70,7 @@ class ThreePointsPanel(SeenPanel):
         self._points: Array | None = None
         self._sigma = 0.0
         self._picking = False
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
         self.take = QPushButton(tr("Take selected"))
         self.read = QPushButton(tr("Read…"))
@@ -191,13 +193,9 @@ class ThreePointsPanel(SeenPanel):
             tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
         )  # fmt: skip
         if name:
-            self._background.run(partial(_read, Path(name)), self._read_came)
+            self._background.run(partial(_read, Path(name)), self._read_came, self._studio.fail)
 
-    def _read_came(self, made: object) -> None:
-        if isinstance(made, VomError):
-            self._studio.fail(made)
-            return
-        assert isinstance(made, Boundaries)
+    def _read_came(self, made: Boundaries) -> None:
         self._fill([[repr(value) for value in row] for row in made.points.tolist()])
         if made.warnings:
             self._studio.warn(" ".join(map(str, made.warnings)))
@@ -250,7 +248,7 @@ class ThreePointsPanel(SeenPanel):
             try:
                 wrong = tr("The error of the points is a length of 0 or more.")
                 self._sigma = number_in(self.sigma, wrong) or 0.0
-                self.found = plane_of_three_points(points, self._sigma)
+                self.found = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
                 self._points = points
                 said = self._in_words(self.found)
             except VomError as error:
@@ -358,14 +356,14 @@ class ThreePointsPanel(SeenPanel):
             ]
             write_bytes(path, ("\n".join(rows) + "\n").encode(), force=True)
 
-        options: list[tuple[str, Word]] = [("--sigma", sigma)] if sigma else []
+        words = option_words(ThreePointOptions(sigma))
         copy_with_file(
-            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *options]
+            self, self._studio, "points.csv", write, lambda path: ["threepoint", path, *words]
         )
 
     def _close(self) -> None:
         self._timer.stop()
-        self._background.close()
+        self._background.stop()
 
 
 def _after(found: ThreePoints) -> str:
@@ -373,13 +371,10 @@ def _after(found: ThreePoints) -> str:
     return "".join(f" {warning}" for warning in found.warnings)
 
 
-def _read(path: Path) -> Boundaries | VomError:
+def _read(path: Path) -> Boundaries:
     from vomstudio.io.gate.point_tables import read_boundaries
 
-    try:
-        return read_boundaries(path)
-    except VomError as error:
-        return error
+    return read_boundaries(path)
 
 
 def _cell(text: str) -> QTableWidgetItem:

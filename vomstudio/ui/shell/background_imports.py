@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import threading
-from contextlib import suppress
-
 from PySide6.QtCore import QObject, QTimer, Signal
+
+from vomstudio.ui.common.qt_background import QtBackground
 
 
 class BackgroundImports(QObject):
     """Imports slow libraries in a thread.
 
-    stereonet_imported : the stereonet can be made; all_imported : everything has been imported.
-    Both signals are sent by the thread.
+    stereonet_imported : the stereonet can be created; all_imported : everything has been imported.
     """
 
     stereonet_imported = Signal()
@@ -20,34 +18,34 @@ class BackgroundImports(QObject):
 
     def __init__(self) -> None:
         super().__init__()
-        self._thread: threading.Thread | None = None
+        self._background = QtBackground(self, "net import", threads=1)
+        self._begun = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self.begin)
 
     def begin(self) -> None:
         """Start the thread; a second call changes nothing."""
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._work, name="net import", daemon=True)
-            self._thread.start()
+        if not self._begun:
+            self._begun = True
+            self._background.run(_import_stereonet, lambda _: self.stereonet_imported.emit())
+            self._background.run(_import_neighbours, lambda _: self.all_imported.emit())
 
     def begin_at_latest_in(self, milliseconds: int) -> None:
-        """Start the thread then, if nobody has done so before."""
+        """Start the thread then, if it has not been started before."""
         self._timer.start(milliseconds)
 
-    def do_not_begin(self) -> None:
-        """Nobody wants it any more; what has begun goes on."""
+    def stop(self) -> None:
+        """Do not start the thread, or end it after the library that it imports."""
         self._timer.stop()
+        self._background.stop()
 
-    def _work(self) -> None:
-        import vomstudio.ui.analyse.stereonet_panel  # noqa: F401
 
-        # A window that was closed meanwhile has no signals any more.
-        with suppress(RuntimeError):
-            self.stereonet_imported.emit()
-        # Wanted as soon as a model is there, when its picture is wanted as well.
-        import scipy.sparse.csgraph
-        import scipy.spatial  # noqa: F401
+def _import_stereonet() -> None:
+    import vomstudio.ui.analyse.stereonet_panel  # noqa: F401
 
-        with suppress(RuntimeError):
-            self.all_imported.emit()
+
+def _import_neighbours() -> None:
+    # Needed as soon as a model is there, when its picture is needed as well.
+    import scipy.sparse.csgraph
+    import scipy.spatial  # noqa: F401

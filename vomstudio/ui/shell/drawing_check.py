@@ -30,7 +30,7 @@ def why_no_screen() -> str | None:
         xcb = ctypes.CDLL("libxcb.so.1")
         ctypes.CDLL(_plugin())
     except (ImportError, OSError) as error:
-        return missing_library(error) or str(error)
+        return str(missing_library(error) or error)
     xcb.xcb_connect.restype = ctypes.c_void_p
     connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
     failed = xcb.xcb_connection_has_error(connection)

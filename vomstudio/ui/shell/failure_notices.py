@@ -115,7 +115,7 @@ class FailureNotices(QObject):
         if not self._host.filled:
             self._waiting.append(failure)
         else:
-            self._say(failure.sentence)
+            self._say(failure.text)
 
     def _say(self, sentence: str) -> None:
         try:
@@ -182,13 +182,13 @@ def _box(host: Host, parent: QWidget, sentence: str) -> QMessageBox:
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Critical)
     box.setText(sentence)
-    trouble = None
+    failure = None
     with contextlib.suppress(Exception):
-        trouble = host.studio.project.trouble
+        failure = host.studio.project.write_failure
     box.setInformativeText(
         tr("All that was done is in the project's journal, and is there when it is opened again.")
-        if trouble is None
-        else as_words(trouble.sentence)
+        if failure is None
+        else as_words(failure.message)
     )
     return box
 

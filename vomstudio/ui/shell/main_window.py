@@ -53,9 +53,8 @@ class MainWindow(QMainWindow):
         self._settings = settings
         self._filled = False
         self._imports = BackgroundImports()
-        queued = Qt.ConnectionType.QueuedConnection
-        self._imports.stereonet_imported.connect(self._add_stereonet, queued)
-        self._imports.all_imported.connect(self._imports_done, queued)
+        self._imports.stereonet_imported.connect(self._add_stereonet)
+        self._imports.all_imported.connect(self._imports_done)
         self.viewport: Viewport | None = None
         self.setWindowTitle(tr("VOM Studio"))
         self.setAcceptDrops(True)
@@ -433,7 +432,7 @@ class MainWindow(QMainWindow):
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []
         close_all(self, self, [
-            self._keep_arrangement, self.view.keep_camera, self._imports.do_not_begin,
+            self._keep_arrangement, self.view.keep_camera, self._imports.stop,
             self.view.close, self._photo_shown.close, *net, self.studio.close,
         ])  # fmt: skip
         event.accept()

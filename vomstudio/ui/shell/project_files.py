@@ -18,6 +18,7 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import check_frame
 from vomstudio.io.project.export import export_records
 from vomstudio.io.project.folder import SUFFIX, is_project
+from vomstudio.io.project.journal_failures import is_lost
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common import file_filters
@@ -123,7 +124,8 @@ class Files(QObject):
         """Save the project, an untitled one under a name that is asked for, as one that is no
         longer at its place; False where it is not saved."""
         project = self._studio.project
-        if project.untitled or ((trouble := project.trouble) is not None and trouble.lost):
+        failure = project.write_failure
+        if project.untitled or (failure is not None and is_lost(failure)):
             return self.save_as()
         return self.attempt(self._studio.save)
 
@@ -272,13 +274,13 @@ class Files(QObject):
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
             box.setText(tr("Save the changes to {project}?", project=as_words(self.project_name())))
-            trouble = studio.project.trouble
+            failure = studio.project.write_failure
             box.setInformativeText(
                 tr("Discarded changes stay in the project's history and can be restored with "
                    "Undo.")
-                if trouble is None
-                else tr("{trouble} What is in memory only is lost unless you save the project "
-                        "elsewhere.", trouble=as_words(trouble.sentence))
+                if failure is None
+                else tr("{failure} What is in memory only is lost unless you save the project "
+                        "elsewhere.", failure=as_words(failure.message))
             )  # fmt: skip
             box.setStandardButtons(
                 QMessageBox.StandardButton.Save

@@ -124,10 +124,10 @@ def _hear_signals(window: QMainWindow) -> QTimer:
 
 def _say_missing(error: ImportError) -> int:
     """Where a library of the system is missing or damaged; any other error goes on."""
-    said = missing_library(error)
-    if said is None:
+    finding = missing_library(error)
+    if finding is None:
         raise error
-    print(said, file=sys.stderr)
+    print(finding.message, file=sys.stderr)
     return 2
 
 

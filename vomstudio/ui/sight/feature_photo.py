@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +15,15 @@ from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
-from vomstudio.ui.common.photo_images import PhotoImages, Picture
+from vomstudio.ui.common.photo_images import PATIENCE_S, PhotoImages, Picture
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.sight.sighting_thread import SightingThread
+from vomstudio.ui.sight.drawn_features import draw_features
 from vomstudio.words import tr
 from vomstudio.workspace.photos import ModelPhotos
 
 Array = npt.NDArray[np.float64]
+_PLACE, _FEATURES = "place", "features"
 
 
 class FeaturePhoto(QObject):
@@ -45,12 +48,10 @@ class FeaturePhoto(QObject):
         self.target: Array = np.zeros((0, 3))
         self._slack = 0.0
         self.images = PhotoImages()
-        self._thread = SightingThread()
+        self._background = QtBackground(self, "in photos", threads=1)
         self.canvas = PhotoCanvas()
         self.canvas.pointed.connect(self._pointed)
-        self._thread.sighted.connect(self.sighted, Qt.ConnectionType.QueuedConnection)
-        self._thread.drawn.connect(self._drawn, Qt.ConnectionType.QueuedConnection)
-        self.images.pictured.connect(self._pictured, Qt.ConnectionType.QueuedConnection)
+        self.images.pictured.connect(self._pictured)
         studio.preview.connect(self._preview)
         studio.active_tool_changed.connect(self._tool_changed)
 
@@ -64,7 +65,7 @@ class FeaturePhoto(QObject):
         """Stop background work; what it still delivers is ignored."""
         self.photos = self.view = None
         self.images.close()
-        self._thread.close()
+        self._background.stop(wait_s=PATIENCE_S)
 
     # --- the photo ---------------------------------------------------------------------------
     @property
@@ -82,7 +83,13 @@ class FeaturePhoto(QObject):
         """Ask which photos of the model show World points (n, 3); `sighted` answers."""
         self.target = target
         if self.photos is not None:
-            self._thread.find(token, self.photos, target)
+            views = self.photos.views
+            self._background.run_request(
+                lambda _: views.sightings(target),
+                partial(self.sighted.emit, token),
+                key=_PLACE,
+                first=True,
+            )
 
     def forget_features(self) -> None:
         """Draw no feature until `draw` is called."""
@@ -167,7 +174,12 @@ class FeaturePhoto(QObject):
         shown = sorted(
             (d for d in features.values() if d.visible), key=lambda d: d.id not in selected
         )
-        self._thread.draw(self.view, self.photos, shown)
+        photos, view = self.photos, self.view
+        self._background.run_request(
+            lambda request: draw_features(request, photos, view, shown),
+            partial(self._drawn, view),
+            key=_FEATURES,
+        )
 
     def _drawn(self, view: int, drawn: list[Drawn]) -> None:
         if view == self.view:

@@ -364,7 +364,7 @@ class InPhotosPanel(QWidget):
             offers = {"choose_photos", "open_cameras"}
             problems = [p for m in models if (p := self._links.problem(m.id))]
             message = (
-                problems[0]
+                str(problems[0])
                 if problems
                 else tr(
                     "There is no cameras.json beside {model}. A model that was reconstructed here "

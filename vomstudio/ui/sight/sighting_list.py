@@ -37,7 +37,7 @@ class SightingList(QListWidget):
         self.setMinimumWidth(210)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.currentRowChanged.connect(self._row_chosen)
-        images.thumbnailed.connect(self._thumbnailed, Qt.ConnectionType.QueuedConnection)
+        images.thumbnailed.connect(self._thumbnailed)
 
     @property
     def names(self) -> list[str]:

@@ -209,7 +209,8 @@ class FacetsPanel(SeenPanel):
     def _why_not(self) -> str | None:
         if self._model is None:
             return tr("Open an outcrop model first.")
-        return self._studio.fields.why_not(self._model.id)
+        why = self._studio.fields.why_not(self._model.id)
+        return None if why is None else str(why)
 
     def _refresh_buttons(self) -> None:
         busy = self._facets.waiting
@@ -304,7 +305,7 @@ class FacetsPanel(SeenPanel):
 
     def _in_words(self, found: Proposals | None) -> str:
         if found is None or self._facets.said:
-            return self._facets.said
+            return str(self._facets.said)
         studio = self._studio
         lines = [share_in_words(found, self._facets.open, self._facets.accepted)]
         lines += map(str, found.told.warnings)

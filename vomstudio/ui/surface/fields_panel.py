@@ -302,7 +302,7 @@ class FieldsPanel(SeenPanel):
             if self.kind.currentData() in (MEASURABLE, EXPECTED):
                 return tr("Type the plane as dip direction/dip, such as 315/38.")
             return tr("There is no other model in the project.")
-        return why
+        return None if why is None else str(why)
 
     def _show_progress(self) -> None:
         job = self._fields.running
@@ -314,7 +314,7 @@ class FieldsPanel(SeenPanel):
         self.progress.setFormat(job.stage)
 
     def _show_figures(self) -> None:
-        lines = [self._fields.said] if self._fields.said else []
+        lines = [str(self._fields.said)] if self._fields.said else []
         model = self._model
         shown = None if model is None else self._fields.shown.get(model.id)
         opened = None if model is None else self._studio.models.get(model.id)

@@ -53,7 +53,7 @@ def reason_in_words(found: ProposedLines, line: ProposedLine) -> str:
         _doubt_in_words(line.doubt, found.told.surrogates),
     ]
     if line.measured.problem:
-        said.append(line.measured.problem)
+        said.append(str(line.measured.problem))
     verdict = line.measured.verdict
     if verdict is not None and verdict.quality != "good":
         said += verdict.reasons

@@ -220,7 +220,8 @@ class TracesPanel(SeenPanel):
             return tr("Open an outcrop model first.")
         if self.cost.currentData() == ONNX and not self.network.text().strip():
             return tr("Choose the ONNX file of the network first.")
-        return self._studio.fields.why_not(self._model.id)
+        why = self._studio.fields.why_not(self._model.id)
+        return None if why is None else str(why)
 
     def _show_progress(self) -> None:
         job = self._traces.running
@@ -312,7 +313,7 @@ class TracesPanel(SeenPanel):
         said = self._traces.said
         if not said and found is not None:
             said = summary_in_words(found, len(left))
-        self.summary.setText(said)
+        self.summary.setText(str(said))
         self.summary.setVisible(bool(said))
         self._tell_why()
         self._refresh_buttons()

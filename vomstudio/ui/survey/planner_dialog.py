@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.survey.foretold_plan import foretold
@@ -31,9 +32,9 @@ from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
 from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M
 from vomstudio.ui.common import file_filters
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
@@ -42,7 +43,7 @@ from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
 from vomstudio.words import to_translate, tr
 
-_KEPT = "survey_plan"
+_KEPT, _PLAN = "survey_plan", "plan"
 _TYPING_MS = 200
 _MANNERS = dict(
     zip(
@@ -92,7 +93,7 @@ class PlannerDialog(QDialog):
         self.setWindowTitle(tr("Plan a photo survey"))
         self.resize(1120, 720)
         self._studio, self._survey = studio, survey
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._asked = self._shown = 0
         self.plan: SurveyPlan | None = None
         self._soon = QTimer(self)
@@ -305,20 +306,18 @@ class PlannerDialog(QDialog):
         values = self._values()
         self._asked += 1
         asked = self._asked
+        self._background.run(
+            lambda: _plan(values),
+            partial(self._show, asked),
+            lambda error: self._show(asked, None, str(error)),
+            key=_PLAN,
+        )
 
-        def arrived(made: object) -> None:
-            if asked == self._asked:
-                self._show(made)
-                self._shown = asked
-
-        self._background.run(lambda: _plan(values), arrived)
-
-    def _show(self, made: object) -> None:
-        self.plan = made if isinstance(made, SurveyPlan) else None
+    def _show(self, asked: int, plan: SurveyPlan | None, problem: str = "") -> None:
+        self.plan, self._shown = plan, asked
         self.problem.setVisible(self.plan is None)
-        if self.plan is None:
-            self.problem.setText(str(made))
-        else:
+        self.problem.setText(problem)
+        if self.plan is not None:
             self._studio.project.journal.set_view(_KEPT, self._values())
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
@@ -327,7 +326,7 @@ class PlannerDialog(QDialog):
         allow(self.aperture, tr("The aperture of this camera is fixed.") if fixed else None)
         self.drawing.show_plan(self.plan)
         for button in (self.save, self.print_):
-            allow(button, None if self.plan is not None else str(made))
+            allow(button, None if self.plan is not None else problem)
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
         if self.plan is not None:
@@ -372,21 +371,13 @@ class PlannerDialog(QDialog):
         if plan is None:
             return
 
-        def work() -> object:
-            try:
-                write_field_sheet(path, plan, force=True)
-            except VomError as error:
-                return error
-            return path
-
-        def done(made: object) -> None:
-            if isinstance(made, VomError):
-                studio.fail(made)
-            else:
-                studio.info(tr("The field sheet was written: {file}", file=made))
-
-        # matplotlib takes a second to come.
-        self._background.run(work, done)
+        said = tr("The field sheet was written: {file}", file=path)
+        # matplotlib takes a second to import.
+        self._background.run(
+            lambda: write_field_sheet(path, plan, force=True),
+            lambda _: studio.info(said),
+            studio.fail,
+        )
 
     def _print(self) -> None:
         from PySide6.QtPrintSupport import QPrintDialog, QPrinter
@@ -418,7 +409,7 @@ class PlannerDialog(QDialog):
 
     def done(self, result: int) -> None:
         try:
-            self._background.close()
+            self._background.stop()
         finally:
             super().done(result)
 
@@ -432,17 +423,19 @@ def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
     return row
 
 
-def _plan(values: dict[str, Any]) -> SurveyPlan | str:
-    """The plan, or a sentence that says why there is none."""
+def _plan(values: dict[str, Any]) -> SurveyPlan:
+    """Compute the plan. Raises VomError."""
     if not values["camera"]:
-        return tr("Choose a camera, or a photo that was taken with it.")
+        raise InputError(tr("Choose a camera, or a photo that was taken with it."))
     target = next(row for row in _TARGETS if row[1] == values["wish"])
     numbers: dict[str, float | None] = {}
     for name in ("focal", "aperture", "width", "height", "value", "receiver", "control"):
         numbers[name] = parse_number(values[name]) if values[name] else None
         if numbers[name] is None and (values[name] or name not in _OPTIONAL):
             field = tr(target[0] if name == "value" else _FIELDS[f"--{name}"])
-            return tr("{field}: “{text}” is not a number.", field=field, text=values[name])
+            raise InputError(
+                tr("{field}: “{text}” is not a number.", field=field, text=values[name])
+            )
     given = {target[1]: (numbers["value"] or 0.0) / target[3]}
     try:
         camera = camera_of(values["camera"], numbers["focal"])
@@ -460,4 +453,4 @@ def _plan(values: dict[str, Any]) -> SurveyPlan | str:
     except VomError as error:
         text = as_sentence(error.message.replace("--focal MM", tr("the field Lens")))
         name = _FIELDS.get(error.field or "", "")
-        return f"{tr(name)}: {text}" if name else text
+        raise InputError(f"{tr(name)}: {text}" if name else text) from error

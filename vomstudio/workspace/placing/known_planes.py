@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edits import new_id
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.kinds.known_line import KnownLine, ReadKind, as_read
@@ -21,7 +22,6 @@ from vomstudio.geology.quality import wider_of
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import CompassTable
 from vomstudio.registration.results import Placed
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -153,9 +153,7 @@ def typed_reading(text: str, kind: ReadKind, notation: str) -> Typed:
         return Typed(plane.dip_direction_deg, plane.dip_deg, sigma)
     line = parse_line(said)
     if line.plunge_deg < 0.0:
-        raise InputError(
-            tr("“{text}” points up. Give the end of the line that plunges down.", text=said)
-        )
+        raise InputError(Finding("reading.points-up", text=said))
     return Typed(line.trend_deg, line.plunge_deg, sigma)
 
 
@@ -182,29 +180,23 @@ def typed_sigma(text: str) -> float:
     except ValueError:
         number = float("nan")
     if not 0.0 < number <= MOST_DEG:
-        raise UsageError(
-            tr(
-                "“{text}” is no error of a reading. Type degrees (one sigma), such as 3.",
-                text=text.strip(),
-            )
-        )
+        raise UsageError(Finding("reading.invalid-error", text=text.strip()))
     return number
 
 
-def why_not_read(record: Record | None, model: Model, measured: Measurement | None) -> str | None:
-    """Why a record cannot be said to have been read by compass on a model; None where it can."""
+def why_not_read(
+    record: Record | None, model: Model, measured: Measurement | None
+) -> Finding | None:
+    """Return why a record cannot be read by compass on a model; None if it can."""
     feature = None if record is None else get_feature({record.id: record}, record.id)
     if feature is None or not kind_of(feature).orientations:
-        return tr("Select the trace, patch or line that was read.")
+        return Finding("selection.no-feature-read")
     if not isinstance(feature, OnAModel):
-        return tr("{feature} does not lie on a model. Select what the model shows of it.",
-                  feature=feature.name)  # fmt: skip
+        return Finding("feature.not-on-model", feature=feature.name)
     if feature.model_id != model.id:
-        return tr("{feature} lies on another model than {model}.", feature=feature.name,
-                  model=model.name)  # fmt: skip
+        return Finding("feature.on-other-model", feature=feature.name, model=model.name)
     if measured is None or (measured.plane is None and measured.line is None):
-        return tr("{feature} has no plane and no direction that could have been read.",
-                  feature=feature.name)  # fmt: skip
+        return Finding("feature.no-attitude", feature=feature.name)
     return None
 
 

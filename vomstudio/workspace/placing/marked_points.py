@@ -38,8 +38,8 @@ def marked_pairs(
     )
     from vomstudio.registration.evidence import marked_places
     from vomstudio.registration.marks.mark_checks import (
+        name_findings,
         require_pixels_of_photos,
-        said_of_names,
     )
 
     points = read_control(control)
@@ -54,7 +54,7 @@ def marked_pairs(
         except GeometryError as failure:
             failure.file = str(path)
             raise
-        messages += said_of_names(list(known), evidence.marks, evidence.views)
+        messages += name_findings(list(known), evidence.marks, evidence.views)
     used = [mark for mark in evidence.marks if mark[0] in known]
     places = marked_places(evidence, used, messages)
     triangulated = [p for p in points if p.label in places]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Compass, Model, ReadNorth
 from vomstudio.errors import UsageError
 from vomstudio.geometry import transform
@@ -16,7 +17,6 @@ from vomstudio.registration.north import (
     place_of,
     turned,
 )
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 _SAME_DEG = 1e-9
@@ -30,22 +30,16 @@ def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
     found = turned(compass.north, known)
     if found is None:
         raise UsageError(
-            tr(
-                "The declination is not known: give the day of the readings and their place, or "
-                "the declination itself."
-            )
+            Finding("north.no-declination")
             if compass.north == "magnetic"
-            else tr(
-                "How far true north is from that of the map is not known: give the place of the "
-                "readings."
-            )
+            else Finding("north.no-convergence")
         )
     doubt = compass.doubt_deg
     doubt = default_north_sigma_deg(compass.north) if doubt is None else doubt
     record = ReadNorth(
         compass.north, found.deg, found.declination_deg, found.stated, compass.day, doubt
     )
-    return record, found.in_words()
+    return record, "" if found.finding is None else found.finding.message
 
 
 def known_of(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.records import Registration
 from vomstudio.errors import InputError
 from vomstudio.io.models.frames import establish_frame
@@ -24,7 +24,7 @@ from vomstudio.registration.by_model.starting import (
     similarity_of,
     with_scale,
 )
-from vomstudio.registration.overlap import crs_doubts, refuse_apart
+from vomstudio.registration.overlap import crs_findings, refuse_apart
 from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import points_of
 from vomstudio.words import tr
@@ -125,13 +125,13 @@ def fit_model(
     names = (loaded.path.name, Path(reference).name)
     messages = list(target.warnings)
     if crs is not None:
-        messages += crs_doubts(crs, target.crs, ("--crs", names[1]))
+        messages += crs_findings(crs, target.crs, ("--crs", names[1]))
     stands = stands or _stated_placement(loaded)
     similarity = similarity_of(stands.to_world)
     scale = not stands.metric
     points, spacing = points_and_spacing(loaded.data, loaded.path)
     if near is None:
-        messages += crs_doubts(stands.crs, target.crs, names)
+        messages += crs_findings(stands.crs, target.crs, names)
         start = similarity
         refuse_apart(box_of(similarity(points)), box_of(points_of(target.data)), names)
     else:
@@ -164,12 +164,12 @@ def _stable(
         messages = list(about_layer)
     else:
         mask = read_in_world(path, progress)
-        messages = list(crs_doubts(mask.crs, target.crs, names))
+        messages = list(crs_findings(mask.crs, target.crs, names))
         places, spacing = points_and_spacing(mask.data, mask.loaded.path)
         flags, reach = near_cloud(points, places, spacing)
     if not flags.any():
         raise InputError(
-            tr("No point of the reference lies in the mask. Check that both are in one frame."),
+            Finding("reference.mask-elsewhere"),
             file=path,
             field="--stable",
         )

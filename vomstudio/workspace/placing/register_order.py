@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document.records import IDENTITY, UNDECLARED, Model, ReadNorth, Registration
 from vomstudio.document.records.compasses import NorthKind
 from vomstudio.document.registration_frames import change_file_frame
@@ -20,7 +20,6 @@ from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import KnownDirection
-from vomstudio.words import tr
 from vomstudio.workspace.placing.known_lines import photo_up
 
 if TYPE_CHECKING:
@@ -154,13 +153,7 @@ def register_model(order: RegisterOrder, progress: Progress) -> Registered:
         registration = _registration(placed, evidence, model, crs, fitted, read_north, messages)
     warnings = [*messages, *_relocation_findings(placed, loaded, crs), *placed.warnings]
     for name, error in _bars_as_checks(evidence, placed):
-        warnings.append(
-            tr("Check scale bar {name}: it is {error:.3g} m too long in the placed model.",
-               name=name, error=error)
-            if error > 0
-            else tr("Check scale bar {name}: it is {error:.3g} m too short in the placed model.",
-                    name=name, error=-error)
-        )  # fmt: skip
+        warnings.append(Finding("scale.check-bar", name=name, error_m=error))
     result = replace(placed, warnings=tuple(warnings))
     misses = attitude_misses(evidence, placed)
     return Registered(result, misses, loaded, crs, fitted, registration)
@@ -216,10 +209,15 @@ def _unused_marks_error(
     failure: GeometryError, unused: Sequence[Message], evidence: Evidence
 ) -> GeometryError:
     """Return the error of a registration that failed because of unused marks."""
-    why = failure.message
+    finding = finding_of(failure)
     if evidence.too_few_alone:
-        why = tr("At least three points are needed, each marked in at least two photos.")
-    return GeometryError(" ".join(map(str, [*unused, why])), file=failure.file, field=failure.field)
+        finding = Finding("registration.few-marked-points")
+    marks = " ".join(map(str, unused))
+    return GeometryError(
+        Finding("registration.marks-unused", marks=marks, reason=finding, reason_code=finding.code),
+        file=failure.file,
+        field=failure.field,
+    )
 
 
 def _pairs_file(order: RegisterOrder) -> str | None:
@@ -256,16 +254,14 @@ def _fitted(
     if order.reference is None:
         if order.stable is not None:
             raise UsageError(
-                tr("A mask needs the reference that it belongs to: give --reference too."),
+                Finding("option.needs-reference", option="--stable"),
                 field="--stable",
             )
         return None
     from vomstudio.workspace.placing.reference_fitting import fit_model
 
     if loaded is None:
-        raise UsageError(
-            tr("A reference needs a model. Give its file instead of -."), field="MODEL"
-        )
+        raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
     known = not (evidence.empty or evidence.too_few_alone)
     near = _solved(evidence, loaded) if known else None
@@ -297,7 +293,7 @@ def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
 
 def _relocation_findings(
     placed: Placed, loaded: LoadedModel | None, crs: str | None
-) -> list[Message]:
+) -> list[Finding]:
     """Return a finding if the model is moved far from the coordinates in its file."""
     from vomstudio.registration.coordinate_checks import relocation_findings
 
@@ -341,7 +337,7 @@ def _evidence(
     else:
         evidence.compass_doubt_deg = default_north_sigma_deg(order.north)
     if order.marks is not None and order.gcp is None:
-        raise UsageError(tr("Marks need their points: give --gcp too."), field="--marks")
+        raise UsageError(Finding("option.needs-points"), field="--marks")
     photo_sources = (order.cameras, order.attitudes, order.horizon, order.gcp)
     if any(each is not None for each in photo_sources):
         cameras = _own_cameras(order, loaded)
@@ -380,27 +376,18 @@ def _evidence(
     for line in evidence.azimuths:
         if not -360.0 <= line.value <= 360.0:
             raise UsageError(
-                tr(
-                    "{value:g} is not an azimuth between -360 and 360 degrees. Correct it.",
-                    value=line.value,
-                ),
+                Finding("option.out-of-range", value=line.value, minimum=-360, maximum=360),
                 field="--bearing",
             )
     read_north = _turn_to_grid(order, evidence, north, messages)
     for line in evidence.lengths:
         if not line.value > 0:
-            raise UsageError(tr("A length must be positive. Correct it."), field="--scale")
+            raise UsageError(Finding("number.not-positive", value=line.value), field="--scale")
     if evidence.empty and order.reference is None:
         for finding in messages:
             if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
                 raise UsageError(finding, field="--attitudes")
-        raise UsageError(
-            tr(
-                "Nothing was given to place the model. Give --pairs, --gcp, --cameras, "
-                "--attitudes, --horizon, --level, --plumb, --orientations, --scale, --bearing or "
-                "--reference."
-            )
-        )
+        raise UsageError(Finding("registration.no-observations"))
     return evidence, crs, read_north
 
 
@@ -413,10 +400,7 @@ def _own_cameras(order: RegisterOrder, loaded: LoadedModel | None) -> OwnCameras
     if path is None:
         if order.model == "-":
             raise UsageError(
-                tr(
-                    "Photos need the cameras of the model. Name it in place of -, or its "
-                    "cameras with --model-cameras."
-                ),
+                Finding("option.needs-cameras"),
                 field="MODEL",
             )
         path = find_own_cameras(order.model) or Path(order.model).with_name(FILE_NAME)
@@ -478,7 +462,8 @@ def _turn_to_grid(
     if order.north == "grid":
         return ReadNorth("grid", doubt_deg=sigma_deg)
     correction = turn_of(order.north, north, "--north")
-    messages.append(correction.in_words())
+    if correction.finding is not None:
+        messages.append(correction.finding)
     evidence.azimuths = [
         line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
     ]
@@ -501,7 +486,7 @@ def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) 
         value = math.nan
     if not (abs(value) <= 180.0 and (signed or value > 0 or (zero and value == 0))):
         raise UsageError(
-            tr("'{text}' is not a valid angle in degrees. Correct it.", text=text[:40]),
+            Finding("number.not-an-angle", text=text[:40]),
             field=option,
         )
     if option == "--north-sigma" and value:
@@ -516,11 +501,7 @@ def _photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, P
     photos = find_photos_of(cameras, None if source == BESIDE else Path(source))
     if not photos:
         raise UsageError(
-            tr(
-                "No photo of the model's cameras ({name}, …) was found. Give the folder of the "
-                "photos, or a table.",
-                name=next(iter(cameras.centres)),
-            ),
+            Finding("photo.none-of-cameras", name=next(iter(cameras.centres))),
             field=option,
         )
     return photos
@@ -532,16 +513,12 @@ def _segment(text: str, option: str) -> Segment:
     cells = _numbers(text)
     if len(cells) not in (7, 8):
         raise UsageError(
-            tr(
-                "'{text}' is not seven numbers x1,y1,z1,x2,y2,z2,value with commas, optionally "
-                "followed by the error of the value (one sigma).",
-                text=text[:60],
-            ),
+            Finding("line.not-seven-numbers", text=text[:60]),
             field=option,
         )
     x1, y1, z1, x2, y2, z2, value, *sigma = cells
     if sigma and not sigma[0] > 0:
-        raise UsageError(tr("An error must be positive. Correct it."), field=option)
+        raise UsageError(Finding("number.not-positive", value=sigma[0]), field=option)
     _require_error(sigma, option)
     return Segment((x1, y1, z1), (x2, y2, z2), value, sigma[0] if sigma else None)
 
@@ -566,17 +543,15 @@ def _known_direction(text: str, option: str) -> KnownDirection:
     cells = _numbers(text)
     if len(cells) not in (6, 7):
         raise UsageError(
-            tr(
-                "'{text}' is not six numbers x1,y1,z1,x2,y2,z2 with commas, optionally followed "
-                "by the error of the line in degrees.",
-                text=text[:60],
-            ),
+            Finding("line.not-six-numbers", text=text[:60]),
             field=option,
         )
     x1, y1, z1, x2, y2, z2, *sigma = cells
-    if sigma and not 0.0 < sigma[0] <= 45.0:
+    if sigma and not sigma[0] > 0.0:
+        raise UsageError(Finding("number.not-positive", value=sigma[0]), field=option)
+    if sigma and sigma[0] > 45.0:
         raise UsageError(
-            tr("The error of a line must lie between 0 and 45 degrees. Correct it."), field=option
+            Finding("option.out-of-range", value=sigma[0], minimum=0, maximum=45), field=option
         )
     _require_error(sigma, option)
     return KnownDirection((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)

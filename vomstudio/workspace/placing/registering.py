@@ -68,9 +68,7 @@ def parse_click_sigma(text: str, field: str) -> float:
     except ValueError:
         value = np.nan
     if np.isnan(value):
-        raise UsageError(
-            tr("'{text}' is not a length in metres. Correct it.", text=text[:40]), field=field
-        )
+        raise UsageError(Finding("number.not-a-length", text=text[:40]), field=field)
     if value != 0.0 and (problem := why_no_error(value)) is not None:
         raise UsageError(problem, field=field)
     return value

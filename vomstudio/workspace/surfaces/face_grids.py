@@ -1,9 +1,8 @@
-"""What of the surface lies in the cells of the project's grids, worked out in a thread."""
+"""What of the surface lies in the cells of the project's grids, computed in threads."""
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +16,13 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement import Measurement, rows_of
 from vomstudio.document.records import FaceGrid, Model, OnAModel, Record, Typed, get
 from vomstudio.document.repeats import is_repeat
-from vomstudio.failures import exception_hooks
 from vomstudio.geology.looked_at.cells import CellGrid, Exposed, exposed_faces, exposed_points
 from vomstudio.geology.looked_at.shares import LookedAt, looked_at
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.tables.grid_layer import file_grid
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
@@ -82,14 +81,14 @@ def share_of(
 
 
 @dataclass(frozen=True)
-class _Laid:
-    """A grid without its marks: what the surface in its cells depends on."""
+class _Geometry:
+    """A grid without its marks: the surface in its cells depends on nothing else."""
 
     model_id: str
-    geometry: tuple[Any, ...]
+    lattice: tuple[Any, ...]
 
     @classmethod
-    def of(cls, grid: FaceGrid) -> _Laid:
+    def of(cls, grid: FaceGrid) -> _Geometry:
         return cls(
             grid.model_id,
             (grid.origin, grid.right, grid.up, grid.cell, grid.columns, grid.rows),
@@ -97,64 +96,57 @@ class _Laid:
 
 
 class FaceGrids:
-    """changed : the surface in the cells of this grid is known, or is not any more"""
+    """The surface in the cells of each grid; `changed` names a grid whose surface changed."""
 
-    def __init__(
-        self,
-        projects: Projects,
-        models: Models,
-        hand_over: Callable[[Callable[[], object]], object],
-    ) -> None:
+    def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
-        self._projects, self._models, self._hand_over = projects, models, hand_over
-        self._known: dict[str, tuple[_Laid, Exposed | None]] = {}
+        self._projects, self._models, self._background = projects, models, background
+        self._known: dict[str, tuple[_Geometry, Exposed | None]] = {}
         models.loaded.connect(self._loaded)
 
     def all(self) -> list[FaceGrid]:
-        """Those of the project, in the order in which they came."""
+        """Return the grids of the project in the order of their creation."""
         return self._projects.of(FaceGrid)
 
     def exposed(self, grid_id: str) -> Exposed | None:
-        """None while it is not known."""
+        """Return the surface in the cells of a grid; None if it is not known yet."""
         grid = get(self._projects.records, grid_id, FaceGrid)
         known = self._known.get(grid_id)
-        return known[1] if grid is not None and known and known[0] == _Laid.of(grid) else None
+        return known[1] if grid is not None and known and known[0] == _Geometry.of(grid) else None
 
     def begin(self) -> None:
-        """Another project."""
+        """Forget the grids of the previous project."""
+        self._background.cancel_all()
         self._known.clear()
 
     def edited(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
             if isinstance(record, FaceGrid):
-                self._find(record)
+                self._compute(record)
             elif isinstance(edit.before[id_], FaceGrid):
+                self._background.cancel(id_)
                 self._known.pop(id_, None)
                 self.changed.emit(id_)
 
     def _loaded(self, model_id: str) -> None:
         for grid in self.all():
             if grid.model_id == model_id:
-                self._find(grid)
+                self._compute(grid)
 
-    def _find(self, grid: FaceGrid) -> None:
-        laid, opened = _Laid.of(grid), self._models.open.get(grid.model_id)
+    def _compute(self, grid: FaceGrid) -> None:
+        geometry, opened = _Geometry.of(grid), self._models.open.get(grid.model_id)
         known = self._known.get(grid.id)
-        if opened is None or (known is not None and known[0] == laid):
+        if opened is None or (known is not None and known[0] == geometry):
             return
-        self._known[grid.id] = (laid, None)
+        self._known[grid.id] = (geometry, None)
 
-        def run() -> None:
-            found: Exposed | None = None
-            try:
-                found = exposed_of(grid, opened.data, opened.resolution, pieces=True)
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-            self._hand_over(lambda: self._came(grid.id, laid, found))
+        def store(exposed: Exposed | None) -> None:
+            self._known[grid.id] = (geometry, exposed)
+            self.changed.emit(grid.id)
 
-        threading.Thread(target=run, name="cells", daemon=True).start()
-
-    def _came(self, grid_id: str, laid: _Laid, found: Exposed | None) -> None:
-        if self._known.get(grid_id, (None, None))[0] == laid:
-            self._known[grid_id] = (laid, found)
-            self.changed.emit(grid_id)
+        self._background.run(
+            lambda: exposed_of(grid, opened.data, opened.resolution, pieces=True),
+            store,
+            lambda _: store(None),
+            key=grid.id,
+        )

@@ -3,7 +3,6 @@ painted, and part of the project only where somebody accepts them."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.patch import Patch
@@ -24,8 +24,8 @@ from vomstudio.document.records import (
     Record,
     limits_of,
 )
+from vomstudio.errors import VomError
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.field_style import FieldStyle
@@ -33,6 +33,7 @@ from vomstudio.geometry.patches import runs_of
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.surface_tasks import FIND_FACETS, FacetsOrder, FoundFacets, Sight
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.words import tr
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
@@ -118,22 +119,21 @@ class FacetProposals:
         display: Display,
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
         foresee: Callable[[list[tuple[Feature, Measurement]], Thresholds], None],
     ) -> None:
         self._foresee = foresee
         self.changed: Signal[()] = Signal()
         self._projects, self._models, self._editing = projects, models, editing
         self._display, self._mode_before = display, ""
-        self._jobs, self._thresholds, self._hand_over = jobs, thresholds, hand_over
+        self._jobs, self._thresholds, self._background = jobs, thresholds, background
         self.running: RunningJob | None = None
         self.found: Proposals | None = None
         self.open: set[int] = set()
         self.accepted: set[int] = set()
         # Of what was accepted: id of the patch, and its place in `found`.
         self._kept: dict[str, int] = {}
-        self.said = ""
-        self._asked = 0
+        self.said: Message = ""
 
     @property
     def waiting(self) -> bool:
@@ -147,26 +147,28 @@ class FacetProposals:
         standing = standing_model(self._projects, model_id)
         record = self._projects.records.get(model_id)
         if standing is None or not isinstance(record, Model):
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
-        self._asked += 1
-        turn = self._asked
         name = "part" if sight is not None else "whole"
         order = FacetsOrder(
             standing, options, sight, standing.cache / "facets" / f"{model_id}-{name}.npz"
         )  # fmt: skip
 
+        def done(told: FoundFacets) -> None:
+            if self.running is job:
+                self._judge(record, options, told, whole=sight is None)
+
         def failed(event: Failed) -> None:
-            if turn == self._asked:
+            if self.running is job:
                 self.running = None
-                stopped = tr("Stopped. Nothing was changed.")
+                stopped = Finding("job.stopped")
                 self._say(stopped if event.cancelled else event.message)
 
-        self.running = self._jobs.submit(
+        job = self.running = self._jobs.submit(
             FIND_FACETS,
             order,
             title=tr("Facets of {model}", model=record.name),
-            on_done=lambda told: self._came(turn, record, options, told, sight is None),
+            on_done=done,
             on_failed=failed,
             quiet=sight is not None,
         )
@@ -176,42 +178,33 @@ class FacetProposals:
     def stop(self) -> None:
         """Give up what is being looked for."""
         if self._stop():
-            self._say(tr("Stopped. Nothing was changed."))
+            self._say(Finding("job.stopped"))
 
     def _stop(self) -> bool:
-        self._asked += 1
+        self._background.cancel_all()
         job, self.running = self.running, None
         if job is not None:
             self._jobs.cancel(job)
         return job is not None
 
-    def _came(
-        self, turn: int, model: Model, options: FacetOptions, told: FoundFacets, whole: bool
+    def _judge(
+        self, model: Model, options: FacetOptions, told: FoundFacets, *, whole: bool
     ) -> None:
-        """Thousands of facets are read and judged in a thread."""
-        if turn != self._asked:
-            return
+        """Read and judge the facets in a thread: they can be thousands."""
         records, thresholds = dict(self._projects.records), self._thresholds()
+        self._background.run(
+            lambda: _proposals(model, options, told, whole, records, thresholds),
+            self._show_proposals,
+            self._refuse,
+            expected=(OSError, ValueError, KeyError),
+        )
 
-        def run() -> None:
-            made: Proposals | None = None
-            try:
-                made = _proposals(model, options, told, whole, records, thresholds)
-            except (OSError, ValueError, KeyError):
-                pass
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-            self._hand_over(lambda: self._arrived(turn, made))
-
-        threading.Thread(target=run, name="facets", daemon=True).start()
-
-    def _arrived(self, turn: int, made: Proposals | None) -> None:
-        if turn != self._asked:
-            return
+    def _refuse(self, error: VomError) -> None:
         self.running = None
-        if made is None:
-            self._say(tr("The facets could not be read from the cache; look for them again."))
-            return
+        self._say(Finding("cache.unreadable"))
+
+    def _show_proposals(self, made: Proposals) -> None:
+        self.running = None
         self.found, self.open, self.accepted = made, set(range(len(made.patches))), set()
         self._kept = {}
         self._say("")
@@ -322,7 +315,7 @@ class FacetProposals:
         self.open -= set(rows)
         self.changed.emit()
 
-    def drop(self, why: str = "") -> None:
+    def drop(self, why: Message = "") -> None:
         """Forget everything that was proposed. why : a sentence to show"""
         self._stop()
         found, self.found = self.found, None
@@ -344,7 +337,7 @@ class FacetProposals:
         if not isinstance(now, Model):
             self.drop()
         elif now.to_world != found.to_world:
-            self.drop(tr("The model has been placed anew since: look for facets again."))
+            self.drop(Finding("model.placed-anew"))
 
     def _follow(self, edit: Edit) -> None:
         """Facets whose patch is gone are open again; those whose patch is back are not."""
@@ -360,7 +353,7 @@ class FacetProposals:
         self.accepted = (self.accepted | back) - gone
         self.changed.emit()
 
-    def _say(self, said: str) -> None:
+    def _say(self, said: Message) -> None:
         self.said = said
         self.changed.emit()
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import FaceGrid, Model, get
 from vomstudio.errors import VomError
 from vomstudio.geology.looked_at.shares import LookedAt
-from vomstudio.words import tr
 from vomstudio.workspace.headless_project import HeadlessProject
 from vomstudio.workspace.surfaces.face_grids import exposed_of, lines_on, share_of
 
@@ -28,21 +28,21 @@ class GridShare:
         return asdict(self)
 
 
-def shares_of(desk: HeadlessProject) -> tuple[list[GridShare], list[str]]:
+def shares_of(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
     """Of each grid of the project, and why others are left out: their models cannot be read."""
     records = dict(desk.session.records)
     found: list[GridShare] = []
-    said: list[str] = []
+    said: list[Finding] = []
     measurements = Measurements()
     for grid in desk.session.of(FaceGrid):
         model = get(records, grid.model_id, Model)
         if model is None:
-            said.append(tr("{grid} has lost its model.", grid=grid.name))
+            said.append(Finding("grid.no-model", grid=grid.name))
             continue
         try:
             read = desk.read_model(model)
         except VomError as error:
-            said.append(str(error))
+            said.append(finding_of(error))
             continue
         exposed = exposed_of(grid, read.data, read.resolution, pieces=False)
         own = [f.id for f in desk.session.features() if getattr(f, "model_id", "") == model.id]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model, get
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.jobs.model_tasks import CUT_MODEL, CutModel, ModelCut
@@ -34,16 +35,10 @@ class ModelCutting:
         project = self._projects.project
         path = None if model is None else project.find_model(model)
         if model is None or opened is None or path is None:
-            self._notices.warn(tr("The model's file is not open."))
+            self._notices.warn(Finding("model.not-open"))
             return
         if isinstance(opened.data, StreamedCloud):
-            self._notices.warn(
-                tr(
-                    "{model} is read piece by piece as it is looked at, so no piece of it can be "
-                    "cut out. Raise the limit of points in the settings and open it again.",
-                    model=model.name,
-                )
-            )
+            self._notices.warn(Finding("model.cloud-too-large", model=model.name))
             return
         taken = {each.name for each in self._projects.of(Model)}
         names = (tr("{model} piece {number}", model=model.name, number=k) for k in count(1))

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.records import Model
-from vomstudio.errors import VomError
 from vomstudio.extraction.selecting.looking import Looking, count_of
 from vomstudio.extraction.selecting.neighbours import Neighbours, neighbours_of
-from vomstudio.failures import exception_hooks
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.tools.chosen_elements import mask_as_dict, mask_from_dict
-from vomstudio.words import tr
 from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
@@ -26,6 +25,7 @@ from vomstudio.workspace.surfaces.model_cutting import ModelCutting
 from vomstudio.workspace.visibility import Visibility
 
 _KEPT = "hidden_elements"
+_NEIGHBOURS = "neighbours"
 
 Mask = npt.NDArray[np.bool_]
 
@@ -39,17 +39,16 @@ class OutcropElements:
         projects: Projects,
         models: Models,
         visibility: Visibility,
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
         cutting: ModelCutting,
     ) -> None:
         self.look: Callable[[], Looking | None] = lambda: None
         self.hidden_changed: Signal[str] = Signal()
         self._projects, self._models, self._visibility = projects, models, visibility
-        self._hand_over, self._cutting = hand_over, cutting
+        self._background, self._cutting = background, cutting
         self._hidden: dict[str, Mask] = {}
-        self._known: tuple[OpenModel, Neighbours | str] | None = None
-        self._wanted: tuple[OpenModel, Callable[[], None]] | None = None
-        self._busy = False
+        self._known: tuple[OpenModel, Neighbours | Finding] | None = None
+        self._pending: tuple[OpenModel, Callable[[], None]] | None = None
 
     def looking(self) -> Looking | None:
         return self.look()
@@ -70,41 +69,28 @@ class OutcropElements:
         return 0.0 if opened is None else opened.resolution or 0.0
 
     # --- neighbours ---------------------------------------------------------------------------
-    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | str | None:
+    def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
         opened = self._models.open.get(model_id)
         if opened is None:
-            return tr("The model is not loaded.")
+            return Finding("model.not-open", model=model_id)
         if self._known is not None and self._known[0] is opened:
             return self._known[1]
-        self._wanted = (opened, then)
-        if not self._busy:
-            self._busy = True
-            threading.Thread(target=self._work_out, name="neighbours", daemon=True).start()
+        pending, self._pending = self._pending, (opened, then)
+        if pending is None or pending[0] is not opened:
+            self._background.run(
+                lambda: neighbours_of(opened.data, opened.resolution or 0.0),
+                partial(self._store, opened),
+                lambda error: self._store(opened, finding_of(error)),
+                key=_NEIGHBOURS,
+            )
         return None
 
-    def _work_out(self) -> None:
-        wanted = self._wanted
-        assert wanted is not None
-        opened, then = wanted
-        try:
-            found: Neighbours | str = neighbours_of(opened.data, opened.resolution or 0.0)
-        except VomError as error:
-            found = str(error)
-        except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-            exception_hooks.report_as_uncaught(error)
-            found = tr("It could not be told what lies beside what.")
-        self._hand_over(lambda: self._worked_out(opened, found, then))
-
-    def _worked_out(
-        self, opened: OpenModel, found: Neighbours | str, then: Callable[[], None]
-    ) -> None:
-        self._busy = False
-        if all(each is not opened for each in self._models.open.values()):
-            return
-        self._known = (opened, found)
-        wanted = self._wanted
-        if wanted is not None and wanted[0] is opened:
-            wanted[1]()
+    def _store(self, opened: OpenModel, result: Neighbours | Finding) -> None:
+        pending, self._pending = self._pending, None
+        if any(each is opened for each in self._models.open.values()):
+            self._known = (opened, result)
+            if pending is not None:
+                pending[1]()
 
     # --- what is hidden -----------------------------------------------------------------------
     def hidden(self, model_id: str) -> Mask | None:
@@ -159,4 +145,5 @@ class OutcropElements:
     def forget(self) -> None:
         """Another project is opened."""
         self._hidden.clear()
-        self._known = self._wanted = None
+        self._background.cancel(_NEIGHBOURS)
+        self._known = self._pending = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
@@ -11,12 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
+from vomstudio.errors import VomError
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.surface_fields import KINDS, field_name
-from vomstudio.failures import exception_hooks
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
@@ -33,6 +33,7 @@ from vomstudio.jobs.surface_tasks import (
 )
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
@@ -94,7 +95,7 @@ class Shown:
     name: str
     rests_on: object
     palette: str | None = None
-    said: tuple[str, ...] = ()
+    said: tuple[Message, ...] = ()
 
 
 class SurfaceFields:
@@ -108,28 +109,27 @@ class SurfaceFields:
         derived: DerivedQuantities,
         display: Display,
         jobs: Jobs,
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._models, self._derived = projects, models, derived
-        self._display, self._jobs, self._hand_over = display, jobs, hand_over
+        self._display, self._jobs, self._background = display, jobs, background
         self.running: RunningJob | None = None
-        self.said = ""
+        self.said: Message = ""
         self.shown: dict[str, Shown] = {}
-        self._asked = 0
         self._made: dict[str, set[str]] = {}
         models.loaded.connect(self._loaded)
 
     # --- what can be asked -------------------------------------------------------------------
-    def why_not(self, model_id: str) -> str | None:
-        """Why nothing can be worked out for this model; None where it can."""
+    def why_not(self, model_id: str) -> Finding | None:
+        """Return why no field can be computed for this model; None if one can."""
         opened = self._models.open.get(model_id)
         if opened is None:
-            return tr("The model's file is not open.")
+            return Finding("model.not-open")
         count = len(opened.data.vertices) if isinstance(opened.data, Mesh) else opened.data.count
         held = len(opened.data.vertices if isinstance(opened.data, Mesh) else opened.data.points)
         if held != count:
-            return tr("This cloud is too large to be held in memory; cut a part of it first.")
+            return Finding("model.cloud-too-large", model=self._projects.name_of(model_id))
         return None
 
     def likely_radius(self, model_id: str) -> float:
@@ -177,11 +177,10 @@ class SurfaceFields:
         """Work a field out and show it; what is being worked out is given up."""
         self.stop()
         self.said = ""
-        self._asked += 1
         why = self.why_not(model_id)
         name = self.name_of(model_id, wanted)
         if why is None and name is None:
-            why = tr("What this field is of is no longer in the project.")
+            why = Finding("field.feature-missing")
         if why is not None or name is None:
             self._say(why or "")
             return
@@ -198,17 +197,17 @@ class SurfaceFields:
 
     def stop(self) -> None:
         """Give up what is being worked out."""
-        self._asked += 1
+        self._background.cancel_all()
         if self.running is not None:
             job, self.running = self.running, None
             self._jobs.cancel(job)
-            self._say(tr("Stopped. Nothing was changed."))
+            self._say(Finding("job.stopped"))
 
     def _ask_surface(self, model_id: str, shown: Shown) -> None:
         # Every field of this radius is there at once, where one of them is.
         standing, radius = standing_model(self._projects, model_id), shown.wanted.radius_m
         if standing is None:
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
         data = self._models.open[model_id].data
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
@@ -216,7 +215,7 @@ class SurfaceFields:
             return
         record = self._projects.records[model_id]
         assert isinstance(record, Model)
-        metric, turn = record.frame.has_metres, self._asked
+        metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
         out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
 
@@ -226,7 +225,7 @@ class SurfaceFields:
 
         def computed(fields: ComputedFields) -> None:
             messages = tuple(map(str, fields.warnings))
-            self._aside(turn, model_id, shown, lambda: (read(), messages))
+            self._read(model_id, shown, lambda: (read(), messages))
 
         self._submit(
             COMPUTE_FIELDS,
@@ -239,7 +238,7 @@ class SurfaceFields:
         # Both fields are there at once.
         standing, plane = standing_model(self._projects, model_id), self.plane_meant(shown.wanted)
         if standing is None or plane is None:
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
         data, length = self._models.open[model_id].data, shown.wanted.radius_m
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
@@ -249,12 +248,11 @@ class SurfaceFields:
         assert isinstance(record, Model)
         names = map_names(plane, length, metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
-        turn = self._asked
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
         tilt = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
         options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
-        def read() -> tuple[Arrays, tuple[str, ...]]:
+        def read() -> tuple[Arrays, tuple[Message, ...]]:
             with open_arrays(out) as found:
                 arrays = {names[MEASURABLE]: found["measurable"]}
                 arrays[names[EXPECTED]] = found["expected_error95_deg"]
@@ -264,7 +262,7 @@ class SurfaceFields:
             MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), options, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
                plane=format_plane(plane)),
-            lambda _: self._aside(turn, model_id, shown, read),
+            lambda _: self._read(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_distances(self, model_id: str, shown: Shown) -> None:
@@ -273,85 +271,71 @@ class SurfaceFields:
             standing_model(self._projects, shown.wanted.of),
         )
         if standing is None or other is None:
-            self._say(tr("The file of the other model was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(shown.wanted.of)))
             return
         from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
 
-        turn = self._asked
         out = standing.cache / "fields" / f"{model_id}-distance.npz"
 
-        def read() -> tuple[Arrays, tuple[str, ...]]:
+        def read() -> tuple[Arrays, tuple[Message, ...]]:
             with open_arrays(out) as found:
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
         self._submit(
             COMPARE_MODELS, CompareOrder(standing, other, CompareOptions(), out),
             tr("Distances from {model} to {other}", model=standing.name, other=other.name),
-            lambda _: self._aside(turn, model_id, shown, read),
+            lambda _: self._read(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_plane(self, model_id: str, shown: Shown) -> None:
         plane, record = shown.rests_on, self._projects.records[model_id]
         assert isinstance(record, Model)
         if not isinstance(plane, tuple) or plane[1] is None:
-            self._say(tr("The selected feature has no plane with a place."))
+            self._say(Finding("field.no-plane"))
             return
         centre, normal = np.array(plane[1]), np.array(plane[2])
         data, rows = self._models.open[model_id].data, record.to_world
 
-        def work() -> tuple[Arrays, tuple[str, ...]]:
+        def work() -> tuple[Arrays, tuple[Message, ...]]:
             places = data.vertices if isinstance(data, Mesh) else data.points
             off = (transform.apply(rows, places) - centre) @ normal
             return {shown.name: off.astype(np.float32)}, ()
 
-        self._aside(self._asked, model_id, shown, work)
+        self._read(model_id, shown, work)
 
     def _submit(self, job: Any, order: Any, title: str, then: Callable[[Any], None]) -> None:
+        def done(result: Any) -> None:
+            if self.running is begun:
+                then(result)
+
         def failed(event: Failed) -> None:
             if self.running is begun:
                 self.running = None
-                self._say(tr("Stopped. Nothing was changed.") if event.cancelled else event.message)
+                self._say(Finding("job.stopped") if event.cancelled else event.message)
 
-        begun = self._jobs.submit(job, order, title=title, on_done=then, on_failed=failed)
+        begun = self._jobs.submit(job, order, title=title, on_done=done, on_failed=failed)
         self.running = begun
 
-    def _aside(
+    def _read(
         self,
-        turn: int,
         model_id: str,
         shown: Shown,
-        work: Callable[[], tuple[Arrays, tuple[str, ...]]],
+        work: Callable[[], tuple[Arrays, tuple[Message, ...]]],
     ) -> None:
-        """Many megabytes are read or worked out in a thread."""
+        """Read or compute many megabytes in a thread."""
 
-        def run() -> None:
-            try:
-                arrays, said = work()
-            except (OSError, ValueError, KeyError):
-                problem = tr("The values could not be read from the cache; ask for them again.")
-                self._hand_over(lambda: self._arrived(turn, model_id, shown, {}, (problem,)))
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-                self._hand_over(lambda: self._arrived(turn, model_id, shown, {}, ()))
-            else:
-                self._hand_over(lambda: self._arrived(turn, model_id, shown, arrays, said))
+        def show(result: tuple[Arrays, tuple[Message, ...]]) -> None:
+            self.running = None
+            self._show(model_id, shown, *result)
 
-        if turn == self._asked:
-            threading.Thread(target=run, name="surface-fields", daemon=True).start()
+        def refuse(_: VomError) -> None:
+            self.running = None
+            self._say(Finding("cache.unreadable"))
 
-    def _arrived(
-        self, turn: int, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]
-    ) -> None:
-        if turn != self._asked:
-            return
-        self.running = None
-        if not arrays:
-            self._say(" ".join(said))
-        else:
-            self._show(model_id, shown, arrays, said)
+        self._background.run(work, show, refuse, expected=(OSError, ValueError, KeyError))
 
     # --- showing -----------------------------------------------------------------------------
-    def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[str, ...]) -> None:
+    def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[Message, ...]) -> None:
         opened = self._models.open.get(model_id)
         if opened is None:
             return
@@ -364,7 +348,7 @@ class SurfaceFields:
                 self._display.show_no_field(model_id)
             opened.drop_fields(self._made.pop(model_id, ()))
             if not opened.give_fields(arrays):
-                self._say(tr("The model is too large to show them."))
+                self._say(Finding("model.fields-too-large"))
                 return
             self._made[model_id] = set(arrays)
         self.shown[model_id] = replace(shown, said=said)
@@ -373,9 +357,9 @@ class SurfaceFields:
         if shown.palette is not None:
             style = replace(style, palette=shown.palette)
         self._display.show_field(model_id, style)
-        self._say(" ".join(said))
+        self._say(" ".join(map(str, said)))
 
-    def _say(self, said: str) -> None:
+    def _say(self, said: Message) -> None:
         self.said = said
         self.changed.emit()
 
@@ -383,7 +367,7 @@ class SurfaceFields:
     def begin(self) -> None:
         """Another project has been opened."""
         self.running, self.said = None, ""
-        self._asked += 1
+        self._background.cancel_all()
         self.shown.clear()
         self._made.clear()
         self.changed.emit()

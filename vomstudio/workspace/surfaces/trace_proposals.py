@@ -3,7 +3,6 @@ picked, and part of the project only where somebody accepts them."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,19 +11,21 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point
-from vomstudio.failures import exception_hooks
+from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry import transform
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesOrder
 from vomstudio.signals import Signal
+from vomstudio.studio.background import Background
 from vomstudio.tools.tool_context import Tool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.words import tr
@@ -102,7 +103,7 @@ class Tools(Protocol):
 
     def activate(self, name: str) -> None: ...
 
-    def hint(self, message: str) -> None: ...
+    def hint(self, message: Message) -> None: ...
 
 
 class TraceProposals:
@@ -116,20 +117,19 @@ class TraceProposals:
         tools: Tools,
         jobs: Jobs,
         thresholds: Callable[[], Thresholds],
-        hand_over: Callable[[Callable[[], object]], object],
+        background: Background,
     ) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._editing, self._tools = projects, editing, tools
-        self._jobs, self._thresholds, self._hand_over = jobs, thresholds, hand_over
+        self._jobs, self._thresholds, self._background = jobs, thresholds, background
         self.running: RunningJob | None = None
         self.found: ProposedLines | None = None
-        self.said = ""
+        self.said: Message = ""
         self._made: dict[int, str] = {}
         self._rejected: set[int] = set()
         # As long as the program runs, whatever is looked for next: lines in the files' frames.
         self._never: dict[str, list[Array]] = {}
         self._open_before: frozenset[int] = frozenset()
-        self._asked = 0
         tools.changed.connect(self._look)
 
     @property
@@ -159,10 +159,9 @@ class TraceProposals:
         standing = standing_model(self._projects, model_id)
         record = self._projects.records.get(model_id)
         if standing is None or not isinstance(record, Model):
-            self._say(tr("The model's file was not found."))
+            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return
-        self._asked += 1
-        turn, known = self._asked, self._known(model_id)
+        known = self._known(model_id)
         order = TracesOrder(
             # What is known already is none of the number that is asked for.
             standing, limits.cost, limits.least_length_m, limits.most + len(known),
@@ -170,17 +169,21 @@ class TraceProposals:
             standing.cache / "proposed_traces" / f"{model_id}.npz",
         )  # fmt: skip
 
+        def done(told: FoundTraces) -> None:
+            if self.running is job:
+                self._judge(record, limits, told, known)
+
         def failed(event: Failed) -> None:
-            if turn == self._asked:
+            if self.running is job:
                 self.running = None
-                stopped = tr("Stopped. Nothing was changed.")
+                stopped = Finding("job.stopped")
                 self._say(stopped if event.cancelled else event.message)
 
-        self.running = self._jobs.submit(
+        job = self.running = self._jobs.submit(
             PROPOSE_TRACES,
             order,
             title=tr("Traces of {model}", model=record.name),
-            on_done=lambda told: self._came(turn, record, limits, told, known),
+            on_done=done,
             on_failed=failed,
         )
         self.said = ""
@@ -189,10 +192,10 @@ class TraceProposals:
     def stop(self) -> None:
         """Give up what is being looked for."""
         if self._stop():
-            self._say(tr("Stopped. Nothing was changed."))
+            self._say(Finding("job.stopped"))
 
     def _stop(self) -> bool:
-        self._asked += 1
+        self._background.cancel_all()
         job, self.running = self.running, None
         if job is not None:
             self._jobs.cancel(job)
@@ -204,33 +207,24 @@ class TraceProposals:
         picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
         return [*picked, *self._never.get(model_id, ())]
 
-    def _came(
-        self, turn: int, model: Model, limits: TraceLimits, told: FoundTraces, known: list[Array]
+    def _judge(
+        self, model: Model, limits: TraceLimits, told: FoundTraces, known: list[Array]
     ) -> None:
-        """Judged in a thread."""
-        if turn != self._asked:
-            return
+        """Read and judge the lines in a thread."""
         records, thresholds = dict(self._projects.records), self._thresholds()
+        self._background.run(
+            lambda: _proposed(model, limits, told, known, records, thresholds),
+            self._show_lines,
+            self._refuse,
+            expected=(OSError, ValueError, KeyError),
+        )
 
-        def run() -> None:
-            made: ProposedLines | None = None
-            try:
-                made = _proposed(model, limits, told, known, records, thresholds)
-            except (OSError, ValueError, KeyError):
-                pass
-            except Exception as error:  # noqa: BLE001 - shown like every unexpected error
-                exception_hooks.report_as_uncaught(error)
-            self._hand_over(lambda: self._arrived(turn, made))
-
-        threading.Thread(target=run, name="proposed traces", daemon=True).start()
-
-    def _arrived(self, turn: int, made: ProposedLines | None) -> None:
-        if turn != self._asked:
-            return
+    def _refuse(self, error: VomError) -> None:
         self.running = None
-        if made is None:
-            self._say(tr("The lines could not be read from the cache; look for them again."))
-            return
+        self._say(Finding("cache.unreadable"))
+
+    def _show_lines(self, made: ProposedLines) -> None:
+        self.running = None
         self.found, self._made, self._rejected = made, {}, set()
         self._say("")
 
@@ -269,7 +263,7 @@ class TraceProposals:
         tool = self._tools.of(TraceTool)
         self._tools.activate(tool.name)
         if self._tools.active is not tool or tool.open:
-            self._tools.hint(tr("Finish the open feature (Enter) or cancel it (Esc) first."))
+            self._tools.hint(Finding("feature.open"))
             return False
         line = found.lines[row]
         note = tr("{found}, and that was edited.", found=found.provenance)
@@ -302,7 +296,7 @@ class TraceProposals:
             self._rejected.clear()
         self._changed()
 
-    def drop(self, why: str = "") -> None:
+    def drop(self, why: Message = "") -> None:
         """Forget what was proposed, but not what was rejected of it. why : a sentence to show"""
         self._stop()
         self.found, self._made, self._rejected = None, {}, set()
@@ -319,7 +313,7 @@ class TraceProposals:
                 self.drop()
                 return
             if now.to_world != found.to_world:
-                self.drop(tr("The model has been placed anew since: look for traces again."))
+                self.drop(Finding("model.placed-anew"))
                 return
         self._look()
 
@@ -327,7 +321,7 @@ class TraceProposals:
         if self._open_before != self.open:
             self._changed()
 
-    def _say(self, said: str) -> None:
+    def _say(self, said: Message) -> None:
         self.said = said
         self._changed()
 

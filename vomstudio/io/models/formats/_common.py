@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.threads import map_parallel
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_unbuffered
 from vomstudio.geometry.cloud import PointCloud
@@ -48,17 +48,10 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
             return at
 
         done = 0
-        with ThreadPoolExecutor(READERS) as pool:
-            jobs = [pool.submit(fill, start) for start in range(0, size, BLOCK_BYTES)]
-            try:
-                for job in jobs:
-                    done = job.result()
-                    progress.step(done)
-                    if done % BLOCK_BYTES and done < size:
-                        break  # it has become shorter meanwhile
-            finally:
-                for job in jobs:
-                    job.cancel()
+        for done in map_parallel(fill, range(0, size, BLOCK_BYTES), READERS):
+            progress.step(done)
+            if done % BLOCK_BYTES and done < size:
+                break  # the file has become shorter meanwhile
     except PermissionError:
         raise InputError(
             tr("There is no permission to read this file. Change its permissions."), file=path

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import bisect
 import itertools
-import os
 import re
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -182,68 +182,62 @@ class _Reading:
         data = self.data
         blocks = self._blocks()
         counts = np.zeros((len(blocks), k.COUNTS), np.int64)
-        threads = max(1, min(os.cpu_count() or 1, MAX_THREADS, len(blocks)))
         self.progress.stage(tr("Reading the model"), 2 * len(blocks))
-        with ThreadPoolExecutor(threads) as pool:
-            jobs = [pool.submit(k.count, data, a, b, counts[i]) for i, (a, b) in enumerate(blocks)]
-            self._wait(jobs, 0)
-            base = np.zeros_like(counts)
-            base[1:] = np.cumsum(counts[:-1], axis=0)
-            total = counts.sum(axis=0)
-            self.n_odd = int(total[k.N_ODD])
-            n_v, n_u, n_t = (int(total[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
-            if max(n_v, n_u, n_t) > MAX_ROWS:
-                raise InputError(
-                    tr(
-                        "The model has more than 2147483647 vertices or faces. "
-                        "Divide it into tiles."
-                    ),
-                    file=self.path,
+        self._run(lambda i: k.count(data, *blocks[i], counts[i]), len(blocks), 0)
+        base = np.zeros_like(counts)
+        base[1:] = np.cumsum(counts[:-1], axis=0)
+        total = counts.sum(axis=0)
+        self.n_odd = int(total[k.N_ODD])
+        n_v, n_u, n_t = (int(total[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
+        if max(n_v, n_u, n_t) > MAX_ROWS:
+            raise InputError(
+                tr("The model has more than 2147483647 vertices or faces. Divide it into tiles."),
+                file=self.path,
+            )
+        self.vertices = np.empty((n_v, 3))
+        self.uvs = np.empty((n_u, 2))
+        self.colors = np.empty((n_v if total[k.N_COLORED] else 0, 3), np.float32)
+        self.corners = np.empty((n_t, 3), np.int32)
+        self.uv_corners = np.empty((n_t if n_u else 0, 3), np.int32)
+        self.words = np.empty((int(total[k.N_WORDS]), 3), np.int64)
+        self.polygons = np.empty((int(total[k.N_POLYGONS]), 2), np.int64)
+        self.reports = np.zeros((len(blocks), k.REPORTS), np.int64)
+        self.left_over: list[npt.NDArray[np.int64]] = [np.empty((0, 4), np.int64)] * len(blocks)
+
+        def parse(i: int) -> None:
+            start, end = blocks[i]
+            room = 1024
+            while True:
+                self.left_over[i] = np.empty((room, 4), np.int64)
+                self.reports[i] = 0
+                k.parse(
+                    data,
+                    start,
+                    end,
+                    base[i],
+                    n_v,
+                    n_u,
+                    self.vertices,
+                    self.uvs,
+                    self.colors,
+                    self.corners,
+                    self.uv_corners,
+                    self.words,
+                    self.polygons,
+                    self.left_over[i],
+                    self.reports[i],
+                    *k.line_space(),
                 )
-            self.vertices = np.empty((n_v, 3))
-            self.uvs = np.empty((n_u, 2))
-            self.colors = np.empty((n_v if total[k.N_COLORED] else 0, 3), np.float32)
-            self.corners = np.empty((n_t, 3), np.int32)
-            self.uv_corners = np.empty((n_t if n_u else 0, 3), np.int32)
-            self.words = np.empty((int(total[k.N_WORDS]), 3), np.int64)
-            self.polygons = np.empty((int(total[k.N_POLYGONS]), 2), np.int64)
-            self.reports = np.zeros((len(blocks), k.REPORTS), np.int64)
-            self.left_over: list[npt.NDArray[np.int64]] = [np.empty((0, 4), np.int64)] * len(blocks)
+                room = int(self.reports[i, k.R_LEFT_OVER])
+                if room <= len(self.left_over[i]):
+                    self.left_over[i] = self.left_over[i][:room]
+                    return
 
-            def parse(i: int) -> None:
-                start, end = blocks[i]
-                room = 1024
-                while True:
-                    self.left_over[i] = np.empty((room, 4), np.int64)
-                    self.reports[i] = 0
-                    k.parse(
-                        data,
-                        start,
-                        end,
-                        base[i],
-                        n_v,
-                        n_u,
-                        self.vertices,
-                        self.uvs,
-                        self.colors,
-                        self.corners,
-                        self.uv_corners,
-                        self.words,
-                        self.polygons,
-                        self.left_over[i],
-                        self.reports[i],
-                        *k.line_space(),
-                    )
-                    room = int(self.reports[i, k.R_LEFT_OVER])
-                    if room <= len(self.left_over[i]):
-                        self.left_over[i] = self.left_over[i][:room]
-                        return
-
-            self._wait([pool.submit(parse, i) for i in range(len(blocks))], len(blocks))
-            if self.reports[:, k.R_COLORED].any():
-                # The first vertex of no block has a colour, and later ones have.
-                self.colors = np.empty((n_v, 3), np.float32)
-                self._wait([pool.submit(parse, i) for i in range(len(blocks))], len(blocks))
+        self._run(parse, len(blocks), len(blocks))
+        if self.reports[:, k.R_COLORED].any():
+            # The first vertex of no block has a colour, and later ones have.
+            self.colors = np.empty((n_v, 3), np.float32)
+            self._run(parse, len(blocks), len(blocks))
         self._say_left_out(int(total[k.N_SHORT_FACES]), int(total[k.N_LINE_ELEMENTS]))
 
     def _say_left_out(self, short_faces: int, line_elements: int) -> None:
@@ -260,15 +254,11 @@ class _Reading:
         if self.n_odd:
             self.messages.append(_not_understood(self.n_odd))
 
-    def _wait(self, jobs: list[Future[None]], before: int) -> None:
-        try:
-            for i, job in enumerate(jobs):
-                job.result()
-                self.progress.step(before + i + 1)
-        except BaseException:
-            for job in jobs:
-                job.cancel()
-            raise
+    def _run(self, work: Callable[[int], object], blocks: int, before: int) -> None:
+        """Do work on all blocks in threads; `before` steps of the progress have been made."""
+        results = map_parallel(work, range(blocks), min(PROCESSORS, MAX_THREADS))
+        for number, _ in enumerate(results, before + 1):
+            self.progress.step(number)
 
     def _first(self, count_row: int, offset_row: int) -> tuple[int, int | None]:
         """How often something was reported, and the line of its first case."""

@@ -1,15 +1,14 @@
-"""The widget on which the net of the dock is shown, and the thread that draws a net of many."""
+"""The widget that shows the net of the dock."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QImage,
     QMouseEvent,
@@ -29,7 +28,6 @@ from vomstudio.products.net.rose import RoseArtists, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
 from vomstudio.ui.analyse.net.source import with_fold
-from vomstudio.ui.common.worker_thread import Work, WorkerThread
 
 DPI = 100.0
 
@@ -214,37 +212,3 @@ class NetCanvas(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802
         super().resizeEvent(event)
         self.resized.emit()
-
-
-class NetThread(QObject):
-    """Draws nets one after the other, of those that wait only the last."""
-
-    done = Signal(object)
-    """What was wanted, and the `DrawnNet` of it."""
-
-    def __init__(self) -> None:
-        # Without a parent: Qt does not delete what a thread sends from.
-        super().__init__()
-        self._wanted: Wanted | None = None
-        self._worker = WorkerThread("net", self._take)
-
-    def close(self) -> None:
-        self._worker.close()
-
-    def draw(self, wanted: Wanted) -> None:
-        """Begin; `done` comes when it is drawn, unless another one is wanted before."""
-        with self._worker.lock:
-            self._wanted = wanted
-            self._worker.wake()
-
-    def forget(self) -> None:
-        """What waits is not wanted any more."""
-        with self._worker.lock:
-            self._wanted = None
-
-    def _take(self) -> Work | None:
-        wanted, self._wanted = self._wanted, None
-        return None if wanted is None else partial(self._draw, wanted)
-
-    def _draw(self, wanted: Wanted) -> None:
-        self.done.emit((wanted, DrawnNet.of(wanted)))

@@ -44,7 +44,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
         if not isinstance(plane, OnAModel) or studio.models.get(plane.model_id) is None:
             return tr("The plane was not picked on a model that is open.")
         if studio.measure(plane).fit is None:
-            return studio.measure(plane).problem or tr("The plane has no fit.")
+            return str(studio.measure(plane).problem or tr("The plane has no fit."))
         return None
 
     def show_surface() -> None:

@@ -31,9 +31,9 @@ from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.extension import ExtendedPlane, band_edges, extend, write_traces
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import Label
@@ -91,7 +91,7 @@ class ExtendDialog(QDialog):
         layout.addWidget(self.said)
         layout.addStretch()
         layout.addWidget(buttons)
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self._busy = False
         self._mode_before = studio.display.mode
         self._style_before = studio.display.styles.get(self._model_id)
@@ -119,20 +119,22 @@ class ExtendDialog(QDialog):
         self.said.setText(tr("Carrying the plane on…"))
         self._refresh_buttons()
         self._background.run(
-            partial(_carry_on, opened.data, model, fit, numbers[0], numbers[1] or 0.0), self._came
+            partial(_carry_on, opened.data, model, fit, numbers[0], numbers[1] or 0.0),
+            self._came,
+            self._failed,
         )
 
-    def _came(self, made: object) -> None:
+    def _failed(self, error: VomError) -> None:
         self._busy = False
-        if isinstance(made, VomError):
-            self.said.setText(made.message)
-            self._refresh_buttons()
-            return
-        assert isinstance(made, tuple)
+        self.said.setText(error.message)
+        self._refresh_buttons()
+
+    def _came(self, made: tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]) -> None:
+        self._busy = False
         self.found, lines = made
         self.said.setText(
             "\n".join([*_lines(self.found, metric=axes_of(self._studio).metric),
-                       *self.found.warnings])
+                       *map(str, self.found.warnings)])
         )  # fmt: skip
         self._refresh_buttons()
         self._studio.extension_shown.emit(ExtendedLines(self._model_id, *lines))
@@ -210,17 +212,12 @@ class ExtendDialog(QDialog):
 
 def _carry_on(
     data: Mesh | PointCloud, model: Model, fit: PlaneFit, thickness: Any, error: float
-) -> object:
-    """In a thread: the plane through the model in World, or the error."""
-    try:
-        world = moved(data, model.to_world)
-        spacing = 0.0 if isinstance(world, Mesh) else point_spacing(world)
-        belief = belief_of_fit(fit)
-        found = extend(
-            world, belief, thickness_m=thickness, thickness_error_m=error, spacing=spacing
-        )
-    except VomError as problem:
-        return problem
+) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
+    """Carry a plane on through the model, in World. Runs in a worker thread."""
+    world = moved(data, model.to_world)
+    spacing = 0.0 if isinstance(world, Mesh) else point_spacing(world)
+    belief = belief_of_fit(fit)
+    found = extend(world, belief, thickness_m=thickness, thickness_error_m=error, spacing=spacing)
     edges = [np.zeros((0, 2, 3))]
     if isinstance(world, Mesh):
         beds = repeated(belief, world.vertices, thickness, error)

@@ -33,9 +33,9 @@ from vomstudio.products.surface.figure import draw_surface, in_lines
 from vomstudio.products.surface.patch import of_faces
 from vomstudio.products.surface.writing import FIELDS, write_deviations
 from vomstudio.tools.brush_stroke import record_figures
-from vomstudio.ui.common.background_reading import Background
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import Label
@@ -90,7 +90,7 @@ class SurfaceDialog(QDialog):
         layout.addWidget(buttons)
         self._refresh_buttons()
         self._looked_at: str | None = None
-        self._background = Background(self)
+        self._background = QtBackground(self)
         self.start()
 
     def start(self) -> None:
@@ -110,16 +110,16 @@ class SurfaceDialog(QDialog):
         self._looked_at, self.found = typed, None
         self._refresh_buttons()
         ratio = self.devicePixelRatioF()
-        self._background.run(partial(_look, opened.data, model, patch, ratio, noise), self._came)
+        self._background.run(
+            partial(_look, opened.data, model, patch, ratio, noise), self._came, self._failed
+        )
 
-    def _came(self, made: object) -> None:
-        if isinstance(made, VomError):
-            self.picture.setText(str(made))
-            self._refresh_buttons()
-            return
-        assert isinstance(made, tuple)
+    def _failed(self, error: VomError) -> None:
+        self.picture.setText(str(error))
+        self._refresh_buttons()
+
+    def _came(self, made: tuple[Mesh | PointCloud, SurfaceFigures, QImage]) -> None:
         self._part, self.found, image = made
-        assert self.found is not None
         self.picture.setPixmap(QPixmap.fromImage(image))
         self.said.setText("\n".join(in_lines(self.found, metric=axes_of(self._studio).metric)))
         self.noise.setPlaceholderText(f"{self.found.noise_m:.3g}")
@@ -199,18 +199,15 @@ def _points_of(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
 
 def _look(
     data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float, noise: float | None
-) -> object:
-    """In a thread: the patch alone in World, its figures and their picture, or the error."""
+) -> tuple[Mesh | PointCloud, SurfaceFigures, QImage]:
+    """Return the patch alone in World, its figures and their picture. Runs in a worker thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     ids = ids_of(patch.runs)
-    try:
-        part = of_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
-        part = moved(part, model.to_world)
-        found = analyse(part, noise_m=noise, model=model.name)
-    except VomError as error:
-        return error
+    part = of_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
+    part = moved(part, model.to_world)
+    found = analyse(part, noise_m=noise, model=model.name)
     dpi = 100.0 * ratio
     figure = Figure(figsize=(_SIZE[0] / 100.0, _SIZE[1] / 100.0), dpi=dpi)
     canvas = FigureCanvasAgg(figure)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QFormLayout, QHBoxLayout, QLineEdit, QPushButton, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.compass_edits import compass_of, set_compass
 from vomstudio.document.kinds import kind_of
@@ -107,7 +108,7 @@ class CompassBox(QWidget):
 
         return isinstance(QApplication.focusWidget(), Viewport)
 
-    def _feature(self, model: Model) -> tuple[Record | None, Measurement | None, str | None]:
+    def _feature(self, model: Model) -> tuple[Record | None, Measurement | None, Finding | None]:
         """What is selected beside readings of the field book, its measurement, and why it cannot
         have been read."""
         from vomstudio.workspace.placing.known_planes import why_not_read
@@ -156,12 +157,14 @@ class CompassBox(QWidget):
             self.of.setText(tr("{feature}, as it stands {orientation}", feature=record.name,
                                orientation=here))  # fmt: skip
         else:
-            self.of.setText(why or "")
+            self.of.setText("" if why is None else why.message)
         self.of.setToolTip(self.of.text())
         self.reading.setPlaceholderText(tr("such as {example} ± 3", example=example))
         for part in (self.reading, self.add):
             part.setEnabled(why is None)
-            part.setToolTip(why or tr("The reading, and after ± its error in degrees, one sigma."))
+            part.setToolTip(
+                str(why or tr("The reading, and after ± its error in degrees, one sigma."))
+            )
 
     # --- what is done ------------------------------------------------------------------------
     def take(self) -> None:

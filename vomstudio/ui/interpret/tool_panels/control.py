@@ -30,10 +30,10 @@ from vomstudio.errors import GeometryError, VomError
 from vomstudio.tools.control import ControlTool
 from vomstudio.tools.known_line import KnownLineTool
 from vomstudio.ui.common import file_filters, theme
-from vomstudio.ui.common.background_reading import NewestResult
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.forms.copied_command import CopyCommandButton
@@ -78,7 +78,7 @@ class ControlPanel(QWidget):
         self._lines: list[KnownLine] = []
         self._found, self._reach = 0, 0.0
         self._photo_up_of: tuple[Path | None, npt.NDArray[np.float64] | None] | None = None
-        self._solving = NewestResult(self, self._solved, self._say_solving)
+        self._solving = NewestResult(self, self._solved, self._unsolved, self._say_solving)
         self.model: Model | None = None
         self.placed: Placed | None = None
         self.crs: str | None = None
@@ -216,18 +216,15 @@ class ControlPanel(QWidget):
         resolution = None if opened is None else opened.resolution
         photo_up = self._photo_up(model)
 
-        def work() -> Placed | VomError:
-            try:
-                if model is None:
-                    return GeometryError(tr("Open an outcrop model first."))
-                extent = None if opened is None else some_points(opened.data)
-                return placed_by_points(
-                    pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
-                    north.turned_deg, north_sigma_stated=stated, photo_up=photo_up,
-                    keep_scale=keep_scale, click_sigma_m=click_m, resolution=resolution,
-                )  # fmt: skip
-            except VomError as error:
-                return error
+        def work() -> Placed:
+            if model is None:
+                raise GeometryError(tr("Open an outcrop model first."))
+            extent = None if opened is None else some_points(opened.data)
+            return placed_by_points(
+                pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
+                north.turned_deg, north_sigma_stated=stated, photo_up=photo_up,
+                keep_scale=keep_scale, click_sigma_m=click_m, resolution=resolution,
+            )  # fmt: skip
 
         self.north, self._counted = None, ""
         try:
@@ -238,7 +235,7 @@ class ControlPanel(QWidget):
         except VomError as error:
             self._show_compass()
             self._solving.drop()
-            self._solved(error)
+            self._unsolved(error)
             return
         north = self.north or ReadNorth("grid")
         said = self.readings.compass
@@ -266,21 +263,24 @@ class ControlPanel(QWidget):
         count = self._found + len(self.readings.seen)
         self.said.setText(tr("Placing the model by {count} observations…", count=f"{count:,}"))
 
-    def _solved(self, made: object) -> None:
+    def _solved(self, placed: Placed) -> None:
+        self._show_click_error(placed)
+        said = in_words(placed, self.model, self.crs)
+        self._show_placed(placed, "\n".join(filter(None, [said, self._counted])))
+
+    def _unsolved(self, error: VomError) -> None:
+        said = (
+            error.message
+            if self.model is None
+            else in_short(self._points, self._lines, self._found, error, self.readings)
+        )
+        self._show_placed(None, said)
+
+    def _show_placed(self, placed: Placed | None, said: str) -> None:
         from vomstudio.workspace.placing.registering import expected
 
-        self.placed = _placed(made)
-        if isinstance(made, VomError):
-            said = (
-                made.message
-                if self.model is None
-                else in_short(self._points, self._lines, self._found, made, self.readings)
-            )
-            self.said.setText(said)
-        elif self.placed is not None:
-            self._show_click_error(self.placed)
-            said = in_words(self.placed, self.model, self.crs)
-            self.said.setText("\n".join(filter(None, [said, self._counted])))
+        self.placed = placed
+        self.said.setText(said)
         self._show_residuals()
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
@@ -524,9 +524,3 @@ def _keep_scale_box() -> QCheckBox:
 
 
 PANEL = ControlPanel
-
-
-def _placed(made: object) -> Placed | None:
-    from vomstudio.registration.results import Placed
-
-    return made if isinstance(made, Placed) else None

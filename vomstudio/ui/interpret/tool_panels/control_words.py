@@ -61,13 +61,16 @@ def in_short(
 
 def in_words(placed: Placed, model: Model | None, crs: str | None) -> str:
     """What a geologist must know of it."""
-    from vomstudio.registration.remarks import said_of_vertical
+    from vomstudio.registration.remarks import vertical_error_findings
     from vomstudio.workspace.placing.known_lines import frame_after
 
     said = [_worth(placed)]
     if model is not None and not placed.known.all:
         known = frame_after(placed, model, crs).known_in_words()
-        then = [tr("After registering: {known}", known=known), *said_of_vertical(placed)]
+        then = [
+            tr("After registering: {known}", known=known),
+            *map(str, vertical_error_findings(placed)),
+        ]
         # What is wrong comes before what is known by it.
         said = [*said, *then] if placed.blunders else [*then, *said]
     text = "\n".join(said)
@@ -139,7 +142,7 @@ def _of_reading(
 
 
 def _worth(placed: Placed) -> str:
-    from vomstudio.registration.remarks import said_of_worst
+    from vomstudio.registration.remarks import worst_axis_findings
 
     said = []
     if placed.rms_control_m is not None:
@@ -151,6 +154,6 @@ def _worth(placed: Placed) -> str:
         )
     if placed.rms_check_m is not None:
         said.append(tr("Check points: {check:.3f} m (RMS).", check=placed.rms_check_m))
-    said += said_of_worst(placed)
+    said += map(str, worst_axis_findings(placed))
     # What is wrong with a point is read first.
     return "\n".join([*map(str, reversed(placed.warnings)), " ".join(said)])

@@ -52,7 +52,7 @@ class InPhotosBox(QWidget):
             return tr("The cameras of the photos are being read.")
         problems = [p for model_id in self._studio.models if (p := links.problem(model_id))]
         if problems:
-            return problems[0]
+            return str(problems[0])
         return tr(
             "No photos with known cameras are in use. Open the panel In the photos, or the "
             "cameras of the model there."

@@ -85,7 +85,7 @@ class MeasurePanel(QWidget):
         lines = words(measured) if measured and measured.dimension else []
         bold = lines[:1]
         if not lines and tool.measurement and tool.measurement.problem and len(tool.vertices) > 1:
-            lines = [tool.measurement.problem]
+            lines = [str(tool.measurement.problem)]
         self.figures.setText(rich_lines(lines, bold))
         self.figures.setVisible(bool(lines))
         self._hint.setText(tr(_HINTS[tool.kind]))

@@ -10,13 +10,14 @@ from collections.abc import Callable
 import pytest
 from PySide6.QtCore import QObject
 
-from vomstudio.ui.common.background_reading import NewestResult
+from vomstudio.errors import InputError, VomError
+from vomstudio.ui.common.qt_background import NewestResult
 
 _OWNERS_COME_AND_GO = """
 import random, sys, time
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QWidget
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.qt_background import QtBackground
 
 # Threads take turns as often as they can, so that the seconds of this test show what months would.
 sys.setswitchinterval(1e-5)
@@ -24,7 +25,7 @@ app, root, handed = QApplication([]), QWidget(), []
 
 def come_and_go():
     owner = QWidget(root)
-    background = Background(owner)
+    background = QtBackground(owner)
     for number in range(4):
         background.run(lambda: time.sleep(random.uniform(0.0, 0.002)), handed.append)
     QTimer.singleShot(random.randrange(4), owner.deleteLater)
@@ -55,11 +56,11 @@ def test_owners_are_deleted_while_their_work_is_being_done() -> None:
 
 _MAPS_IN_THREADS = """
 from PySide6.QtCore import QCoreApplication, QObject, QThreadPool, QTimer
-from vomstudio.ui.common.background_reading import Background
+from vomstudio.ui.common.qt_background import QtBackground
 
 app, done = QCoreApplication([]), []
 owner = QObject()
-background = Background(owner)
+background = QtBackground(owner)
 
 def work():
     from pyproj import CRS
@@ -93,7 +94,8 @@ def test_a_library_that_keeps_something_for_each_thread_is_used_again_and_again(
 def test_only_what_was_asked_for_last_counts(qtbot) -> None:
     owner, begun, came, slow = QObject(), [], [], []
     go = threading.Event()
-    newest = NewestResult(owner, came.append, lambda: slow.append(True))
+    failed: list[VomError] = []
+    newest = NewestResult(owner, came.append, failed.append, lambda: slow.append(True))
 
     def work(number: int) -> Callable[[], int]:
         def do() -> int:
@@ -103,7 +105,9 @@ def test_only_what_was_asked_for_last_counts(qtbot) -> None:
 
         return do
 
-    for number in range(5):
+    newest.ask(work(0))
+    qtbot.waitUntil(lambda: begun == [0])
+    for number in range(1, 5):
         newest.ask(work(number))
     qtbot.waitUntil(lambda: bool(slow))
     assert newest.waiting
@@ -118,3 +122,13 @@ def test_only_what_was_asked_for_last_counts(qtbot) -> None:
     go.set()
     newest.ask(work(7))
     qtbot.waitUntil(lambda: came == [4, 6, 7])
+    # Errors arrive, whether they are raised at once or in the thread.
+    error = InputError("is no plane")
+
+    def fail() -> None:
+        raise error
+
+    newest.at_once(fail)
+    newest.ask(fail)
+    qtbot.waitUntil(lambda: failed == [error, error])
+    assert not newest.waiting

@@ -1,0 +1,44 @@
+"""The legend of vector drawings names each kind of feature in its colour."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from vomstudio.products.ortho.vector_drawing import Drawing, Shape, svg_text
+
+LINE = np.array([[0.0, 0.0], [4.0, 1.0]])
+KINDS = {"bedding": "#0072b2", "fault": "#d55e00"}
+
+
+def drawing(dip_deg: float | None) -> Drawing:
+    """Return a drawing of two beds, a fault and the outline of a surface."""
+    shapes = [
+        Shape(kind, LINE + number, color, values={"kind": kind})
+        for number, (kind, color) in enumerate(KINDS.items())
+        for _ in range(2)
+    ]
+    shapes += [
+        Shape("surface", LINE),
+        Shape("bedding", LINE[:1], KINDS["bedding"], dip_deg=dip_deg, values={"kind": "bedding"}),
+    ]
+    bounds = np.array([[-1.0, -1.0], [6.0, 3.0]])
+    return Drawing(tuple(shapes), bounds, ("W", "E"), ("x (m)", "y (m)"), ("A title",))
+
+
+@pytest.mark.parametrize("dip_deg", [None, 30.0])
+def test_each_kind_stands_beside_a_line_of_its_colour_on_the_page(dip_deg: float | None) -> None:
+    drawn = drawing(dip_deg)
+    root = ElementTree.fromstring(svg_text(drawn))
+    (frame,) = (group for group in root.iter() if group.get("id") == "frame")
+    elements = list(frame)
+    swatches = [each for each in elements if each.get("stroke") in KINDS.values()]
+    named = {elements[elements.index(each) + 1].text: each.get("stroke") for each in swatches}
+    assert named == KINDS
+    assert drawn.has_apparent_dips == (dip_deg is not None)
+    page = float(root.get("height", "").removesuffix("mm"))
+    heights = [float(each.get("y", "0")) for each in elements if each.tag.endswith("text")]
+    assert len(set(heights[-3:])) == 3
+    assert max(heights) < page - 3.0

@@ -1,0 +1,206 @@
+"""Texts of the findings about edits and records of a project."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "edit.stale": (
+        "error",
+        to_translate("{label}: the record {record} has changed in the meantime. Try again."),
+    ),
+    "edit.no-change": (
+        "error",
+        to_translate("Nothing to change: the project already contains these values."),
+    ),
+    "edit.empty": (
+        "error",
+        to_translate("The edit contains no features. Add at least one."),
+    ),
+    "edit.nothing-to-undo": (
+        "error",
+        to_translate("There is nothing to undo."),
+    ),
+    "edit.nothing-to-redo": (
+        "error",
+        to_translate("There is nothing to redo."),
+    ),
+    "selection.empty": (
+        "error",
+        to_translate("Nothing is selected. Select a feature first."),
+    ),
+    "record.missing": (
+        "error",
+        to_translate("The project has no {kind} {id!r}. Check the id."),
+    ),
+    "record.exists": (
+        "error",
+        to_translate("{name} is already in the project."),
+    ),
+    "record.unknown-kind": (
+        "error",
+        to_translate(
+            "The record has the unknown kind {kind!r}. Update the program, or restore the "
+            "journal from a copy."
+        ),
+    ),
+    "record.unknown-field": (
+        "error",
+        to_translate(
+            "A record of the kind {kind} has an unknown field. Update the program, or "
+            "restore the journal from a copy."
+        ),
+    ),
+    "record.missing-field": (
+        "error",
+        to_translate(
+            "A record of the kind {kind} lacks a field: {error}. Restore the journal from a copy."
+        ),
+    ),
+    "record.wrong-value": (
+        "error",
+        to_translate("The value is not valid for this field. Restore the journal from a copy."),
+    ),
+    "record.two-ids": (
+        "error",
+        to_translate("The record has two ids. Restore the journal from a copy."),
+    ),
+    "record.without-base": (
+        "error",
+        to_translate("The row changes {record}, which was added by a row that cannot be read."),
+    ),
+    "name.empty": (
+        "error",
+        to_translate("The name is empty. Enter one."),
+    ),
+    "name.taken": (
+        "error",
+        to_translate("The name {name} is already in use. Choose another one."),
+    ),
+    "type.in-use": (
+        "error",
+        to_translate("{count} feature has the type {type}. Give it another type first."),
+        to_translate("{count} features have the type {type}. Give them another type first."),
+    ),
+    "type.last": (
+        "error",
+        to_translate("The last feature type cannot be removed. Add another one first."),
+    ),
+    "type.colour": (
+        "error",
+        to_translate("{colour!r} is not a colour. Write it as #rrggbb, such as #d55e00."),
+    ),
+    "profile.fixed": (
+        "error",
+        to_translate(
+            "The limits of the profile “{profile}” are fixed. Give your own another name."
+        ),
+    ),
+    "profile.limit-not-positive": (
+        "error",
+        to_translate("The limit {value:g} of the profile is not a positive number. Correct it."),
+    ),
+    "profile.limits-crossed": (
+        "error",
+        to_translate(
+            "The error of a good plane ({good_deg:g}°) is larger than that of a poor one "
+            "({poor_deg:g}°). Exchange them."
+        ),
+    ),
+    "model.registered": (
+        "error",
+        to_translate(
+            "{model} is placed by the registration “{registration}”, which declaring a "
+            "frame would replace. Remove the registration first."
+        ),
+    ),
+    "model.other-file": (
+        "error",
+        to_translate(
+            "{path} is not the file on which {model} was measured. Open it as another model."
+        ),
+    ),
+    "model.in-use": (
+        "error",
+        to_translate(
+            "{count} feature was measured on {model}. Delete it first, or hide the model."
+        ),
+        to_translate(
+            "{count} features were measured on {model}. Delete them first, or hide the model."
+        ),
+    ),
+    "frame.unit-not-positive": (
+        "error",
+        to_translate("The unit must be a positive number of metres. Correct it."),
+    ),
+    "frame.code-missing": (
+        "error",
+        to_translate(
+            "A frame in a coordinate reference system needs its code, such as EPSG:32633."
+        ),
+    ),
+    "surroundings.up-to-date": (
+        "error",
+        to_translate("No feature was measured by an earlier rule."),
+    ),
+    "feature.has-plane": (
+        "error",
+        to_translate("{feature} has a plane that its vertices define. Edit it as a trace."),
+    ),
+    "feature.no-attribute": (
+        "error",
+        to_translate("{feature} has no {attribute}."),
+    ),
+    "feature.on-other-model": (
+        "error",
+        to_translate("{feature} lies on another model than {model}. Select a feature on {model}."),
+    ),
+    "bed.no-line": (
+        "error",
+        to_translate("A log needs a trace, a contact line or a measured polyline. Select one."),
+    ),
+    "domain.no-plane": (
+        "error",
+        to_translate("Select a plane that was picked on the model, such as a fault."),
+    ),
+    "grid.cell-size": (
+        "error",
+        to_translate("A grid needs cells with a positive size. Enter one."),
+    ),
+    "grid.no-cell": (
+        "error",
+        to_translate("The grid has no such cell. Choose one inside it."),
+    ),
+    "repeat.other-kind": (
+        "error",
+        to_translate(
+            "A feature repeats another one of the same kind. Select one of the same kind."
+        ),
+    ),
+    "repeat.of-repeat": (
+        "error",
+        to_translate("{feature} is a repeat itself. Select the first pick."),
+    ),
+    "view.name-length": (
+        "error",
+        to_translate("Give the view a name of at most {maximum} letters."),
+    ),
+    "view.too-many": (
+        "error",
+        to_translate("A project has at most {maximum} views. Delete one first."),
+    ),
+    "readings.no-picks": (
+        "info",
+        to_translate("{count} reading has no pick of its type to compare with."),
+        to_translate("{count} readings have no picks of their types to compare with."),
+    ),
+    "readings.compared": (
+        "info",
+        to_translate("{count} reading, {median_deg:.0f}° from the nearest pick of its type."),
+        to_translate(
+            "{count} readings, {compared} compared with the nearest pick of their type: "
+            "median difference {median_deg:.0f}°."
+        ),
+    ),
+}

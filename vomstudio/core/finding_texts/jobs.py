@@ -1,0 +1,124 @@
+"""Texts of the findings about jobs, failures, their worker processes and clusters."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "job.worker-died": (
+        "error",
+        to_translate(
+            "The worker process ended unexpectedly ({ending}). Finished results are kept. {remedy}"
+        ),
+    ),
+    "job.out-of-memory": (
+        "error",
+        to_translate("There is not enough memory for this. {remedy}"),
+    ),
+    "job.closing": (
+        "error",
+        to_translate("The program is closing. No new work is started."),
+    ),
+    "job.no-worker": (
+        "error",
+        to_translate("The worker process cannot be started ({reason}). Close other programs."),
+    ),
+    "job.unknown-task": (
+        "error",
+        to_translate("This version has no task “{task}”. Restart the program."),
+    ),
+    "job.failed": (
+        "error",
+        to_translate("The task “{task}” failed: {type}: {error}."),
+    ),
+    "job.unsendable": (
+        "error",
+        to_translate("The field '{name}' is {type}, which cannot be sent to another process."),
+    ),
+    "job.wrong-value": (
+        "error",
+        to_translate("The field '{name}' should be {type}, but is {value}."),
+    ),
+    "job.unknown-field": (
+        "error",
+        to_translate("{type} has no field '{name}'."),
+    ),
+    "job.missing-field": (
+        "error",
+        to_translate("The field '{name}' of {type} is missing."),
+    ),
+    "cluster.no-dask": (
+        "error",
+        to_translate("A cluster needs Dask. Install it with: pip install 'vomstudio[cluster]'."),
+    ),
+    "cluster.no-scheduler": (
+        "error",
+        to_translate(
+            "No Dask scheduler answers at {address}. Start one, or leave this option out."
+        ),
+    ),
+    "cluster.no-workers": (
+        "error",
+        to_translate(
+            "The scheduler at {address} has no workers. Start some with: dask worker {address}."
+        ),
+    ),
+    "cluster.workers-lost": (
+        "error",
+        to_translate(
+            "The cluster has lost all its workers. Finished results are kept. Start workers"
+            " and try again."
+        ),
+    ),
+    "cluster.part-lost": (
+        "error",
+        to_translate(
+            "The cluster lost the same part of the work {tries} times ({error}), probably "
+            "out of memory. Finished results are kept. Try again."
+        ),
+    ),
+    "edges.network-unused": (
+        "error",
+        to_translate(
+            'A network is used with the cost "onnx" only. Choose this cost, or leave the '
+            "network out."
+        ),
+    ),
+    "edges.no-network": (
+        "error",
+        to_translate('The cost "onnx" needs a network. Name its file, onnx_model.'),
+    ),
+    "job.internal-error": (
+        "error",
+        to_translate(
+            "{job}: an internal error occurred ({error}). Your project is unchanged. Please"
+            " save a report, so that the fault can be found."
+        ),
+    ),
+    "program.internal-error": (
+        "error",
+        to_translate(
+            "An internal error occurred ({error}). Only your last action may be missing. "
+            "Please save a report, so that the fault can be found."
+        ),
+    ),
+    "program.memory-full": (
+        "error",
+        to_translate("Memory is full. Close other programs and try again."),
+    ),
+    "program.library-missing": (
+        "error",
+        to_translate(
+            "The system's library {library} is missing or damaged. Install the package that"
+            " contains it."
+        ),
+    ),
+    "program.package-missing": (
+        "error",
+        to_translate(
+            "The system's library {library} is missing or damaged. Install it (on Debian "
+            "and Ubuntu: sudo apt install {package})."
+        ),
+    ),
+}

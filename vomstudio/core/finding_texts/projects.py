@@ -1,0 +1,419 @@
+"""Texts of the findings about projects, their journals, imports and exports."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "project.missing": (
+        "error",
+        to_translate("There is no such project. Check its name."),
+    ),
+    "project.not-a-project": (
+        "error",
+        to_translate(
+            "This is not a VOM Studio project: a folder NAME.vom with journal.sqlite. Check"
+            " the name."
+        ),
+    ),
+    "project.newer": (
+        "error",
+        to_translate(
+            "The project was written by a newer VOM Studio (journal version {version}; this"
+            " program reads up to {known}). Update the program."
+        ),
+    ),
+    "project.exists": (
+        "error",
+        to_translate("There is already a project here. Choose another name."),
+    ),
+    "project.no-models": (
+        "error",
+        to_translate("The project has no model yet. Add one first."),
+    ),
+    "project.several-models": (
+        "error",
+        to_translate("The project has several models. Name one of them: {names}."),
+    ),
+    "project.other-model": (
+        "error",
+        to_translate("The project has no model of this file, only: {models}. Name one of these."),
+    ),
+    "model.ambiguous-name": (
+        "error",
+        to_translate("Several models are called {name}. Give the id of one of them: {ids}."),
+    ),
+    "model.file-missing": (
+        "error",
+        to_translate(
+            "The file of {model} was not found. Its features are kept. Choose it with Model"
+            " > Locate file."
+        ),
+    ),
+    "model.changed": (
+        "error",
+        to_translate(
+            "The file has changed since features were measured on {model}. Open it as a new model."
+        ),
+    ),
+    "journal.damaged": (
+        "error",
+        to_translate(
+            "The journal is damaged, or is not a journal ({reason}). Restore it from a copy."
+        ),
+    ),
+    "journal.foreign": (
+        "error",
+        to_translate("This is not the journal of a VOM Studio project. Restore it from a copy."),
+    ),
+    "journal.in-use": (
+        "error",
+        to_translate("The journal is in use by another program. Close it there first."),
+    ),
+    "journal.not-opened": (
+        "error",
+        to_translate(
+            "The journal cannot be opened for writing ({reason}). Check the drive and its "
+            "permissions."
+        ),
+    ),
+    "journal.not-copied": (
+        "error",
+        to_translate(
+            "The journal cannot be copied: the copy differs from it. Choose another place."
+        ),
+    ),
+    "journal.sound": (
+        "error",
+        to_translate("The journal is undamaged: there is nothing to repair."),
+    ),
+    "journal.inconsistent": (
+        "error",
+        to_translate("The readable rows are not consistent. Restore the journal from a copy."),
+    ),
+    "row.unknown-kind": (
+        "error",
+        to_translate(
+            "This version does not know rows of the kind {kind!r}. Open the project with a "
+            "newer version."
+        ),
+    ),
+    "row.target-missing": (
+        "error",
+        to_translate("The row refers to row {row}, which is missing."),
+    ),
+    "compaction.unsaved": (
+        "error",
+        to_translate(
+            "The project has unsaved changes, which compacting would delete. Save it first."
+        ),
+    ),
+    "compaction.in-memory": (
+        "error",
+        to_translate("Some steps are in memory only. Save the project elsewhere first."),
+    ),
+    "compaction.damaged": (
+        "error",
+        to_translate(
+            "The project's journal has damaged rows, which compacting would delete. Repair "
+            "the project first."
+        ),
+    ),
+    "compaction.none": (
+        "error",
+        to_translate(
+            "The journal from before the compaction no longer exists, so the compaction "
+            "cannot be undone."
+        ),
+    ),
+    "asset.outside": (
+        "error",
+        to_translate(
+            "The name {asset} points to a file outside of the project's assets. Restore the"
+            " project from a copy."
+        ),
+    ),
+    "asset.missing": (
+        "error",
+        to_translate(
+            "The file is missing from the project. It contained the mask of a photo. "
+            "Restore the project from a copy."
+        ),
+    ),
+    "sample.damaged": (
+        "error",
+        to_translate("The sample is damaged. Install the program again."),
+    ),
+    "reconstruction.invalid": (
+        "error",
+        to_translate("This is not the result of a reconstruction. Reconstruct again."),
+    ),
+    "reconstruction.unreadable": (
+        "error",
+        to_translate(
+            "The file cannot be read: the results of the reconstruction are lost. "
+            "Reconstruct again."
+        ),
+    ),
+    "reconstruction.not-moved": (
+        "error",
+        to_translate(
+            "The project is saved, but its reconstructions stay in {source}: they cannot be"
+            " moved ({reason})."
+        ),
+    ),
+    "file.exists": (
+        "error",
+        to_translate("There is already a file of this name. Choose another name."),
+    ),
+    "file.not-written": (
+        "error",
+        to_translate("The file cannot be written ({reason}). Check the drive and its permissions."),
+    ),
+    "folder.not-empty": (
+        "error",
+        to_translate("The folder is not empty. Choose another name."),
+    ),
+    "folder.not-of-photos": (
+        "error",
+        to_translate("This is not a folder of photos. Choose another."),
+    ),
+    "folder.of-photos": (
+        "error",
+        to_translate("This is the folder of the photos themselves. Choose another folder."),
+    ),
+    "table.no-rows": (
+        "error",
+        to_translate("The table has no rows. Add at least one."),
+    ),
+    "table.other-cell-count": (
+        "error",
+        to_translate(
+            "The row has {cells} cells instead of {expected}. Put cells that contain the "
+            "delimiter in quotation marks."
+        ),
+    ),
+    "table.unreadable": (
+        "error",
+        to_translate("The table cannot be read ({reason}). Export it again as CSV."),
+    ),
+    "export.no-features": (
+        "error",
+        to_translate(
+            "The project has no features yet, so there is nothing to export. Measure some first."
+        ),
+    ),
+    "export.nothing-to-write": (
+        "error",
+        to_translate(
+            "Nothing of the project can be written for {program}: {reason}. Measure one "
+            "first, or choose another format."
+        ),
+    ),
+    "export.not-shp": (
+        "error",
+        to_translate("The name of a shapefile ends in .shp. Add this ending."),
+    ),
+    "import.not-vectors": (
+        "error",
+        to_translate(
+            "This file contains no vector layers that can be read (GeoPackage, GeoJSON, "
+            "shapefile, DXF, KML). Export it again."
+        ),
+    ),
+    "import.no-layers": (
+        "error",
+        to_translate(
+            "The file contains no stations, contact lines or rock areas. Name its layers {layers}."
+        ),
+    ),
+    "import.nothing-usable": (
+        "error",
+        to_translate("Nothing in the file can be imported. The first is {name}: {reason}"),
+    ),
+    "import.type-replaced": (
+        "warning",
+        to_translate("The project has no feature type {type}. Contact was used instead."),
+    ),
+    "reading.no-angle": (
+        "error",
+        to_translate("The row has no azimuth, or no dip or plunge. Enter both."),
+    ),
+    "angle.out-of-range": (
+        "error",
+        to_translate("{value:g}° is not within {minimum} to {maximum}. Correct it."),
+    ),
+    "drawing.no-plane": (
+        "error",
+        to_translate("None of the drawn lines defines a plane. The first is {name}: {reason}"),
+    ),
+    "drawing.unknown-type": (
+        "error",
+        to_translate(
+            "The feature type of lines on these layers is not known: {layers}. State it "
+            "with --type."
+        ),
+    ),
+    "drawing.not-a-trace": (
+        "error",
+        to_translate("Only traces are changed by drawings. Edit the feature in the project."),
+    ),
+    "photo.not-showing": (
+        "warning",
+        to_translate(
+            "The photo {photo} does not show both way-points, so the piece between them is "
+            "followed over the surface."
+        ),
+    ),
+    "photo.file-missing": (
+        "warning",
+        to_translate(
+            "The file of the photo {photo} was not found, so the line is followed over the "
+            "surface. Locate the photos."
+        ),
+    ),
+    "journal.rows-missing": (
+        "error",
+        to_translate("Journal row {first} is missing. What was done there is lost."),
+        to_translate("Journal rows {first} to {last} are missing. What was done there is lost."),
+    ),
+    "journal.row-unreadable": (
+        "error",
+        to_translate("Journal row {row} ({kind} {label!r}): {reason}"),
+    ),
+    "row.checksum": (
+        "error",
+        to_translate("The checksum differs from what was written."),
+    ),
+    "row.not-text": (
+        "error",
+        to_translate("Its kind, label, time or version is not text."),
+    ),
+    "asset.damaged": (
+        "error",
+        to_translate(
+            "The content of {path} differs from what was written. Restore it from a copy."
+        ),
+    ),
+    "project.files-left-behind": (
+        "warning",
+        to_translate(
+            "The files of {names} were in the folder that no longer exists. Add them again."
+        ),
+    ),
+    "journal.folder-gone": (
+        "error",
+        to_translate(
+            "The project's folder no longer exists: it was deleted, renamed or on a drive "
+            "that was removed. Bring it back, or save the project elsewhere."
+        ),
+    ),
+    "journal.gone": (
+        "error",
+        to_translate(
+            "The project's journal no longer exists: it was deleted or renamed. Bring it "
+            "back, or save the project elsewhere."
+        ),
+    ),
+    "journal.replaced": (
+        "error",
+        to_translate(
+            "The project was replaced by a copy, or changed by another program. Bring it "
+            "back, or save the project elsewhere."
+        ),
+    ),
+    "journal.disk-full": (
+        "error",
+        to_translate(
+            "The disk of the project is full. Free some space, or save the project elsewhere."
+        ),
+    ),
+    "journal.disk-read-only": (
+        "error",
+        to_translate(
+            "The disk of the project is read-only. Make it writable, or save the project elsewhere."
+        ),
+    ),
+    "journal.forbidden": (
+        "error",
+        to_translate(
+            "You have no permission to write to the project's folder. Change it, or save "
+            "the project elsewhere."
+        ),
+    ),
+    "journal.not-written": (
+        "error",
+        to_translate(
+            "The project's journal cannot be written ({reason}). Check the drive, or save "
+            "the project elsewhere."
+        ),
+    ),
+    "asset.unreadable": (
+        "error",
+        to_translate("{path} cannot be read ({reason}). Restore it from a copy."),
+    ),
+    "project.steps-in-memory": (
+        "error",
+        to_translate("{reason} Your steps are in memory only until then."),
+    ),
+    "reading.declination-column": (
+        "warning",
+        to_translate(
+            "The column “{column}” ({first}) is not applied automatically. Choose the north"
+            " reference and enter the declination."
+        ),
+        to_translate(
+            "The column “{column}” ({count} different values) is not applied automatically."
+            " Choose the north reference and enter the declination."
+        ),
+    ),
+    "reading.columns-missing": (
+        "error",
+        to_translate(
+            "Choose the columns of both angles (missing: {roles}), or the one column that "
+            "contains both."
+        ),
+    ),
+    "reading.notation-missing": (
+        "error",
+        to_translate(
+            "Choose the notation. The numbers do not show whether they are strikes or dip "
+            "directions."
+        ),
+    ),
+    "reading.upward": (
+        "info",
+        to_translate(
+            "{count} lineation plunges upward and is given by its downward end ({lines})."
+        ),
+        to_translate(
+            "{count} lineations plunge upward and are given by their downward ends ({lines})."
+        ),
+    ),
+    "reading.degrees-without-crs": (
+        "warning",
+        to_translate(
+            "{count} reading is imported without position: degrees need a project with a "
+            "CRS ({lines})."
+        ),
+        to_translate(
+            "{count} readings are imported without position: degrees need a project with a "
+            "CRS ({lines})."
+        ),
+    ),
+    "reading.coordinate-missing": (
+        "warning",
+        to_translate(
+            "{count} reading is imported without position: x, y or z is missing ({lines})."
+        ),
+        to_translate(
+            "{count} readings are imported without position: x, y or z is missing ({lines})."
+        ),
+    ),
+    "reading.no-position": (
+        "warning",
+        to_translate("{count} reading is imported without position ({lines}). {reason}"),
+        to_translate("{count} readings are imported without position ({lines}). {reason}"),
+    ),
+}

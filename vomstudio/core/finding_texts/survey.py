@@ -1,0 +1,439 @@
+"""Texts of the findings about sets of photos, before and after their alignment.
+
+The codes without a dot are those of the survey check: all of them have the values ``photos`` (names
+of the photos concerned, empty if the finding is about all) and ``value`` (the number it rests on).
+"""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "one-photo": (
+        "error",
+        to_translate(
+            "A single photo has no depth. Take at least two photos of the same rock, preferably"
+            " ten."
+        ),
+    ),
+    "few-photos": (
+        "warning",
+        to_translate(
+            "There is only {count} photo. Each place of the rock should be seen in four or five:"
+            " with two or three there is no redundancy."
+        ),
+        to_translate(
+            "There are only {count} photos. Each place of the rock should be seen in four or five:"
+            " with two or three there is no redundancy."
+        ),
+    ),
+    "damaged": (
+        "warning",
+        to_translate("These photos cannot be decoded and will be left out: {photos}. {reason}"),
+    ),
+    "duplicates": (
+        "info",
+        to_translate("These photos are copies of other files and are left out: {photos}."),
+    ),
+    "no-focal-length": (
+        "info",
+        to_translate(
+            "The focal length of {count} photo is unknown. The alignment must estimate it, which"
+            " needs well-spread photos with obliques."
+        ),
+        to_translate(
+            "The focal length of {count} photos is unknown. The alignment must estimate it, which"
+            " needs well-spread photos with obliques."
+        ),
+    ),
+    "several-cameras": (
+        "info",
+        to_translate(
+            "The photos have {value} cameras or settings, each of which is calibrated separately:"
+            " {cameras}."
+        ),
+    ),
+    "survey.turned-photos": (
+        "info",
+        to_translate(
+            "Some photos were turned by a program. Use the photos as the camera stored them, so"
+            " that they share one calibration."
+        ),
+    ),
+    "blurred": (
+        "warning",
+        to_translate(
+            "These photos are blurred by up to {value:.1f} pixels (median of the set {median:.1f}):"
+            " {photos}. Leave them out if other photos see the same."
+        ),
+    ),
+    "soft": (
+        "warning",
+        to_translate(
+            "All photos are unsharp: edges are blurred by {value:.1f} pixels (median sigma), so"
+            " the true resolution is {factor:.0f} times coarser than a pixel."
+        ),
+    ),
+    "digital-zoom": (
+        "warning",
+        to_translate(
+            "These photos have a digital zoom of up to {value:.2g}: {photos}. The true pixel size"
+            " on the rock is larger by this factor."
+        ),
+    ),
+    "enlarged": (
+        "warning",
+        to_translate(
+            "These photos were enlarged or stitched, which adds no detail: {photos}. Use the"
+            " camera's original files."
+        ),
+    ),
+    "exposure": (
+        "warning",
+        to_translate(
+            "These photos are nearly black or mostly overexposed: {photos}. Nothing can be"
+            " recognised in them."
+        ),
+    ),
+    "brightness-jump": (
+        "warning",
+        to_translate(
+            "These photos are lighter or darker than the others by up to {stops:.1f} stops:"
+            " {photos}. Matching suffers, and the texture will show it."
+        ),
+    ),
+    "light-changed": (
+        "warning",
+        to_translate(
+            "The metered light changed by {value:.1f} stops: sun and shade, or hours in between."
+            " Moving shadows are matched as if they were rock."
+        ),
+    ),
+    "long-survey": (
+        "info",
+        to_translate(
+            "The photos were taken over {value:.0f} hours, while shadows move. On several days,"
+            " take them at the same time of day."
+        ),
+    ),
+    "unmatched": (
+        "warning",
+        to_translate(
+            "These photos match no other photo: {photos}. They overlap too little, are blurred, or"
+            " show something else."
+        ),
+    ),
+    "low-overlap": (
+        "warning",
+        to_translate(
+            "These photos overlap their best neighbour by {overlap:.0f} % or less: {photos}. 60 %"
+            " or more is required."
+        ),
+    ),
+    "few-views": (
+        "warning",
+        to_translate(
+            "Half of the rock is seen by {value:.0f} photos or fewer. Every place should be seen by"
+            " four or five."
+        ),
+    ),
+    "parts": (
+        "warning",
+        to_translate(
+            "The photos form {value:.0f} disconnected components ({sizes} photos), which become"
+            " separate models."
+        ),
+    ),
+    "same-position": (
+        "warning",
+        to_translate(
+            "These photos were taken from the position of another one, with another direction or"
+            " zoom: {photos}. Take one photo from each position."
+        ),
+    ),
+    "near-identical": (
+        "info",
+        to_translate(
+            "These photos are almost identical to another: {photos}. All but one can be left out."
+        ),
+    ),
+    "one-direction": (
+        "warning",
+        to_translate(
+            "All photos look in one direction (within {value:.2g}°), so the model may be bent like"
+            " a dome. Add oblique photos, and check points."
+        ),
+    ),
+    "gsd-spread": (
+        "warning",
+        to_translate(
+            "The ground sampling distances of the photos differ by a factor of {value:.0f}. Keep"
+            " them within an order of magnitude."
+        ),
+    ),
+    "no-gps": (
+        "info",
+        to_translate(
+            "The photos have no GPS position. Scale and orientation need control points, a table"
+            " of camera positions, or a measured length and direction."
+        ),
+    ),
+    "gps-equal": (
+        "warning",
+        to_translate(
+            "The GPS positions of all {value} photos are identical, so they cannot register a"
+            " model. Use control points."
+        ),
+    ),
+    "gps-few": (
+        "info",
+        to_translate(
+            "Only {value} of {total} photos have a GPS position (latitude, longitude and"
+            " altitude). A model needs 3 or more to be registered by them."
+        ),
+    ),
+    "collinear": (
+        "warning",
+        to_translate(
+            "The camera positions lie in one line, about which the model can rotate. Add control"
+            " points, or photos from beside the line."
+        ),
+    ),
+    "gps-noise": (
+        "warning",
+        to_translate(
+            "The camera positions extend over {extent_m:,.0f} m with an accuracy of {sigma_m:.2g} m"
+            " each, so a model can be rotated by {value:.0f}° (95 %). Use control points."
+        ),
+    ),
+    "gps-registration": (
+        "info",
+        to_translate(
+            "A model registered by the camera positions (accuracy {sigma_m:.2g} m) can be rotated"
+            " by up to {value:.1f}° (95 %)."
+        ),
+    ),
+    "focal-vague": (
+        "warning",
+        to_translate(
+            "The focal length of these photos is not in EXIF and poorly constrained: {photos}."
+            " Depths may be stretched, which makes dips wrong."
+        ),
+    ),
+    "focal-wrong": (
+        "info",
+        to_translate(
+            "The focal length in EXIF is off by {error_percent:+.0f} % for {photos}: they were"
+            " zoomed, cropped or resized. The estimated one is used."
+        ),
+    ),
+    "unregistered": (
+        "warning",
+        to_translate(
+            "{value:.0f} of {total} photos could not be aligned: {photos}. They overlap too little"
+            " with the others, or are blurred."
+        ),
+    ),
+    "weak-photos": (
+        "warning",
+        to_translate(
+            "These photos have fewer than {least} tie points, so their poses are uncertain:"
+            " {photos}."
+        ),
+    ),
+    "high-error": (
+        "warning",
+        to_translate(
+            "The median reprojection error is {value:.1f} pixels. Photos are blurred, the scene"
+            " moved, or the camera model does not fit the lens."
+        ),
+    ),
+    "rotation": (
+        "warning",
+        to_translate(
+            "The registration, and every direction on the model, may be off by {value:.1f}° (95 %)."
+            " Add control points, not in one line."
+        ),
+    ),
+    "control-unused": (
+        "warning",
+        to_translate("The control points were not used: {reason}"),
+    ),
+    "gps-unused": (
+        "warning",
+        to_translate("The GPS positions were not used: {reason}"),
+    ),
+    "mark-scatter": (
+        "warning",
+        to_translate(
+            "Marks of the control points scatter by {value:.0f} px. The stated errors include"
+            " this. Check the marks, and the poses of the photos."
+        ),
+    ),
+    "plan.unknown-camera": (
+        "error",
+        to_translate(
+            "“{camera}” is not in the table of cameras (similar: {similar}). Name a photo taken"
+            " with it, or numbers, for example 23.5x15.6,35,6000x4000."
+        ),
+    ),
+    "plan.not-a-camera": (
+        "error",
+        to_translate(
+            "“{camera}” does not describe a camera. Give sensor width x height in mm, focal length"
+            " in mm, pixels, for example 23.5x15.6,35,6000x4000."
+        ),
+    ),
+    "plan.photo-without-camera": (
+        "error",
+        to_translate(
+            "This photo's metadata do not describe its camera. Give sensor and focal length in mm,"
+            " and pixels, for example 23.5x15.6,35,6000x4000."
+        ),
+    ),
+    "plan.no-focal-length": (
+        "error",
+        to_translate(
+            "The {camera} has interchangeable lenses. Give the focal length with --focal MM."
+        ),
+    ),
+    "plan.fixed-aperture": (
+        "warning",
+        to_translate("The aperture of the {camera} cannot be set: f/{f_number:g} is used."),
+    ),
+    "plan.no-distance": (
+        "error",
+        to_translate(
+            "Give the distance of the camera (--distance M), the size of a pixel on the rock (--gsd"
+            " M) or the smallest plane (--plane M)."
+        ),
+    ),
+    "plan.too-many-photos": (
+        "error",
+        to_translate(
+            "This survey would take about {photos:,.0f} photos. Increase the distance, or plan a"
+            " part of the outcrop."
+        ),
+    ),
+    "plan.too-close": (
+        "error",
+        to_translate("This distance is too short for the lens to focus. Increase it."),
+    ),
+    "plan.too-far": (
+        "warning",
+        to_translate(
+            "At {distance:g} m a pixel covers {gsd:.3g} mm. For {wanted:.3g} mm go to {closer:.3g}"
+            " m."
+        ),
+    ),
+    "plan.high-rows": (
+        "warning",
+        to_translate(
+            "The upper rows are up to {height_m:.1f} m above the foot of the outcrop. Use a drone"
+            " or a pole, or one row from {distance_m:.0f} m away."
+        ),
+    ),
+    "plan.high-row": (
+        "warning",
+        to_translate(
+            "The row is {height_m:.1f} m above the foot of the outcrop. Use a drone: photos from"
+            " below do not show the tops of ledges."
+        ),
+    ),
+    "plan.narrow-strip": (
+        "warning",
+        to_translate(
+            "The outcrop is a narrow strip, with control points nearly in one line. Put some beside"
+            " it or in front, and photograph those too."
+        ),
+    ),
+    "plan.thin-border": (
+        "warning",
+        to_translate("Some places near the border are seen by only {count} photo. Add some there."),
+        to_translate(
+            "Some places near the border are seen by only {count} photos. Add some there."
+        ),
+    ),
+    "plan.unregistrable": (
+        "warning",
+        to_translate("By the positions of the cameras alone the model cannot be registered."),
+    ),
+    "plan.rotation": (
+        "warning",
+        to_translate(
+            "By the positions of the cameras alone, known to {sigma_m:.2g} m, the model may be"
+            " turned by {rotation95_deg:.2g}° (95 %)."
+        ),
+    ),
+    "plan.rotation-by-control": (
+        "info",
+        to_translate(
+            "By the planned control points, known to {sigma_m:.2g} m, the model may be turned by"
+            " {rotation95_deg:.2g}° (95 %)."
+        ),
+    ),
+    "plan.nearly-in-line": (
+        "warning",
+        to_translate(
+            "The cameras stand nearly on one line. Take a second set from farther away or higher,"
+            " with an overlap of more than 60 %."
+        ),
+    ),
+    "plan.measure-on-site": (
+        "info",
+        to_translate(
+            "Without control points hold the camera level, and measure one azimuth and one dip by"
+            " compass and one length by tape on the outcrop."
+        ),
+    ),
+    "video.not-a-video": (
+        "error",
+        to_translate(
+            "This file is not a video that can be read. Export it as MP4, or take photos."
+        ),
+    ),
+    "video.no-frames": (
+        "error",
+        to_translate("No frame of this video can be used. Frames left out: {reasons}."),
+    ),
+    "video.cut-short": (
+        "warning",
+        to_translate(
+            "The video ends after {frames} of its {total} frames: it is damaged or incomplete."
+        ),
+    ),
+    "video.few-frames": (
+        "error",
+        to_translate(
+            "Only {count} frame is sharp and different from the others. {least} are needed."
+        ),
+        to_translate(
+            "Only {count} frames are sharp and different from each other. {least} are needed."
+        ),
+    ),
+    "video.blurred": (
+        "warning",
+        to_translate("{share_percent:.0f} % of the video is blurred. Move more slowly."),
+    ),
+    "video.too-fast": (
+        "error",
+        to_translate(
+            "At {moments} moments the camera moves so fast that frames do not overlap enough."
+        ),
+    ),
+    "video.small": (
+        "warning",
+        to_translate(
+            "The frames have only {width} x {height} pixels. Photos show much more detail."
+        ),
+    ),
+    "video.still": (
+        "warning",
+        to_translate("The camera stood still for much of the video. Keep moving."),
+    ),
+    "video.unusual-rate": (
+        "warning",
+        to_translate("{fps:g} frames per second are unusual. Take 1 to 4."),
+    ),
+}

@@ -1,0 +1,169 @@
+"""Texts of the findings about tools and selections."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "tool.no-points": (
+        "error",
+        to_translate("No points have been picked. Click on the outcrop."),
+    ),
+    "tool.coincident-points": (
+        "error",
+        to_translate("All points coincide. Pick them farther apart."),
+    ),
+    "tool.no-area": (
+        "error",
+        to_translate("The outline has no area. Pick points around the rock."),
+    ),
+    "tool.stroke-open": (
+        "error",
+        to_translate("A stroke is being painted. Release the button first."),
+    ),
+    "tool.other-kind": (
+        "error",
+        to_translate(
+            "This tool cannot continue a feature of this kind. Choose the tool that made it."
+        ),
+    ),
+    "line.from-compass": (
+        "error",
+        to_translate("{line} was read by compass. Change the reading in the list."),
+    ),
+    "model.not-open": (
+        "error",
+        to_translate("The model is not open. Open it first."),
+    ),
+    "feature.open": (
+        "error",
+        to_translate("A feature is open. Finish it (Enter) or cancel it (Esc) first."),
+    ),
+    "tool.nothing-open": (
+        "error",
+        to_translate("No feature is open. Click on the outcrop to begin one."),
+    ),
+    "feature.too-few-points": (
+        "error",
+        to_translate("Pick {count} more point: at least {minimum} are needed."),
+        to_translate("Pick {count} more points: at least {minimum} are needed."),
+    ),
+    "thickness.no-plane": (
+        "error",
+        to_translate("A thickness is measured across a plane. Choose one."),
+    ),
+    "thickness.plane-lost": (
+        "error",
+        to_translate(
+            "The plane across which the thickness is measured was deleted or has no fit. "
+            "Choose another one."
+        ),
+    ),
+    "tool.no-surface": (
+        "error",
+        to_translate("There is no surface under the cursor. Click on the outcrop."),
+    ),
+    "tool.other-model": (
+        "error",
+        to_translate(
+            "This point lies on another model. Finish the open feature (Enter) or cancel it"
+            " (Esc) first."
+        ),
+    ),
+    "model.removed": (
+        "error",
+        to_translate("This model has been removed from the project. Undo restores it."),
+    ),
+    "tool.no-patch": (
+        "error",
+        to_translate("There is no patch to erase from. Paint one, or continue one, first."),
+    ),
+    "feature.discarded": (
+        "info",
+        to_translate("{feature} was discarded. Undo restores it."),
+    ),
+    "feature.strokes-discarded": (
+        "info",
+        to_translate("The strokes on {feature} were discarded. Undo restores them."),
+    ),
+    "growth.no-plane": (
+        "error",
+        to_translate(
+            "The points there do not define a plane. Click where the surface is denser or smoother."
+        ),
+    ),
+    "growth.isolated": (
+        "warning",
+        to_translate("No neighbour is within the tolerances. Raise the angle or the distance."),
+    ),
+    "growth.stopped": (
+        "warning",
+        to_translate("Growth was stopped at {count:,}. Lower the angle or the distance."),
+    ),
+    "growth.whole-model": (
+        "warning",
+        to_translate("The selection covers the whole model. Lower the angle or the distance."),
+    ),
+    "neighbours.pending": (
+        "info",
+        to_translate("The neighbour graph is being built. The selection follows when it is ready."),
+    ),
+    "selection.no-model": (
+        "error",
+        to_translate("No model is open and visible, so nothing can be selected. Open or show one."),
+    ),
+    "selection.no-change": (
+        "warning",
+        to_translate("The selection stays the same. Choose another place or a larger tolerance."),
+    ),
+    "selection.too-many": (
+        "error",
+        to_translate(
+            "{count:,} are too many for a patch, which is one plane: at most {maximum:,}. "
+            "Select less, or cut it out as a model."
+        ),
+    ),
+    "selection.not-in-photo": (
+        "error",
+        to_translate("Shapes are drawn over the outcrop. In a photo choose Grow from a click (G)."),
+    ),
+    "selection.nothing-inside": (
+        "error",
+        to_translate(
+            "Nothing selectable lies inside. Draw a larger shape, come nearer, or select "
+            "through the surface."
+        ),
+    ),
+    "selection.no-such-value": (
+        "error",
+        to_translate("No element has such a value. Enter a wider range."),
+    ),
+    "selection.hold-button": (
+        "info",
+        to_translate("Hold the left button and draw around what you want."),
+    ),
+    "cells.marked-at-once": (
+        "info",
+        to_translate("Cells are marked at once. Undo removes a mark."),
+    ),
+    "tool.draft-unreadable": (
+        "warning",
+        to_translate("An unfinished feature could not be read and was left out."),
+    ),
+    "tool.draft-kept": (
+        "info",
+        to_translate(
+            "The open feature stays unfinished. Finish it with Enter or cancel it with Esc."
+        ),
+    ),
+    "tool.draft-restored": (
+        "info",
+        to_translate(
+            "An unfinished feature with {count} point was restored. You can go on picking."
+        ),
+        to_translate(
+            "An unfinished feature with {count} points was restored. You can go on picking."
+        ),
+    ),
+}

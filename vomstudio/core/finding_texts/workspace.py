@@ -1,0 +1,248 @@
+"""Texts of the findings about models, fields and other state of an open project."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "display.no-textures": (
+        "info",
+        to_translate("No open model has textures. Own colours are shown instead."),
+    ),
+    "display.no-colours": (
+        "info",
+        to_translate("No open model has colours of its own."),
+    ),
+    "display.cloud-without-faces": (
+        "info",
+        to_translate("A point cloud has no triangles."),
+    ),
+    "display.cloud-not-lit": (
+        "info",
+        to_translate("A point cloud has no surface to light. Eye-dome lighting shows its shape."),
+    ),
+    "display.no-cloud": (
+        "info",
+        to_translate("Eye-dome lighting is for point clouds. A mesh can be lit."),
+    ),
+    "drawing.orthophoto-of-other-file": (
+        "warning",
+        to_translate(
+            "The orthophoto was made of another file than {model}, or before its file "
+            "changed. Make it again."
+        ),
+    ),
+    "picks.no-plane": (
+        "error",
+        to_translate("None of the picked lines ({count}) defines a plane. {first}"),
+    ),
+    "model.already-added": (
+        "warning",
+        to_translate("The project already contains this file, as {model}."),
+    ),
+    "model.already-open": (
+        "info",
+        to_translate("{file} is already open."),
+    ),
+    "model.converted": (
+        "info",
+        to_translate("{file} was converted to {crs}. The project uses the copy."),
+    ),
+    "model.copied": (
+        "info",
+        to_translate("{model} was copied into the project folder."),
+    ),
+    "model.cloud-too-large": (
+        "error",
+        to_translate(
+            "{model} is too large to be loaded as a whole, which this needs. Raise the "
+            "limit of points in the settings, or cut out a part."
+        ),
+    ),
+    "model.fields-too-large": (
+        "error",
+        to_translate("The model is too large to show its fields. Cut out a part."),
+    ),
+    "model.placed-anew": (
+        "warning",
+        to_translate(
+            "The model was placed anew, so earlier proposals are not valid. Search again."
+        ),
+    ),
+    "cache.unreadable": (
+        "error",
+        to_translate("The results could not be read from the cache. Compute them again."),
+    ),
+    "job.stopped": (
+        "info",
+        to_translate("Stopped. Nothing was changed."),
+    ),
+    "field.feature-missing": (
+        "error",
+        to_translate("The feature or model that this field refers to is no longer in the project."),
+    ),
+    "field.no-plane": (
+        "error",
+        to_translate("The selected feature has no plane with a position. Select another one."),
+    ),
+    "grid.no-model": (
+        "warning",
+        to_translate("The model of {grid} is no longer in the project."),
+    ),
+    "selection.no-slip": (
+        "error",
+        to_translate("Select a slip lineation that lies on a fault first."),
+    ),
+    "selection.not-two-planes": (
+        "error",
+        to_translate("Select two planes first."),
+    ),
+    "selection.no-feature-read": (
+        "error",
+        to_translate("Select the trace, patch or line that was read."),
+    ),
+    "slip.across-plane": (
+        "error",
+        to_translate(
+            "The lineation is perpendicular to its plane, so it is not a slip on it. Select"
+            " another one."
+        ),
+    ),
+    "feature.not-on-model": (
+        "error",
+        to_translate("{feature} does not lie on a model. Select what the model shows of it."),
+    ),
+    "feature.no-attitude": (
+        "error",
+        to_translate(
+            "{feature} has no plane and no direction that could have been read. Select "
+            "another feature."
+        ),
+    ),
+    "feature.same-names": (
+        "warning",
+        to_translate(
+            "{count} name belongs to more than one feature: {names}. Tables distinguish "
+            "them by their ids only. Rename one with F2."
+        ),
+        to_translate(
+            "{count} names belong to more than one feature: {names}. Tables distinguish "
+            "them by their ids only. Rename some with F2."
+        ),
+    ),
+    "registration.few-marked-points": (
+        "error",
+        to_translate(
+            "At least three points are needed, each marked in at least two photos. Mark "
+            "more points."
+        ),
+    ),
+    "scale.check-bar": (
+        "warning",
+        to_translate(
+            "Check scale bar {name}: its length in the placed model is off by {error_m:+.3g} m."
+        ),
+    ),
+    "project.saved": (
+        "info",
+        to_translate("{project} was saved."),
+    ),
+    "project.saved-as": (
+        "info",
+        to_translate("The project was saved as {folder}."),
+    ),
+    "project.home-not-writable": (
+        "warning",
+        to_translate(
+            "Your home folder is not writable: settings are not kept, and unsaved work is "
+            "in {folder}, which the system may empty. Save the project elsewhere."
+        ),
+    ),
+    "project.opening": (
+        "warning",
+        to_translate("Another project is being opened. Wait until it is open."),
+    ),
+    "project.on-disk-again": (
+        "warning",
+        to_translate("All steps are on the disk again."),
+    ),
+    "project.recovered": (
+        "warning",
+        to_translate("Unsaved work was restored. Save it, or discard it with Undo."),
+    ),
+    "surroundings.unknown": (
+        "warning",
+        to_translate("Resolution and exposed face are not known for the new planes."),
+    ),
+    "surroundings.running": (
+        "info",
+        to_translate("The surroundings are being measured. Wait until they are."),
+    ),
+    "surroundings.models-closed": (
+        "error",
+        to_translate("The models of these features are not open. Locate their files first."),
+    ),
+    "surroundings.earlier-rule": (
+        "info",
+        to_translate(
+            "The resolution and outcrop face of {count} feature were measured by an earlier"
+            " rule. Interpret > Update earlier features measures them again."
+        ),
+        to_translate(
+            "The resolution and outcrop face of {count} features were measured by an "
+            "earlier rule. Interpret > Update earlier features measures them again."
+        ),
+    ),
+    "surroundings.updated": (
+        "info",
+        to_translate(
+            "The surroundings of {count} feature were measured again. Undo restores the "
+            "earlier values."
+        ),
+        to_translate(
+            "The surroundings of {count} features were measured again. Undo restores the "
+            "earlier values."
+        ),
+    ),
+    "surroundings.left-out": (
+        "warning",
+        to_translate("{count} feature keeps its earlier values, since its model is not open."),
+        to_translate(
+            "{count} features keep their earlier values, since their models are not open."
+        ),
+    ),
+    "display.no-model": (
+        "info",
+        to_translate("Open a model first."),
+    ),
+    "model.not-cached": (
+        "error",
+        to_translate("The file could not be cached. {reason}"),
+    ),
+    "feature.left-out": (
+        "warning",
+        to_translate("{feature} was left out: {reason}"),
+    ),
+    "photo.left-out": (
+        "warning",
+        to_translate("{photo} was left out: {reason}"),
+    ),
+    "project.layers-outdated": (
+        "warning",
+        to_translate("The GIS layers are not up to date. {reason}"),
+    ),
+    "project.parts-left-out": (
+        "warning",
+        to_translate(
+            "{count} part of the project could not be read and was left out. The first: {first}"
+        ),
+        to_translate(
+            "{count} parts of the project could not be read and were left out. The first: {first}"
+        ),
+    ),
+    "registration.marks-unused": (
+        "error",
+        to_translate("{marks} {reason}"),
+    ),
+}

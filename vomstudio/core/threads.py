@@ -1,0 +1,153 @@
+"""Threads and pools of threads: the only module that creates them.
+
+Pools live as long as the call that needs them. On Linux a thread inherits the priority of the
+thread that starts it and cannot raise it again, so one pool for all would run the work of the
+viewport at the priority of a background task, or the reverse. Starting four threads takes 0.4 ms.
+
+`concurrent.futures` is imported when a pool is first needed: it takes 15 ms.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from itertools import islice
+from typing import TYPE_CHECKING, TypeVar, TypeVarTuple
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ThreadPoolExecutor
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+Arguments = TypeVarTuple("Arguments")
+
+PROCESSORS = os.cpu_count() or 1
+CHECK_PERIOD_S = 0.25
+
+
+def start_thread(
+    function: Callable[[*Arguments], object], *arguments: *Arguments, name: str, daemon: bool = True
+) -> threading.Thread:
+    """Start a thread that calls a function; what it raises goes to `threading.excepthook`.
+
+    Parameters
+    ----------
+    name : str
+        Name of the thread, for error reports.
+    daemon : bool
+        Whether the process may end before the thread does.
+    """
+    thread = threading.Thread(target=function, args=arguments, name=name, daemon=daemon)
+    thread.start()
+    return thread
+
+
+def start_timer(
+    delay_s: float, function: Callable[[*Arguments], object], *arguments: *Arguments
+) -> threading.Timer:
+    """Start a thread that calls a function after a delay, unless it is cancelled before."""
+    timer = threading.Timer(delay_s, function, arguments)
+    timer.daemon = True
+    timer.start()
+    return timer
+
+
+def run_in_thread(
+    function: Callable[[*Arguments], Result], *arguments: *Arguments, name: str
+) -> Future[Result]:
+    """Start a thread that calls a function, and return the future of its result."""
+    from concurrent.futures import Future
+
+    future: Future[Result] = Future()
+
+    def run() -> None:
+        try:
+            result = function(*arguments)
+        except BaseException as error:  # noqa: BLE001 - raised where the result is requested
+            future.set_exception(error)
+        else:
+            future.set_result(result)
+
+    start_thread(run, name=name)
+    return future
+
+
+def thread_pool(threads: int, name: str = "pool", *, niceness: int = 0) -> ThreadPoolExecutor:
+    """Create a pool of threads, as a context that waits for all work at its end."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    start = partial(lower_priority, niceness) if niceness else None
+    return ThreadPoolExecutor(max(1, threads), thread_name_prefix=name, initializer=start)
+
+
+def map_parallel(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int = PROCESSORS
+) -> Iterator[Result]:
+    """Yield the results of a function for all items, in the order of the items.
+
+    The function must release the GIL to gain from it. If it raises, or the caller stops iterating,
+    what has not begun is cancelled and what has begun is waited for.
+    """
+    items = list(items)
+    threads = min(threads, len(items))
+    if threads < 2:
+        yield from map(function, items)
+        return
+    with thread_pool(threads) as pool:
+        yield from pool.map(function, items)
+
+
+def map_unordered(
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    threads: int,
+    *,
+    check: Callable[[], object] = lambda: None,
+    wait: bool = True,
+) -> Iterator[tuple[int, Result]]:
+    """Yield (number of the item, result) as results are ready; only `threads` items are in work.
+
+    Parameters
+    ----------
+    items : iterable
+        Consumed as threads become free.
+    check : callable
+        Called every `CHECK_PERIOD_S` while the results are waited for; may raise.
+    wait : bool
+        Wait for running work when the iteration ends early.
+    """
+    from concurrent.futures import FIRST_COMPLETED
+    from concurrent.futures import wait as wait_for
+
+    numbered = enumerate(items)
+    pool = thread_pool(threads)
+    try:
+        running = {pool.submit(function, item): n for n, item in islice(numbered, threads)}
+        while running:
+            finished, _ = wait_for(running, CHECK_PERIOD_S, FIRST_COMPLETED)
+            check()
+            for future in finished:
+                number = running.pop(future)
+                result = future.result()
+                for n, item in islice(numbered, 1):
+                    running[pool.submit(function, item)] = n
+                yield number, result
+    finally:
+        pool.shutdown(wait=wait, cancel_futures=True)
+
+
+def lower_priority(niceness: int = 5) -> None:
+    """Lower the priority of this thread, and of those it starts; only Linux can.
+
+    Parameters
+    ----------
+    niceness : int
+        With 19 the thread runs only while no other thread wants the processor.
+    """
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), niceness)

@@ -1,0 +1,95 @@
+"""Options of displacements and of the three-point problem, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import check_exclusive, check_options, option
+from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
+
+MAX_SIGMA_M = 1e6
+MAX_ERROR_DEG = 90.0
+
+
+@dataclass(frozen=True)
+class ThreePointOptions:
+    """Error of the points.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds.
+    """
+
+    sigma_m: float = option(
+        0.0,
+        minimum=0.0,
+        maximum=MAX_SIGMA_M,
+        help=to_translate("standard deviation of each coordinate, m"),
+        automatic=to_translate("estimated from the misfit of more than three points"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+
+@dataclass(frozen=True)
+class DisplacementOptions:
+    """Fault, bed and slip of a displacement, with their errors.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, for `rake_deg` with `slip`, and for either without `bed`.
+    """
+
+    fault: str = option(metavar="DD/D", help=to_translate("attitude of the fault"))
+    bed: str | None = option(
+        None,
+        metavar="DD/D",
+        help=to_translate("attitude of the bed whose cut-offs the points are"),
+        automatic=to_translate("each pair was one point"),
+    )
+    rake_deg: float | None = option(
+        None,
+        minimum=0.0,
+        maximum=180.0,
+        help=to_translate(
+            "rake of the slip lineation, from the right-hand-rule strike down the dip; a horizontal"
+            " fault needs --slip"
+        ),
+    )
+    slip: str | None = option(
+        None,
+        metavar="T/P",
+        help=to_translate("trend and plunge of the slip lineation in place of its rake"),
+    )
+    sigma_m: float = option(
+        0.0,
+        minimum=0.0,
+        maximum=MAX_SIGMA_M,
+        help=to_translate("standard deviation of each coordinate, m"),
+    )
+    fault_error_deg: float = option(
+        0.0,
+        minimum=0.0,
+        maximum=MAX_ERROR_DEG,
+        help=to_translate("half-angle of the 95 % cone of the fault's normal"),
+    )
+    bed_error_deg: float = option(
+        0.0,
+        minimum=0.0,
+        maximum=MAX_ERROR_DEG,
+        help=to_translate("half-angle of the 95 % cone of the bed's normal"),
+    )
+    rake_error_deg: float = option(
+        0.0, minimum=0.0, maximum=MAX_ERROR_DEG, help=to_translate("95 % error of the rake")
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_exclusive(self, "rake_deg", "slip")
+        if self.bed is None and (self.rake_deg is not None or self.slip is not None):
+            raise UsageError(Finding("displacement.no-bed"), field="--bed")

@@ -1,0 +1,61 @@
+"""Options of the fold axis of a table, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.options import check_exclusive, check_options, option
+from vomstudio.words import to_translate
+
+MIN_WAVINESS_DEG = 0.01
+MAX_WAVINESS_DEG = 45.0
+
+
+@dataclass(frozen=True)
+class FoldOptions:
+    """Planes from which a fold axis is computed, and how they are grouped.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and for `sets` with `by`.
+    """
+
+    kind: str | None = option(
+        None,
+        metavar="KIND",
+        help=to_translate("use planes of this kind only"),
+        automatic=to_translate("bedding, if the table has kinds"),
+    )
+    sets: str | None = option(
+        None,
+        metavar="A,B[,C]",
+        help=to_translate(
+            "the axis common to these sets (hanging wall, footwall, fault), by their means"
+        ),
+    )
+    only_set: str | None = option(
+        None, metavar="SET", help=to_translate("use planes of this set only")
+    )
+    quality: Literal["good", "doubtful"] | None = option(
+        None, help=to_translate("leave out planes with a worse verdict (column quality)")
+    )
+    by: str | None = option(
+        None,
+        metavar="COLUMN",
+        help=to_translate(
+            "compute an axis for each domain of this column, and test whether one axis serves all"
+        ),
+    )
+    waviness_deg: float | None = option(
+        None,
+        minimum=MIN_WAVINESS_DEG,
+        maximum=MAX_WAVINESS_DEG,
+        help=to_translate("standard deviation of the poles of a cylindrical fold"),
+        automatic=to_translate("nine tenths of the poles within 10 degrees"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_exclusive(self, "sets", "by")

@@ -1,0 +1,80 @@
+"""Options of the analysis of fracture traces, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import check_exclusive, check_options, option
+from vomstudio.words import to_translate
+
+
+@dataclass(frozen=True)
+class FractureOptions:
+    """Where traces are counted and how they are grouped; None where the program chooses.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and for `by` with `strikes`.
+    """
+
+    area: str | None = option(
+        None,
+        metavar="POLYGON",
+        help=to_translate(
+            "file with the area in which traces were mapped, to which they are clipped; closed"
+            " lines count if the file has no polygon"
+        ),
+    )
+    circle: str | None = option(
+        None,
+        metavar="X,Y,R",
+        help=to_translate(
+            "circle in place of an area: centre and radius in metres (X,Y,Z,R on a plane)"
+        ),
+    )
+    scanline: str | None = option(
+        None, metavar="LINE", help=to_translate("file with one line or several to count along")
+    )
+    plane: str | None = option(
+        None,
+        metavar="DD/D",
+        help=to_translate("plane on which lines with heights are analysed; 000/00 is the map"),
+        automatic=to_translate("best fit, if the lines are three-dimensional"),
+    )
+    snap_m: float = option(
+        0.0,
+        minimum=0.0,
+        label=to_translate("Snap"),
+        help=to_translate("maximum distance of an end from the trace on which it abuts, m"),
+        tip=to_translate("Maximum distance of an end from the trace it abuts on"),
+    )
+    by: str | None = option(
+        None,
+        metavar="COLUMN",
+        help=to_translate("attribute that names the sets"),
+        automatic=to_translate("set, if there is one"),
+    )
+    strikes: str | None = option(
+        None,
+        metavar="A-B,...",
+        help=to_translate("sets by ranges of strike, clockwise, such as 340-020,060-100"),
+    )
+    terzaghi_cap: float | None = option(
+        None,
+        minimum=1.0,
+        metavar="W",
+        label=to_translate("Cap"),
+        help=to_translate("maximum Terzaghi weight"),
+        tip=to_translate("Maximum Terzaghi weight"),
+        automatic=to_translate("no maximum"),
+    )
+    layer: str | None = option(
+        None,
+        metavar="NAME",
+        help=to_translate("layer of the traces, if their file has several"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_exclusive(self, "by", "strikes")

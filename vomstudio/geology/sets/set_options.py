@@ -1,0 +1,48 @@
+"""Options of the proposal of sets, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import check_exclusive, check_options, option
+from vomstudio.words import to_translate
+
+DEFAULT_MAX_SETS = 8
+
+
+@dataclass(frozen=True)
+class SetOptions:
+    """Number of sets or seeds, and a scanline; None where the program chooses.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and for `exactly` with `max_sets` or `seeds`.
+    """
+
+    max_sets: int | None = option(
+        None,
+        minimum=1,
+        help=to_translate("maximum number of proposed sets"),
+        automatic=str(DEFAULT_MAX_SETS),
+    )
+    exactly: int | None = option(
+        None,
+        minimum=1,
+        help=to_translate("propose this number of sets, at most the number of planes"),
+    )
+    seeds: str | None = option(
+        None,
+        metavar="DD/D,...",
+        help=to_translate("one plane of each set, such as 120/45,300/80, in place of a number"),
+    )
+    scanline: str | None = option(
+        None,
+        metavar="X,Y,Z,X,Y,Z",
+        help=to_translate("report the spacing of each set along the line between these points too"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_exclusive(self, "exactly", "max_sets")
+        check_exclusive(self, "exactly", "seeds")

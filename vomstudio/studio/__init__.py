@@ -1,0 +1,1 @@
+"""The application without a screen: background work and the thread that owns it. No Qt."""

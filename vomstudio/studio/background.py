@@ -1,0 +1,252 @@
+"""Functions that run in threads for an owner, and deliver results to the owner's thread."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Hashable
+from functools import partial
+from threading import Lock, Thread, current_thread
+from typing import Any, Generic, TypeVar
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.threads import lower_priority, start_thread
+from vomstudio.errors import Cancelled, VomError
+from vomstudio.failures import exception_hooks
+from vomstudio.failures.error_collector import place_of
+from vomstudio.studio.owner_thread import Call, Post
+
+Result = TypeVar("Result")
+Value = TypeVar("Value")
+
+DEFAULT_THREADS = 16
+"""More than processors: functions also wait for files."""
+
+
+class Request(Generic[Result]):
+    """A request as its function sees it, in the thread.
+
+    is_stale : a newer request has replaced it, or the owner does not want it any more
+    """
+
+    def __init__(
+        self,
+        key: Hashable,
+        work: Callable[[Request[Result]], Result],
+        on_result: Callable[[Result], object],
+        on_error: Callable[[VomError], object] | None,
+        expected: tuple[type[Exception], ...],
+        post: Post,
+    ) -> None:
+        self.is_stale = False
+        self.key, self.work = key, work
+        self.on_result, self.on_error, self.expected = on_result, on_error, expected
+        self._post = post
+
+    def check(self) -> None:
+        """Raise `Cancelled` if the request is stale."""
+        if self.is_stale:
+            raise Cancelled()
+
+    def emit(self, result: Result) -> None:
+        """Deliver a preliminary result. Raises `Cancelled` if the request is stale."""
+        self.check()
+        self.deliver(partial(self.on_result, result))
+
+    def deliver(self, call: Call) -> None:
+        """Make a call in the owner's thread unless the request is stale by then."""
+        self._post(lambda: None if self.is_stale else call())
+
+
+class Background:
+    """Runs functions in threads for one owner, which is one thread.
+
+    All methods are for the owner's thread. Results and errors are delivered there; those of stale
+    requests never are. Of requests with one key only the newest counts: it replaces earlier ones,
+    and begins when the one that is running has ended. Threads end when there is nothing to do.
+
+    Parameters
+    ----------
+    post : Post
+        Makes calls in the owner's thread.
+    name : str
+        Name of the threads, for error reports.
+    threads : int
+        Maximum number of threads.
+    niceness : int
+        Priority of the threads, see `core.threads.lower_priority`.
+    daemon : bool
+        Whether the process may end before the threads do.
+    """
+
+    def __init__(
+        self,
+        post: Post,
+        name: str,
+        *,
+        threads: int = DEFAULT_THREADS,
+        niceness: int = 0,
+        daemon: bool = True,
+    ) -> None:
+        self._post, self._name, self._max_threads = post, name, threads
+        self._niceness, self._daemon = niceness, daemon
+        self._lock = Lock()
+        self._queue: list[Request[Any]] = []
+        self._newest: dict[Hashable, Request[Any]] = {}
+        self._running: set[Hashable] = set()
+        self._threads: set[Thread] = set()
+        self._is_stopped = False
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether nothing is run or delivered any more."""
+        return self._is_stopped
+
+    def is_waiting(self, key: Hashable) -> bool:
+        """Whether a result with this key is still to come."""
+        return key in self._newest
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether any result is still to come."""
+        return bool(self._newest)
+
+    def run(
+        self,
+        work: Callable[[], Result],
+        on_result: Callable[[Result], object],
+        on_error: Callable[[VomError], object] | None = None,
+        *,
+        key: Hashable = None,
+        expected: tuple[type[Exception], ...] = (),
+    ) -> None:
+        """Run a function in a thread and deliver what it returns or raises.
+
+        Parameters
+        ----------
+        on_result, on_error : callable
+            Called in the owner's thread.
+        key : hashable
+            The request replaces an earlier one with the same key; None replaces nothing.
+        expected : tuple of exception types
+            Reading errors that are not defects of the program; `VomError` never is. All others are
+            reported as uncaught. What is not a `VomError` is delivered as one. Without `on_error`
+            every error is reported.
+        """
+        self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
+
+    def run_request(
+        self,
+        work: Callable[[Request[Result]], Result],
+        on_result: Callable[[Result], object],
+        on_error: Callable[[VomError], object] | None = None,
+        *,
+        key: Hashable = None,
+        expected: tuple[type[Exception], ...] = (),
+        first: bool = False,
+    ) -> None:
+        """Run a function that looks at its request: it may end early or deliver partial results.
+
+        Parameters
+        ----------
+        first : bool
+            Run it before all that wait. For the others see `run`.
+        """
+        key = object() if key is None else key
+        self.cancel(key)
+        if self.is_stopped:
+            return
+        request = Request(key, work, on_result, on_error, expected, self._post)
+        with self._lock:
+            self._newest[key] = request
+            self._queue.insert(0 if first else len(self._queue), request)
+            if key not in self._running and len(self._threads) < self._max_threads:
+                self._threads.add(start_thread(self._work, name=self._name, daemon=self._daemon))
+
+    def cancel(self, key: Hashable) -> None:
+        """Drop the request with a key, if there is one."""
+        with self._lock:
+            if (request := self._newest.pop(key, None)) is not None:
+                request.is_stale = True
+                if request in self._queue:
+                    self._queue.remove(request)
+
+    def cancel_all(self) -> None:
+        """Drop all requests."""
+        for key in list(self._newest):
+            self.cancel(key)
+
+    def stop(self, wait_s: float = 0.0) -> None:
+        """Drop all requests and take no others.
+
+        Parameters
+        ----------
+        wait_s : float
+            Maximum time to wait for functions that are running.
+        """
+        self._is_stopped = True
+        self.cancel_all()
+        with self._lock:
+            threads = list(self._threads)
+        end_s = time.monotonic() + wait_s
+        for thread in threads:
+            thread.join(max(0.0, end_s - time.monotonic()))
+
+    def guard(self, call: Callable[[Value], object]) -> Callable[[Value], None]:
+        """Return a callback that does nothing once this is stopped, for jobs that outlive it."""
+
+        def guarded(value: Value) -> None:
+            if not self.is_stopped:
+                call(value)
+
+        return guarded
+
+    # --- in the threads ----------------------------------------------------------------------
+    def _work(self) -> None:
+        if self._niceness:
+            lower_priority(self._niceness)
+        request = self._next(None)
+        while request is not None:
+            self._answer(request)
+            request = self._next(request)
+
+    def _next(self, last: Request[Any] | None) -> Request[Any] | None:
+        with self._lock:
+            if last is not None:
+                self._running.discard(last.key)
+            for request in self._queue:
+                if request.key not in self._running:
+                    self._queue.remove(request)
+                    self._running.add(request.key)
+                    return request
+            self._threads.discard(current_thread())
+            return None
+
+    def _answer(self, request: Request[Any]) -> None:
+        try:
+            result = request.work(request)
+        except Cancelled:
+            call: Call | None = None
+        except Exception as error:  # noqa: BLE001 - delivered, and reported if it is a defect
+            call = self._failure(request, error)
+        else:
+            call = partial(request.on_result, result)
+        request.deliver(partial(self._finish, request.key, call))
+
+    def _failure(self, request: Request[Any], error: Exception) -> Call | None:
+        is_expected = isinstance(error, (VomError, *request.expected))
+        if request.on_error is None or not is_expected:
+            exception_hooks.report_as_uncaught(error)
+        if request.on_error is None:
+            return None
+        if not isinstance(error, VomError):
+            error = VomError(
+                Finding("file.unreadable", reason=str(error))
+                if is_expected
+                else Finding("program.internal-error", error=place_of(error))
+            )
+        return partial(request.on_error, error)
+
+    def _finish(self, key: Hashable, call: Call | None) -> None:
+        self._newest.pop(key, None)
+        if call is not None:
+            call()

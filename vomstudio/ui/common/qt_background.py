@@ -1,0 +1,111 @@
+"""Work of widgets in threads, so that the window stays responsive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, TypeVar
+
+from PySide6.QtCore import QObject, QTimer
+from shiboken6 import isValid
+
+from vomstudio.core.threads import PROCESSORS
+from vomstudio.errors import VomError
+from vomstudio.rendering.qt.posting import poster
+from vomstudio.studio.background import Background
+
+Question = TypeVar("Question")
+Work = Callable[[], Any]
+
+_SLOW_MS = 200
+_KEY = "newest"
+
+
+class QtBackground(Background):
+    """Background work of a widget, which also stops when Qt deletes the widget."""
+
+    def __init__(
+        self, owner: QObject, name: str = "background", *, threads: int = PROCESSORS
+    ) -> None:
+        super().__init__(poster(owner), name, threads=threads)
+        self._owner = owner
+
+    @property
+    def is_stopped(self) -> bool:
+        """See `Background`."""
+        return super().is_stopped or not isValid(self._owner)
+
+
+class NewestResult:
+    """Runs one function at a time and delivers only the result of the newest request.
+
+    Parameters
+    ----------
+    then, fail : callable
+        Take the result or the error.
+    slow : callable
+        Called when a result has been waited for for 0.2 s.
+    """
+
+    def __init__(
+        self,
+        owner: QObject,
+        then: Callable[[Any], object],
+        fail: Callable[[VomError], object],
+        slow: Callable[[], None],
+    ) -> None:
+        self._background = QtBackground(owner)
+        self._then, self._fail = then, fail
+        self._slow = QTimer(owner)
+        self._slow.setSingleShot(True)
+        self._slow.setInterval(_SLOW_MS)
+        self._slow.timeout.connect(slow)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a result is to come."""
+        return self._background.is_waiting(_KEY)
+
+    def at_once(self, work: Work) -> None:
+        """Run a short function here and now, in place of earlier requests."""
+        self.drop()
+        try:
+            result = work()
+        except VomError as error:
+            self._fail(error)
+        else:
+            self._then(result)
+
+    def answer(self, question: Question | str, work: Callable[[Question], object]) -> str | None:
+        """Request the answer to a question.
+
+        A sentence in place of a question says why there is none: earlier requests are then
+        dropped, and the sentence is returned.
+        """
+        if isinstance(question, str):
+            self.drop()
+            return question
+        self.ask(partial(work, question))
+        return None
+
+    def ask(self, work: Work) -> None:
+        """Run a function in a thread, in place of earlier requests."""
+        if not self.waiting:
+            self._slow.start()
+        self._background.run(
+            work, partial(self._take, self._then), partial(self._take, self._fail), key=_KEY
+        )
+
+    def drop(self) -> None:
+        """Drop earlier requests."""
+        self._slow.stop()
+        self._background.cancel(_KEY)
+
+    def close(self) -> None:
+        """Deliver nothing any more."""
+        self.drop()
+        self._background.stop()
+
+    def _take(self, then: Callable[[Any], object], result: object) -> None:
+        self._slow.stop()
+        then(result)
