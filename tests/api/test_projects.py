@@ -174,9 +174,13 @@ def test_an_old_project_is_read_as_the_commands_read_it(
         (
             lambda p, b: p.add_trace(b, model="sample", type="dyke"),
             "UsageError",
-            "feature types are: Bed",
+            "“dyke” is not valid",
         ),
-        (lambda p, b: p.add_trace(b, model="other", type="fault"), "UsageError", "No model is"),
+        (
+            lambda p, b: p.add_trace(b, model="other", type="fault"),
+            "UsageError",
+            "“other” is not valid",
+        ),
         (lambda p, b: p.add_model("gone.obj"), "InputError", "gone.obj"),
         (lambda p, b: p.add_model(MODEL, up="x"), "InputError", "none of y, z"),
         (lambda p, b: p.fit("B99"), "InputError", "no feature 'B99'"),

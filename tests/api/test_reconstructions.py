@@ -22,7 +22,7 @@ PHOTOS = vs.sample("photos")
     [
         ("none", {}, "not a folder of photos"),
         (PHOTOS, {"quality": "best"}, "preview, low, medium, high"),
-        (PHOTOS, {"threads": 0}, "must be 1 or more"),
+        (PHOTOS, {"threads": 0}, "from 1 to"),
         (PHOTOS, {"device": "gpu"}, "auto, cpu, cuda"),
         (PHOTOS, {"crs": "EPSG:4326"}, "projected"),
         (PHOTOS, {"gcp": "gone.csv"}, "no such file"),

@@ -8,6 +8,7 @@ import pytest
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.bed_log import bed_log
 from vomstudio.geology.beds.lithologies import in_strabospot
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Line, Plane
 
 
@@ -88,8 +89,9 @@ def test_what_is_no_log_is_refused() -> None:
     for points in ([[0, 0, 0]], [[0, 0, np.nan], [0, 0, 1]], [[0, 0], [1, 1]]):
         with pytest.raises(GeometryError):
             bed_log(points, Plane(0, 0))
-    with pytest.raises(UsageError):
-        bed_log([[0, 0, 0], [0, 0, 1]], Plane(0, 0), sigma_m=-1)
+    with pytest.raises(UsageError) as refused:
+        LogOptions(sigma_m=-1)
+    assert refused.value.code == "option.out-of-range"
     thin = bed_log([[0, 0, 0], [9, 0, 0.1]], Plane(90, 0.1), bed_error_deg=3)
     assert "not larger than its error" in thin.warnings[0]
 

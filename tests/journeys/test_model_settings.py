@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QListWidget, QMessageBox, QToolButton
 
 from tests import driver
 from tests.journeys.test_photos import looked_at
+from tests.messages import shown_codes
 from vomstudio.paths import resource
 from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
@@ -103,7 +104,8 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     settled(window)
     # Nobody asked for these files.
     assert window.survey.settings.control is None
-    assert "control.csv beside the photos is not used: There" in findings(window)
+    assert "control.csv beside the photos is not used" in findings(window)
+    assert "control.too-few" in shown_codes(findings(window))
     assert window.survey.why_not_make() is None
     dialog = open_dialog(window)
     tick(dialog.by_control)
@@ -112,7 +114,7 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     retype(dialog.control, str(sample.parent / "control.csv"))
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "3 are needed, each marked in 2 or more of the photos" in (dialog.verdict.text())
+    assert "control.too-few" in shown_codes(dialog.verdict.text())
     assert not dialog.start.isEnabled()
     driver.keep_picture(dialog, "model-settings-missing")
     retype(dialog.control, str(sample.parent / "gone.csv"))

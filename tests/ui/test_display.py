@@ -7,8 +7,10 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from tests.messages import shown_codes
 from tests.ui.conftest import add_cliff
 from tests.workspace.loop import Loop
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
@@ -90,10 +92,10 @@ def test_the_project_keeps_the_display(window, studio):
 
 # --- what is refused -------------------------------------------------------------------------
 def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
-    assert why_not_mode("vertex_colors", [mesh()]) == "This model has no colours."
-    assert why_not_mode("textured", [mesh(), cloud()]) == "No open model has textures."
-    assert why_not_mode("wireframe", [cloud()]) == "A point cloud has no triangles."
-    assert why_not_mode("points", []) == "Open a model first."
+    assert why_not_mode("vertex_colors", [mesh()]) == Finding("display.no-colours")
+    assert why_not_mode("textured", [mesh(), cloud()]) == Finding("display.no-textures")
+    assert why_not_mode("wireframe", [cloud()]) == Finding("display.cloud-without-faces")
+    assert why_not_mode("points", []) == Finding("display.no-model")
     with_texture = textured(tmp_path)
     for mode in ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field"):
         assert why_not_mode(mode, [with_texture]) is None
@@ -133,7 +135,7 @@ def test_actions_say_why_they_cannot_be(window, studio):
     attach(studio, cloud())
     actions = window.actions_table.all
     assert "A point cloud has no triangles." in actions["display_wireframe"].toolTip()
-    assert "This model has no colours." in actions["display_colors"].toolTip()
+    assert "display.no-colours" in shown_codes(actions["display_colors"].toolTip())
     assert "Eye-dome lighting shows its shape" in actions["display_lit"].toolTip()
     assert actions["display_eye_dome"].isEnabled()
 

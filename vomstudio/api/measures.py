@@ -8,12 +8,10 @@ from typing import Any
 from vomstudio.api.checking import (
     angles_of,
     attitude_of,
-    flag,
     is_path,
     numbers,
     plane_text,
     refuse_rows,
-    required_number,
     warn,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
@@ -21,6 +19,7 @@ from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_o
 from vomstudio.api.tables import text_of
 from vomstudio.errors import UsageError
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.faults.displacement_pairs import Displacements, displacements
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
@@ -164,8 +163,8 @@ def log(
     table: Any,
     *,
     bed: tuple[float, float],
-    sigma_m: float = 0.0,
-    bed_error_deg: float = 0.0,
+    sigma_m: float | None = None,
+    bed_error_deg: float | None = None,
     overturned: bool = False,
     crs: str | None = None,
     up: UpAxis | None = None,
@@ -179,8 +178,8 @@ def log(
     table : (n, 3) World, metres, a point on each boundary, or a DataFrame or file with x, y, z
         and, if wanted, ``name``, ``lithology`` and ``notes`` of the bed that begins there
     bed : (dip direction, dip) of the beds, degrees
-    sigma_m : standard deviation of each coordinate
-    bed_error_deg : half-angle of the 95 % cone of the bedding's normal
+    sigma_m : standard deviation of each coordinate; None for 0
+    bed_error_deg : half-angle of the 95 % cone of the bedding's normal; None for 0
     overturned : younger beds lie below
     crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
         `.prj` count; other units and systems are converted or refused
@@ -208,14 +207,16 @@ def log(
     >>> round(found.total_m.value, 2), round(found.total_m.error95, 2)
     (5.0, 0.24)
     """
-    options = frame_options(crs, up, unit, to_crs)
+    options = options_from_arguments(
+        LogOptions, sigma_m=sigma_m, bed_error_deg=bed_error_deg, overturned=overturned
+    )
+    frame = frame_options(crs, up, unit, to_crs)
     with frame_arguments_named():
-        read = read_boundaries(_table(table, 3, "table"), options)
+        read = read_boundaries(_table(table, 3, "table"), frame)
     found = bed_log(
         read.points, attitude_of(bed, "bed"), names=read.names, lithologies=read.lithologies,
-        notes=read.notes, sigma_m=required_number(sigma_m, "sigma_m"),
-        bed_error_deg=required_number(bed_error_deg, "bed_error_deg"),
-        overturned=flag(overturned, "overturned"),
+        notes=read.notes, sigma_m=options.sigma_m or 0.0,
+        bed_error_deg=options.bed_error_deg or 0.0, overturned=options.overturned,
     )  # fmt: skip
     found = replace(found, warnings=(*read.warnings, *found.warnings))
     warn(found.warnings)

@@ -15,11 +15,11 @@ from vomstudio.api.checking import (
     coordinate_names,
     items_of,
     numbers,
-    one_of,
     points,
     positive,
     warn,
 )
+from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.tables import dataframe_crs, frame
 from vomstudio.core.findings import Message
 from vomstudio.errors import GeometryError, InputError, UsageError
@@ -30,6 +30,7 @@ from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.gate.points import points_to_world
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.reprs import html_table
+from vomstudio.tables.fit_options import FitOptions
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
 from vomstudio.words import tr, tr_n
 
@@ -273,7 +274,8 @@ def fit_plane(
     """
     array = _points(points)
     alone = _Groups([None], array, np.array([0, len(array)]))
-    done = _fitted(alone, method, axis, resolution_m, profile)
+    options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
+    done = _fitted(alone, options, resolution_m)
     if not done.rows:
         raise GeometryError(
             tr(
@@ -324,7 +326,8 @@ def fit_planes(
     [['B01', 315.2, 38.2, 'good']]
     """
     given = groups_of(groups, by)
-    done = _fitted(given, method, axis, resolution_m, profile)
+    options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
+    done = _fitted(given, options, resolution_m)
     if not done.rows:
         first = done.skipped[0]
         raise GeometryError(
@@ -430,20 +433,11 @@ class _Groups:
     messages: Sequence[Message] = ()
 
 
-def _fitted(
-    groups: _Groups,
-    method: Method,
-    axis: Axis,
-    resolution_m: float | None,
-    profile: str,
-) -> FittedPlanes:
-    one_of(method, ("pca", "regression"), "method")
-    one_of(axis, ("auto", "x", "y", "z"), "axis")
-    one_of(profile, tuple(PROFILES), "profile")
+def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) -> FittedPlanes:
     resolution_m = positive(resolution_m, "resolution_m")
     return fitted_planes(
-        groups.ids, groups.points, groups.offsets, method=method, axis=axis,
-        resolution_m=resolution_m, thresholds=PROFILES[profile], words=groups.words,
+        groups.ids, groups.points, groups.offsets, method=options.method, axis=options.axis,
+        resolution_m=resolution_m, thresholds=PROFILES[options.profile], words=groups.words,
     )  # fmt: skip
 
 

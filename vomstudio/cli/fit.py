@@ -13,9 +13,11 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.tables.fit_options import FitOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -26,26 +28,7 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
     parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
-    parser.add_argument(
-        "--by",
-        metavar="COLUMN",
-        help=tr(
-            "name or number of the column that tells the planes apart (segment: the "
-            "parts between --- lines)"
-        ),
-    )
-    parser.add_argument(
-        "--method", choices=["pca", "regression"], default="pca",
-        help=tr("least distances from the plane (pca, the default), or along one axis"),
-    )  # fmt: skip
-    parser.add_argument(
-        "--axis", choices=["auto", "x", "y", "z"], default="auto",
-        help=tr("that a regression minimises (auto, the default: the one nearest the normal)"),
-    )  # fmt: skip
-    parser.add_argument(
-        "--profile", choices=["error", "textbook"], default="error",
-        help=tr("judge planes by how far they may be off, or by the shape of their points"),
-    )  # fmt: skip
+    add_options(parser, FitOptions)
     parser.add_argument(
         "--parallel",
         action="store_true",
@@ -88,18 +71,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.tables.fitted_planes import fitted_planes
     from vomstudio.tables.orientation_table import write_orientation_csv
 
+    options = options_from(args, FitOptions)
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
     if args.same and not args.parallel:
         raise UsageError(tr("--same needs --parallel."), field="--same")
     drawn = None if args.plot is None else _plot_of(args)
     priors = straight_traces.read_sets(args)
-    limits = PROFILES[args.profile]
+    limits = PROFILES[options.profile]
     progress = report_reading(args, args.points)
-    read = read_points(args.points, args.by, frame_options(args))
+    read = read_points(args.points, options.by, frame_options(args))
     groups = read.groups
     fitted = fitted_planes(
-        groups.ids, groups.points, groups.offsets, method=args.method, axis=args.axis,
+        groups.ids, groups.points, groups.offsets, method=options.method, axis=options.axis,
         thresholds=limits, words=groups.words, progress=progress,
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
@@ -110,7 +94,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     bands = straight_traces.bands_told(fitted.bands, priors)
     crossing = straight_traces.crossings(args.crossing, groups.ids, fitted.bands)
     if not rows and together is None and curved is None:
-        raise _nothing_fitted(args.points, args.by, skipped)
+        raise _nothing_fitted(args.points, options.by, skipped)
     progress.stage(tr("Writing the results"))
     result: dict[str, Any] = {
         "planes": rows,

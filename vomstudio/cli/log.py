@@ -9,18 +9,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.angles import plane_of
 from vomstudio.cli.common.arguments import (
     Subparsers,
     add_command,
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError, VomError
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -49,12 +50,7 @@ def add_parser(subparsers: Subparsers) -> None:
         metavar="DD/D",
         help=tr("attitude of the beds (of a project's line by default fitted to the traces)"),
     )
-    for option, of in (
-        ("--sigma", tr("standard deviation of each coordinate, in metres")),
-        ("--bed-error", tr("half-angle of the bedding's 95 %% cone, in degrees")),
-    ):
-        parser.add_argument(option, type=float, default=None, metavar="N", help=of)
-    parser.add_argument("--overturned", action="store_true", help=tr("younger beds lie below"))
+    add_options(parser, LogOptions)
     parser.add_argument(
         "--line", metavar="NAME", help=tr("name or id of the project's line the log runs along")
     )
@@ -74,20 +70,22 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.geology.notation import plane_option
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.section.decimals import with_error
     from vomstudio.tables.log_table import about_log, write_log
 
     of_project = Path(args.table).is_dir()
     _check_options(args, of_project)
-    bed = None if args.bed is None else plane_of(args.bed, "--bed")
+    options = options_from(args, LogOptions)
+    bed = None if args.bed is None else plane_option(args.bed, "--bed")
     inputs = [] if of_project else [args.table]
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=inputs)
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[*inputs, *filter(None, [args.output])])
-    made = _of_line(args, bed) if of_project else _of_table(args, bed)
+    made = (_of_line if of_project else _of_table)(args, bed, options)
     found = made.log
     about = about_log(made.bed, made.bed95_deg)
     if args.plot is not None:
@@ -159,7 +157,7 @@ def _check_options(args: argparse.Namespace, of_project: bool) -> None:
         )
     if not of_project and args.bed is None:
         raise UsageError(tr("Give the attitude of the beds: --bed DD/D."), field="--bed")
-    if of_project and args.bed is None and args.bed_error is not None:
+    if of_project and args.bed is None and args.bed_error_deg is not None:
         raise UsageError(
             tr("--bed-error is for an attitude that is given, --bed DD/D; a fitted one has its "
                "own."),
@@ -171,7 +169,7 @@ def _check_options(args: argparse.Namespace, of_project: bool) -> None:
         )
 
 
-def _of_table(args: argparse.Namespace, bed: Plane | None) -> _Made:
+def _of_table(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _Made:
     from vomstudio.geology.beds.bed_log import bed_log
     from vomstudio.io.gate.point_tables import read_boundaries
 
@@ -179,25 +177,24 @@ def _of_table(args: argparse.Namespace, bed: Plane | None) -> _Made:
     progress = report_reading(args, args.table)
     read = read_boundaries(args.table, frame_options(args))
     progress.stage(tr("Measuring thicknesses"))
-    sigma, error = args.sigma or 0.0, args.bed_error or 0.0
+    sigma, error = options.sigma_m or 0.0, options.bed_error_deg or 0.0
     with numbers_of(args.table):
         found = bed_log(
             read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
-            sigma_m=sigma, bed_error_deg=error, overturned=args.overturned,
+            sigma_m=sigma, bed_error_deg=error, overturned=options.overturned,
         )  # fmt: skip
     found = replace(found, warnings=(*read.warnings, *found.warnings))
     return _Made(found, bed, error, sigma, read.dropped)
 
 
-def _of_line(args: argparse.Namespace, bed: Plane | None) -> _Made:
+def _of_line(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _Made:
     from vomstudio.products.section.kept_log import kept_question
     from vomstudio.products.section.line_log import TRACES, answer
 
     progress = report_reading(args, args.table)
     question = kept_question(
         Path(args.table), args.line, of=args.of or TRACES, type_name=args.type or "bedding",
-        bed=bed, bed95_deg=args.bed_error or 0.0, sigma_m=args.sigma, reach_m=args.reach,
-        overturned=args.overturned,
+        bed=bed, options=options, reach_m=args.reach,
     )  # fmt: skip
     progress.stage(tr("Measuring thicknesses"))
     with numbers_of(args.table):

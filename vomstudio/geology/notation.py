@@ -92,6 +92,14 @@ def _exact(*angles_deg: float) -> str:
     return "/".join(np.format_float_positional(angle, trim="-") for angle in angles_deg)
 
 
+def parse_plane_option(text: str) -> Plane:
+    """Return the plane of an option, dip direction and dip. Raises UsageError for --plane."""
+    try:
+        return parse_plane(text, "dipdir/dip")
+    except InputError as error:
+        raise UsageError(error.message, field="--plane") from error
+
+
 def parse_plane(text: str, notation: str | None = None) -> Plane:
     """The plane that a text names.
 

@@ -68,7 +68,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         """As of every tool that picks vertices; what was read has none."""
         line = get(self._context.session.records, feature_id, KnownLine)
         if line is not None and line.by_compass:
-            raise DocumentError(Finding("line.from-compass", line=line.name))
+            raise DocumentError(Finding("line.from-compass", name=line.name))
         super().continue_feature(feature_id)
 
     def hint(self) -> str:

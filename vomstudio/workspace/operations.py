@@ -9,6 +9,7 @@ from __future__ import annotations
 from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
@@ -18,6 +19,7 @@ from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
 from vomstudio.registration.distances.compare_options import CompareOptions
+from vomstudio.tables.fit_options import FitOptions
 
 _OF_MODELS: dict[Door, str] = {
     "project method": "the function takes a model of a project",
@@ -87,6 +89,14 @@ OPERATIONS: tuple[Operation, ...] = (
         },
     ),
     Operation(
+        "fit",
+        (FitOptions,),
+        function="fit_planes",
+        method="fit",
+        action="fit",
+        missing={"window": "planes are fitted while they are picked"},
+    ),
+    Operation(
         "stats",
         (StatisticsOptions,),
         function="stats",
@@ -134,6 +144,16 @@ OPERATIONS: tuple[Operation, ...] = (
         missing={
             "project method": "`vs.displacement` takes cut-offs of a project",
             "project command": "`displacement` reads a table of cut-offs",
+        },
+    ),
+    Operation(
+        "log",
+        (LogOptions,),
+        function="log",
+        window="sections.bed_log_panel.BedLogPanel",
+        missing={
+            "project method": "`vs.log` takes boundaries of a project",
+            "project command": "`log` reads a project",
         },
     ),
 )

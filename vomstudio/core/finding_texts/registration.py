@@ -489,7 +489,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "{first} and {second} do not overlap: they lie {apart_m:.6g} m apart, and the larger is"
-            " {size_m:.4g} m across. Register one, or check units and CRS."
+            " {size_m:.4g} m across. Use register --pairs, or check units and CRS."
         ),
     ),
     "crs.unknown": (

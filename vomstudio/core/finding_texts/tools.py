@@ -30,7 +30,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "line.from-compass": (
         "error",
-        to_translate("{line} was read by compass. Change the reading in the list."),
+        to_translate("{name} was read by compass. Change the reading in the list."),
     ),
     "model.not-open": (
         "error",

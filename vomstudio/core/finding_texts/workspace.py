@@ -8,7 +8,7 @@ from vomstudio.words import to_translate
 TEXTS: dict[str, Entry] = {
     "display.no-textures": (
         "info",
-        to_translate("No open model has textures. Own colours are shown instead."),
+        to_translate("No open model has textures."),
     ),
     "display.no-colours": (
         "info",
@@ -243,6 +243,6 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.marks-unused": (
         "error",
-        to_translate("{marks} {reason}"),
+        to_translate("The registration failed, with marks that were not used. {marks} {reason}"),
     ),
 }

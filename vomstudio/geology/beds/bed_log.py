@@ -22,7 +22,6 @@ from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
-from vomstudio.geology.stated_errors import check_errors
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
 from vomstudio.words import tr
@@ -78,8 +77,7 @@ def bed_log(
     sigma_m : standard deviation of each coordinate; bed_error_deg : half-angle of the 95 % cone of
     the bedding's normal; overturned : younger beds lie below.
 
-    Raises GeometryError for fewer than two boundaries and points that are not finite, UsageError
-    for negative errors.
+    Raises GeometryError for fewer than two boundaries and points that are not finite.
     """
     p = np.asarray(points, np.float64)
     if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
@@ -87,7 +85,6 @@ def bed_log(
     n = len(p)
     if n < 2:
         raise GeometryError(tr("A log needs at least two boundaries."))
-    check_errors({"--sigma": sigma_m}, {"--bed-error": bed_error_deg})
     called, none = list(names or map(str, range(1, n + 1))), [""] * n
     rocks, said = list(lithologies or none), list(notes or none)
     younging = (-1.0 if overturned else 1.0) * bed.normal()

@@ -11,6 +11,7 @@ from vomstudio.document.records import FeatureType, Logged, Record, get
 from vomstudio.document.registration_errors import model_of
 from vomstudio.document.repeats import firsts
 from vomstudio.errors import InputError
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.project.export import thresholds_of
 from vomstudio.io.project.journal import read_replay
@@ -25,10 +26,8 @@ def kept_question(
     of: str,
     type_name: str,
     bed: Plane | None,
-    bed95_deg: float,
-    sigma_m: float | None,
+    options: LogOptions,
     reach_m: float | None,
-    overturned: bool,
 ) -> LogQuestion:
     """line : name or id of a trace, contact line or polyline; type_name : of the traces that are
     boundaries; the others as in LogQuestion. Raises InputError."""
@@ -43,7 +42,7 @@ def kept_question(
     return LogQuestion(
         along.id, measured[along.id], of,
         {t.id: measured[t.id] for t in traces}, {t.id: t.name or t.id for t in traces},
-        bed, bed95_deg, sigma_m, reach_m, overturned, words_along(along),
+        bed, options, reach_m, words_along(along),
         model is None or model.frame.has_metres,
         frozenset(t.id for t in traces if t.overturned),
     )  # fmt: skip

@@ -14,6 +14,7 @@ from vomstudio.document.bed_words import POINT
 from vomstudio.document.measurement import Measurement, common_error_deg, scatter_of
 from vomstudio.document.records import Feature, Logged
 from vomstudio.errors import InputError, VomError
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.words import tr, tr_n
 
@@ -44,8 +45,8 @@ class RockWords:
 @dataclass(frozen=True, eq=False)
 class LogQuestion:
     """line : (n, 3) World, and line_id of its feature; of : POINTS, TRACES or BOTH; traces :
-    measured, by id, and names by id; bed : None for the one that is fitted to the traces; bed95_deg
-    of it; sigma_m, reach_m : None for the likely ones; words : by the key of a boundary; marked :
+    measured, by id, and names by id; bed : None for the one that is fitted to the traces;
+    options.sigma_m, reach_m : None for the likely ones; words : by the key of a boundary; marked :
     traces that say that their bed is overturned"""
 
     line_id: str
@@ -54,10 +55,8 @@ class LogQuestion:
     traces: Mapping[str, Measurement]
     names: Mapping[str, str]
     bed: Plane | None
-    bed95_deg: float
-    sigma_m: float | None
+    options: LogOptions
     reach_m: float | None
-    overturned: bool
     words: Mapping[str, RockWords]
     metric: bool
     marked: frozenset[str] = frozenset()
@@ -103,7 +102,7 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
         reach = _reach(q)
         boundaries = _boundaries(q, reach)
         bed = _bed(q, boundaries, reach)
-        sigma = q.sigma_m
+        sigma = q.options.sigma_m
         if sigma is None:
             met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
             # The line itself follows the face: how it strays from a plane is no error.
@@ -114,7 +113,7 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
         found = bed_log(
             [b.place for b in boundaries], bed.plane, names=told,
             lithologies=[w.lithology for w in said], notes=[w.notes for w in said],
-            sigma_m=sigma, bed_error_deg=bed.error95_deg, overturned=q.overturned,
+            sigma_m=sigma, bed_error_deg=bed.error95_deg, overturned=q.options.overturned,
         )  # fmt: skip
     except VomError as error:
         return error
@@ -122,7 +121,7 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         found = replace(found, warnings=(*found.warnings, warning))
     turned = sum(b.key in q.marked for b in boundaries)
-    if turned and not q.overturned:
+    if turned and not q.options.overturned:
         turned_warning = tr_n(
             "{count} of the boundaries is on a bed that is marked as overturned, and the log "
             "counts upwards. Say that the beds are overturned where younger ones lie below.",
@@ -198,7 +197,7 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
     from vomstudio.geology.beds.common_attitude import fit_common_bed
 
     if q.bed is not None:
-        return _Bed(q.bed, q.bed95_deg)
+        return _Bed(q.bed, q.options.bed_error_deg or 0.0)
     ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, reach)
     if not ids:
         raise InputError(

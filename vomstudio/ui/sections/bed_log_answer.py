@@ -6,11 +6,14 @@ import csv
 import io
 from pathlib import Path
 
+from vomstudio.core.options import option_words
 from vomstudio.files.atomic import atomic_write, write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.geology.beds.log_options import LogOptions
+from vomstudio.geology.notation import exact_plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.products.section.line_log import LogAnswer, RockWords, told_apart
-from vomstudio.ui.forms.copied_command import Word, Words, numbers_text
+from vomstudio.ui.forms.copied_command import Words, numbers_text
 
 
 def draw_figure(answered: LogAnswer, dpi: float = 130.0) -> bytes:
@@ -61,14 +64,13 @@ def write_boundaries(answered: LogAnswer, path: Path) -> None:
 
 def words_of(answered: LogAnswer, table: Path) -> Words:
     """The command that says the same of this table of boundaries, and draws it."""
-    bed = answered.bed
-    options: list[tuple[str, Word]] = [("--bed", f"{bed.dip_direction_deg!r}/{bed.dip_deg!r}")]
-    if answered.sigma_m:
-        options.append(("--sigma", float(answered.sigma_m)))
-    if answered.bed95_deg:
-        options.append(("--bed-error", float(answered.bed95_deg)))
+    options = LogOptions(
+        sigma_m=answered.sigma_m or None,
+        bed_error_deg=answered.bed95_deg or None,
+        overturned=answered.question.options.overturned,
+    )
     beside = table.with_name(f"{table.stem}_result")
-    said: list[Word | tuple[str, Word]] = ["log", table, *options]
-    if answered.question.overturned:
-        said.append("--overturned")
-    return [*said, ("-o", beside.with_suffix(".csv")), ("--plot", beside.with_suffix(".svg"))]
+    return [
+        "log", table, ("--bed", exact_plane(answered.bed)), *option_words(options),
+        ("-o", beside.with_suffix(".csv")), ("--plot", beside.with_suffix(".svg")),
+    ]  # fmt: skip

@@ -21,6 +21,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Feature, Logged, get, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
+from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import format_attitude
 from vomstudio.products.section.line_log import (
     BOTH,
@@ -252,6 +253,11 @@ class BedLogPanel(SeenPanel):
             reach = number_in(
                 self.reach, tr("How near a trace has to come to the line is a length of 0 or more.")
             )
+            options = LogOptions(
+                sigma_m=sigma,
+                bed_error_deg=None if bed is None else bed.total95_deg,
+                overturned=self.overturned.isChecked(),
+            )
         except VomError as error:
             return error.message
         model = model_of(studio.records, line)
@@ -259,8 +265,7 @@ class BedLogPanel(SeenPanel):
             line.id, measured[line.id], str(self.of.currentData()),
             {f.id: measured[f.id] for f in traces}, {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
-            0.0 if bed is None else bed.total95_deg or 0.0,
-            sigma, reach, self.overturned.isChecked(), words_along(line),
+            options, reach, words_along(line),
             model is None or model.frame.has_metres,
             frozenset(f.id for f in traces if f.overturned),
         )  # fmt: skip
