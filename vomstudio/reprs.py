@@ -10,10 +10,15 @@ _MOST = 6
 
 
 class Shown:
-    """An object whose `as_dict` says all there is of it: one line a figure."""
+    """A dataclass that a console and a notebook show with one line for each field."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        raise NotImplementedError
 
     def as_dict(self) -> dict[str, Any]:
-        raise NotImplementedError
+        """Return what `to_dict` returns; results that are not converted override it."""
+        return self.to_dict()
 
     def __repr__(self) -> str:
         return in_lines(type(self).__name__, self.as_dict())

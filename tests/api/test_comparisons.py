@@ -17,7 +17,7 @@ FLAT = np.column_stack([*(a.ravel() for a in np.mgrid[0:3:0.1, 0:3:0.1]), np.zer
 def test_the_object_has_the_names_of_the_command(tmp_path: Path) -> None:
     stages: list[str] = []
     found = vs.compare(
-        FLAT + [0, 0, 0.1], FLAT, m3c2=0.3, registration_error_m=0.01,
+        FLAT + [0, 0, 0.1], FLAT, m3c2_m=0.3, registration_error_m=0.01,
         progress=lambda stage, done, total: stages.append(stage),
     )  # fmt: skip
     told = json.loads(json.dumps(found.as_dict()))
@@ -40,7 +40,7 @@ def test_files_models_and_tables_are_taken() -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [{"m3c2": "wide"}, {"m3c2": [1.0, 2.0]}, {"m3c2": -1.0}, {"cancel": 3}]
+    "options", [{"m3c2_m": "wide"}, {"m3c2_m": [1.0, 2.0]}, {"m3c2_m": -1.0}, {"cancel": 3}]
 )
 def test_what_is_no_length_is_refused(options: dict[str, Any]) -> None:
     with pytest.raises((vs.errors.InputError, vs.errors.UsageError)):
@@ -73,5 +73,6 @@ def test_the_error_of_a_projects_registration_is_taken(tmp_path: Path) -> None:
     np.savetxt(path, FLAT)
     with pytest.warns(vs.errors.VomWarning, match="registration"):
         assert (
-            vs.compare(vs.read(path, unit="m", up="z"), FLAT, m3c2=0.3).registration_error_m == 0.0
+            vs.compare(vs.read(path, unit="m", up="z"), FLAT, m3c2_m=0.3).registration_error_m
+            == 0.0
         )

@@ -28,7 +28,11 @@ def renewed_commands(page: str) -> str:
 
 
 def _with_rows(section: str, operation: Operation) -> str:
-    declared = [each for options in operation.options for each in declarations(options)]
+    declared = [
+        each
+        for options in (*operation.options, *operation.command_options)
+        for each in declarations(options)
+    ]
     flags = {each.flag for each in declared}
     lines = section.split("\n")
     first = next((k for k, line in enumerate(lines) if _flag(line) in flags), None)
@@ -51,7 +55,9 @@ def _row(option: Declaration) -> str:
         word += f" {'|'.join(option.choices)}".replace("|", "\\|")
     elif option.kind is not bool:
         word += f" {metavar(option)}"
-    text = re.sub(r"--[a-z][a-z-]*(?: [a-z]+(?= [0-9]))?", r"`\g<0>`", help_text(option))
+    text = re.sub(
+        r"--[a-z][a-z-]*(?: [a-z]+(?= [0-9]))?|NAME\w*\.\w+", r"`\g<0>`", help_text(option)
+    )
     return f"| `{word}` | {text} |"
 
 

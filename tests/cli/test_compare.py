@@ -109,13 +109,20 @@ def test_what_lies_elsewhere_is_refused_with_the_distance(run, write: Write) -> 
 
 
 @pytest.mark.parametrize(
-    "words", [("--m3c2", "0"), ("--m3c2", "much"), ("--registration-error", "-1")]
+    ("words", "code"),
+    [
+        (("--m3c2", "0"), "option.out-of-range"),
+        (("--m3c2", "much"), "usage"),
+        (("--registration-error", "-1"), "option.too-small"),
+    ],
 )
-def test_lengths_that_are_none_are_refused(run, write: Write, words: tuple[str, ...]) -> None:
+def test_lengths_that_are_none_are_refused(
+    run, write: Write, words: tuple[str, ...], code: str
+) -> None:
     model = write(table(plane(0.0)), "a.xyz")
-    ran = run("compare", model, model, *words)
+    ran = run("compare", model, model, *words, "--json")
     assert ran.code == 2
-    assert words[0] in ran.said
+    assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, words[0])
 
 
 def test_the_error_that_a_reconstruction_states_of_itself_is_taken(

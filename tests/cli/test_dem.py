@@ -83,21 +83,21 @@ def test_an_oblique_one_is_true_to_scale_in_its_own_metres(run, table, tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code", "field"),
     [
-        (["--gsd", "0"], "length"),
-        (["--plane", "95"], "plane"),
-        (["--plane", "10/95"], "dip"),
-        (["--limit", "-1"], "length"),
-        (["--contours", "nan"], "length"),
-        (["--gsd", "1e-6"], "million pixels"),
-        (["--limit", "0.01"], "No cell has a height"),
+        (["--gsd", "0"], "option.out-of-range", "--gsd"),
+        (["--plane", "95"], "usage", "--plane"),
+        (["--plane", "10/95"], "usage", "--plane"),
+        (["--limit", "-1"], "option.out-of-range", "--limit"),
+        (["--contours", "nan"], "option.out-of-range", "--contours"),
+        (["--gsd", "1e-6"], "usage", "--gsd"),
+        (["--limit", "0.01"], "input", None),
     ],
 )
-def test_what_cannot_be_done_is_said(run, table, tmp_path, words, said) -> None:  # type: ignore[no-untyped-def]
-    ran = run("dem", table, "-o", tmp_path / "d.tif", *words)
+def test_what_cannot_be_done_is_said(run, table, tmp_path, words, code, field) -> None:  # type: ignore[no-untyped-def]
+    ran = run("dem", table, "-o", tmp_path / "d.tif", *words, "--json")
     assert ran.code == 2
-    assert said in ran.err
+    assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
     assert not list(tmp_path.glob("d*"))
 
 
@@ -109,7 +109,8 @@ def test_a_wall_cannot_be_seen_from_above(run, tmp_path: Path) -> None:  # type:
     assert "edge-on" in ran.err
     assert run("dem", wall, "-o", tmp_path / "d.tif", "--gsd", 0.5, "--plane", "90/90").code == 0
     assert run("dem", wall, "-o", tmp_path / "x.txt").code == 2
-    assert run("dem", wall, "-o", tmp_path / "e.tif", "--limit", 3).code == 2
+    ran = run("dem", wall, "-o", tmp_path / "e.tif", "--limit", 3, "--json")
+    assert ran.json["error"]["code"] == "option.clouds-only"
 
 
 def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]

@@ -80,25 +80,27 @@ def test_the_mean_of_a_set(run, corner: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "code", "field"),
     [
-        (),
-        ("--plane", "400/95"),
-        ("--plane", "0/0", "--set", "A"),
-        ("--plane", "0/0", "--length", "0"),
-        ("--plane", "0/0", "--length", "nan"),
-        ("--plane", "0/0", "--noise", "-1"),
-        ("--plane", "0/0", "--points", "3"),
-        ("--plane", "0/0", "--angle", "90"),
-        ("--plane", "0/0", "--gsd", "0.1"),
-        ("--plane", "0/0", "-o", "map.png"),
-        ("--plane", "0/0", "--length", "1", "-o", "map.tif", "--gsd", "-1"),
+        ((), "option.none-given", "--plane"),
+        (("--plane", "0/0", "--mean", "t.csv"), "option.conflict", "--mean"),
+        (("--plane", "400/95"), "usage", "--plane"),
+        (("--plane", "0/0", "--set", "A"), "option.requires", "--set"),
+        (("--plane", "0/0", "--length", "0"), "option.out-of-range", "--length"),
+        (("--plane", "0/0", "--length", "nan"), "option.out-of-range", "--length"),
+        (("--plane", "0/0", "--noise", "-1"), "option.out-of-range", "--noise"),
+        (("--plane", "0/0", "--points", "3"), "option.out-of-range", "--points"),
+        (("--plane", "0/0", "--angle", "90"), "option.out-of-range", "--angle"),
+        (("--plane", "0/0", "--gsd", "0.1"), "option.requires", "--gsd"),
+        (("--plane", "0/0", "--gsd", "-1"), "option.out-of-range", "--gsd"),
     ],
 )
-def test_what_cannot_be_is_refused(run, corner: Path, words: tuple[str, ...]) -> None:
+def test_what_cannot_be_is_refused(
+    run, corner: Path, words: tuple[str, ...], code: str, field: str
+) -> None:
     ran = run("measurable", corner, *words, "--json")
     assert ran.code == 2
-    assert ran.json["error"]["message"]
+    assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
 
 
 def test_python_has_the_same_figures(run, corner: Path) -> None:

@@ -85,22 +85,36 @@ def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code", "field"),
     [
-        (["--plane", "180/90"], "--through"),
-        (["--through", "0,0,0"], "--plane"),
-        ([], "--section-line"),
-        (["--plane", "180/90", "--through", "0,0"], "three numbers"),
-        (["--plane", "180/90", "--through", "0,400,0"], "does not meet"),
-        (["--plane", "180/90", "--through", "0,4,0", "--slab", "1"], "clouds"),
-        (["--plane", "180/90", "--through", "0,4,0", "--along", "0/0"], "--features"),
-        (["--plane", "x", "--through", "0,4,0"], "--plane"),
+        (["--plane", "180/90"], "option.requires", "--plane"),
+        (["--through", "0,0,0"], "option.none-given", "--plane"),
+        ([], "option.none-given", "--plane"),
+        (["--plane", "180/90", "--section-line", "l.csv"], "option.conflict", "--section-line"),
+        (["--plane", "180/90", "--through", "0,0"], "usage", "--through"),
+        (["--plane", "180/90", "--through", "0,400,0"], "input", None),
+        (
+            ["--plane", "180/90", "--through", "0,4,0", "--slab", "1"],
+            "option.clouds-only",
+            "--slab",
+        ),
+        (
+            ["--plane", "180/90", "--through", "0,4,0", "--slab", "0"],
+            "option.out-of-range",
+            "--slab",
+        ),
+        (
+            ["--plane", "180/90", "--through", "0,4,0", "--along", "0/0"],
+            "option.requires",
+            "--along",
+        ),
+        (["--plane", "x", "--through", "0,4,0"], "usage", "--plane"),
     ],
 )
-def test_what_cannot_be_done_is_said(run, model, tmp_path, words, said) -> None:  # type: ignore[no-untyped-def]
-    ran = run("section", model, "-o", tmp_path / "s.csv", *words)
+def test_what_cannot_be_done_is_said(run, model, tmp_path, words, code, field) -> None:  # type: ignore[no-untyped-def]
+    ran = run("section", model, "-o", tmp_path / "s.csv", *words, "--json")
     assert ran.code == 2
-    assert said in ran.err
+    assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
     assert not (tmp_path / "s.csv").exists()
     assert run("section", model, "--plane", "1/90", "--through", "0,4,0", "-o", "s.txt").code == 2
 

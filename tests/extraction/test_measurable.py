@@ -12,7 +12,8 @@ from scipy.stats import chi2, spearmanr
 
 from vomstudio.errors import Cancelled, GeometryError, UsageError
 from vomstudio.extraction.finer_faces import finer
-from vomstudio.extraction.measurable import CLASSES, Asked, Measurable, measurable
+from vomstudio.extraction.measurable import CLASSES, Measurable, measurable
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.cloud import PointCloud
@@ -61,7 +62,7 @@ def turned(data: Mesh, degrees: float) -> Mesh:
 
 # --- closed forms -----------------------------------------------------------------------------
 def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
-    found = measurable(walls(*WALL), Asked(UP, 1.0, resolution=0.01))
+    found = measurable(walls(*WALL), UP, MeasurableOptions(1.0, resolution_m=0.01))
     assert np.all(found.trace_deg == 90.0)
     assert np.all(found.classes == CLASSES.index("none"))
     assert np.all(found.relief < 1e-6)
@@ -71,7 +72,7 @@ def test_on_a_planar_face_no_trace_tells_its_plane() -> None:
 
 @pytest.mark.parametrize("away", [0.03, 0.1, 0.2, 0.3, 0.4])
 def test_at_a_right_angled_corner_the_line_has_two_arms(away: float) -> None:
-    found = measurable(walls(*CORNER), Asked(UP, 1.0, resolution=0.01))
+    found = measurable(walls(*CORNER), UP, MeasurableOptions(1.0, resolution_m=0.01))
     row = at(found, axis(away, 0, 2))
     x = found.elements.places[row, 0] + found.elements.origin[0]
     # Arms from the corner, cut by a circle of half a metre about the place.
@@ -98,7 +99,9 @@ def test_around_a_pillar_the_line_is_an_arc() -> None:
     a = (np.arange(120)[:, None] * 240 + np.arange(240)).ravel()
     b = (np.arange(120)[:, None] * 240 + (np.arange(240) + 1) % 240).ravel()
     faces = np.concatenate([np.stack([a, b, a + 240], 1), np.stack([b, b + 240, a + 240], 1)])
-    found = measurable(Mesh(vertices, faces.astype(np.int32)), Asked(UP, 1.0, resolution=0.026))
+    found = measurable(
+        Mesh(vertices, faces.astype(np.int32)), UP, MeasurableOptions(1.0, resolution_m=0.026)
+    )
     row = at(found, axis(1, 0, 1.5))
     # The chord from the place to the end of the arc is half of the length.
     half = 2.0 * np.arcsin(0.25 / radius)
@@ -107,7 +110,7 @@ def test_around_a_pillar_the_line_is_an_arc() -> None:
     assert found.extent[row] == pytest.approx(np.sqrt(12 * along), rel=0.05)
     assert found.relief[row] == pytest.approx(np.sqrt(12 * across), rel=0.15)
     # Along the pillar's axis the line is straight.
-    upright = measurable(Mesh(vertices, faces.astype(np.int32)), Asked((0, 1, 0), 1.0))
+    upright = measurable(Mesh(vertices, faces.astype(np.int32)), (0, 1, 0), MeasurableOptions(1.0))
     assert upright.trace_deg[at(upright, axis(1, 0, 1.5))] >= 30.0
 
 
@@ -115,7 +118,7 @@ def test_a_face_of_that_attitude_exposes_the_plane_as_a_patch() -> None:
     ledge = walls(
         (axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)), (axis(0, 2, 0), axis(2, 0, 0), axis(0, 0, 2))
     )
-    found = measurable(ledge, Asked(UP, 1.0, resolution=0.02, noise=0.001))
+    found = measurable(ledge, UP, MeasurableOptions(1.0, resolution_m=0.02, noise_m=0.001))
     row = at(found, axis(1, 1, 0))
     assert np.isnan(found.trace_deg[row])
     # Four square metres.
@@ -129,7 +132,7 @@ def test_a_face_of_that_attitude_exposes_the_plane_as_a_patch() -> None:
 
 def test_a_patch_under_ten_resolutions_tells_nothing() -> None:
     ledge = walls((axis(0, 0, 0), axis(2, 0, 0), axis(0, 2, 0)))
-    found = measurable(ledge, Asked(UP, 2.0, resolution=0.3))
+    found = measurable(ledge, UP, MeasurableOptions(2.0, resolution_m=0.3))
     assert np.isnan(found.patch_deg).all()
     assert np.all(found.classes == 0)
 
@@ -155,8 +158,8 @@ def waves(seed: int = 0, count: int = 120) -> Mesh:
 
 def test_the_map_turns_with_the_world() -> None:
     mesh = waves()
-    one = measurable(mesh, Asked(tuple(Plane(40, 30).normal()), 1.0))
-    other = measurable(turned(mesh, 30), Asked(tuple(Plane(70, 30).normal()), 1.0))
+    one = measurable(mesh, tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
+    other = measurable(turned(mesh, 30), tuple(Plane(70, 30).normal()), MeasurableOptions(1.0))
     ratio = other.best_deg / one.best_deg
     # Strips and cells lie otherwise; the surface does not.
     assert np.percentile(np.abs(np.log(ratio)), 90) < 0.25
@@ -165,34 +168,34 @@ def test_the_map_turns_with_the_world() -> None:
 
 def test_a_normal_and_its_opposite_are_one_plane() -> None:
     mesh, normal = waves(), Plane(40, 30).normal()
-    one = measurable(mesh, Asked(tuple(normal), 1.0))
-    other = measurable(mesh, Asked(tuple(-normal), 1.0))
+    one = measurable(mesh, tuple(normal), MeasurableOptions(1.0))
+    other = measurable(mesh, tuple(-normal), MeasurableOptions(1.0))
     assert np.median(other.best_deg / one.best_deg) == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_longer_trace_and_less_noise_are_better() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
-    short = measurable(mesh, Asked(normal, 0.6))
-    long = measurable(mesh, Asked(normal, 1.8))
-    noisy = measurable(mesh, Asked(normal, 1.8, noise=0.05))
+    short = measurable(mesh, normal, MeasurableOptions(0.6))
+    long = measurable(mesh, normal, MeasurableOptions(1.8))
+    noisy = measurable(mesh, normal, MeasurableOptions(1.8, noise_m=0.05))
     assert np.median(long.best_deg) < 0.8 * np.median(short.best_deg)
     assert np.median(noisy.best_deg) > 1.5 * np.median(long.best_deg)
-    few = measurable(mesh, Asked(normal, 1.8, noise=0.05, points=5))
+    few = measurable(mesh, normal, MeasurableOptions(1.8, noise_m=0.05, points=5))
     assert np.median(few.best_deg) > 1.5 * np.median(noisy.best_deg)
 
 
 def test_the_registration_is_added_in_quadrature() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
-    one = measurable(mesh, Asked(normal, 1.0)).trace_deg
-    other = measurable(mesh, Asked(normal, 1.0, registration_deg=3.0)).trace_deg
+    one = measurable(mesh, normal, MeasurableOptions(1.0)).trace_deg
+    other = measurable(mesh, normal, MeasurableOptions(1.0, registration_error_deg=3.0)).trace_deg
     told = one < 80.0
     assert np.allclose(other[told], np.hypot(one[told], 3.0))
 
 
 def test_a_cloud_of_the_surface_has_the_map_of_its_mesh() -> None:
     mesh, normal = waves(), tuple(Plane(40, 30).normal())
-    of_mesh = measurable(mesh, Asked(normal, 1.0))
-    cloud = measurable(PointCloud(mesh.vertices), Asked(normal, 1.0))
+    of_mesh = measurable(mesh, normal, MeasurableOptions(1.0))
+    cloud = measurable(PointCloud(mesh.vertices), normal, MeasurableOptions(1.0))
     corners = mesh.vertices[mesh.faces[of_mesh.elements.rows]].mean(axis=1)
     own = np.array([cloud.best_deg[at(cloud, place)] for place in corners[::37]])
     theirs = of_mesh.best_deg[::37]
@@ -247,7 +250,7 @@ def agreement(mesh: Mesh, planes: list[Plane], length: float, each: int) -> tupl
     told, stated = [], []
     for plane in planes:
         normal = plane.normal()
-        found = measurable(mesh, Asked(tuple(normal), length))
+        found = measurable(mesh, tuple(normal), MeasurableOptions(length))
         places = found.elements.places + found.elements.origin
         share = found.areas / found.areas.sum()
         for row in rng.choice(len(places), each, p=share):
@@ -289,52 +292,48 @@ def test_on_the_sample_simulated_traces_state_what_the_map_tells() -> None:
 
 # --- bad input ----------------------------------------------------------------------------------
 @pytest.mark.parametrize(
-    "asked",
+    ("name", "value"),
     [
-        Asked(UP, 0.0),
-        Asked(UP, -1.0),
-        Asked(UP, float("nan")),
-        Asked(UP, 1.0, resolution=0.0),
-        Asked(UP, 1.0, noise=float("inf")),
-        Asked(UP, 1.0, points=3),
-        Asked(UP, 1.0, angle_deg=60.0),
-        Asked(UP, 1.0, registration_deg=90.0),
+        ("length_m", 0.0), ("length_m", -1.0), ("length_m", float("nan")), ("resolution_m", 0.0),
+        ("noise_m", float("inf")), ("points", 3), ("angle_deg", 60.0),
+        ("registration_error_deg", 90.0),
     ],
-)
-def test_figures_that_are_none_are_refused(asked: Asked) -> None:
-    with pytest.raises(UsageError):
-        measurable(walls(*CORNER), asked)
+)  # fmt: skip
+def test_values_outside_their_bounds_are_refused(name: str, value: float) -> None:
+    with pytest.raises(UsageError) as error:
+        MeasurableOptions(**{name: value})
+    assert error.value.code == "option.out-of-range"
 
 
 def test_a_length_under_the_resolution_is_refused() -> None:
     with pytest.raises(GeometryError, match="longer"):
-        measurable(waves(), Asked(UP, 0.05))
+        measurable(waves(), UP, MeasurableOptions(0.05))
 
 
 def test_a_length_that_would_need_too_many_faces_is_refused() -> None:
     with pytest.raises(GeometryError, match="longer"):
-        measurable(walls(*CORNER), Asked(UP, 0.01, resolution=0.001))
+        measurable(walls(*CORNER), UP, MeasurableOptions(0.01, resolution_m=0.001))
 
 
 def test_empty_flat_and_broken_surfaces_get_a_plain_answer() -> None:
     with pytest.raises(GeometryError):
-        measurable(PointCloud(np.zeros((3, 3))), Asked(UP, 1.0))
+        measurable(PointCloud(np.zeros((3, 3))), UP, MeasurableOptions(1.0))
     flat = Mesh(np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]]), np.array([[0, 1, 2]], np.int32))
     with pytest.raises(GeometryError):
-        measurable(flat, Asked(UP, 1.0))
+        measurable(flat, UP, MeasurableOptions(1.0))
     mesh = waves()
     vertices = np.array(mesh.vertices)
     vertices[7] = np.nan
     twice = np.concatenate([mesh.faces, mesh.faces[:50], [[5, 5, 6]]]).astype(np.int32)
-    found = measurable(Mesh(vertices, twice), Asked(tuple(Plane(40, 30).normal()), 1.0))
-    whole = measurable(mesh, Asked(tuple(Plane(40, 30).normal()), 1.0))
+    found = measurable(Mesh(vertices, twice), tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
+    whole = measurable(mesh, tuple(Plane(40, 30).normal()), MeasurableOptions(1.0))
     assert np.median(found.best_deg) == pytest.approx(np.median(whole.best_deg), rel=0.1)
 
 
 def test_islands_do_not_help_each_other() -> None:
     # A second wall at right angles that the first does not hang together with.
     apart = walls(WALL[0], (axis(-0.1, 0.1, 0), axis(0, 2, 0), axis(0, 0, 4)))
-    found = measurable(apart, Asked(UP, 1.0, resolution=0.01))
+    found = measurable(apart, UP, MeasurableOptions(1.0, resolution_m=0.01))
     assert np.all(found.trace_deg == 90.0)
 
 
@@ -344,7 +343,7 @@ def test_it_can_be_cancelled() -> None:
             raise Cancelled
 
     with pytest.raises(Cancelled):
-        measurable(waves(), Asked(UP, 1.0), Stop())
+        measurable(waves(), UP, MeasurableOptions(1.0), Stop())
 
 
 # --- cutting large faces --------------------------------------------------------------------

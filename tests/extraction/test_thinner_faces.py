@@ -8,6 +8,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from tests.extraction.test_measurable import waves
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.thinner_faces import Thinner, thinner
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.mesh import Mesh
@@ -93,7 +94,11 @@ def test_a_mesh_divided_finer_has_the_same_map() -> None:
     vertices, faces = divided(vertices, faces)
     fine = Mesh(vertices, faces.astype(np.int32))
     one, other = (
-        measurable_map(mesh, Plane(40, 30), length_m=1.6, resolution_m=0.02, noise_m=0.002)
+        measurable_map(
+            mesh,
+            Plane(40, 30),
+            MeasurableOptions(length_m=1.6, resolution_m=0.02, noise_m=0.002),
+        )
         for mesh in (coarse, fine)
     )
     assert other.elements < 0.3 * len(faces)

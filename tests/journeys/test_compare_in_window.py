@@ -64,9 +64,9 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     driver.keep_picture(window, "compare-nearest")
 
     panel.method.setCurrentIndex(1)
-    assert panel.radius.isVisible()
-    panel.radius.setValue(0.6)
-    panel.error.setText("0.001")
+    assert panel.limits.fields["m3c2_m"].isVisible()
+    panel.limits.fields["m3c2_m"].setValue(0.6)
+    panel.limits.fields["registration_error_m"].setValue(0.001)
     driver.click(panel.start, panel.start.rect().center())
     driver.wait(lambda: panel.held.figures["method"] == "m3c2", "M3C2", 60.0)
     assert "Level of detection" in panel.figures.text()

@@ -12,6 +12,7 @@ from tests import driver
 from tests.journeys.test_fields_in_window import choose, panel_of, shown, values
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.orientation import Plane
 from vomstudio.products.surface.measurable_map import measurable_map
 from vomstudio.ui.surface.fields_panel import FieldsPanel
@@ -56,7 +57,7 @@ def test_a_typed_plane(window, panel) -> None:
     assert [c.name for c in shown(window).categories][-1] == "good"
     assert "would give a good plane" in panel.figures.text()
     mesh = window.studio.models[driver.model(window).id].data
-    found = measurable_map(mesh, Plane(110, 40), length_m=4.0).as_fields()
+    found = measurable_map(mesh, Plane(110, 40), MeasurableOptions(length_m=4.0)).as_fields()
     assert np.array_equal(values(window, "measurable"), found["measurable"], equal_nan=True)
     driver.keep_picture(window, "measurable-typed")
     # The other field of the map needs no work.

@@ -162,7 +162,7 @@ def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
     wait(panel.start.isEnabled, "the model")
     target = tmp_path / "heights.tif"
     type_in(panel.target, str(target))
-    type_in(panel.gsd, "0.05")
+    panel.grid.fields["gsd_m"].setValue(0.05)
     type_in(panel.plane.line, "200/80")
     press(panel.copy)
     line = QGuiApplication.clipboard().text()
@@ -190,14 +190,15 @@ def test_an_elevation_model_can_be_stopped(window, model_id, tmp_path) -> None:
     wait(panel.start.isEnabled, "the model")
     target = tmp_path / "heights.tif"
     type_in(panel.target, str(target))
-    type_in(panel.gsd, "0.002")
+    panel.grid.fields["gsd_m"].setValue(0.002)
     press(panel.start)
     assert panel.start.text() == "Stop"
     press(panel.start)
     wait(lambda: panel.start.text() == "Make", "the end")
     assert "Stopped" in panel.said.text()
     assert not target.exists()
-    type_in(panel.gsd, "-1")
+    type_in(panel.plane.line, "95")
     assert not panel.start.isEnabled()
-    assert "length" in panel.start.toolTip()
+    assert "plane" in panel.start.toolTip()
+    type_in(panel.plane.line, "")
     assert Path(panel.target.text()) == target

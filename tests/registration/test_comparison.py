@@ -318,14 +318,6 @@ def test_models_far_apart_are_refused_with_the_distance() -> None:
         compare(PointCloud(np.zeros((0, 3))), sheet(5))
 
 
-def test_lengths_that_are_none_are_refused() -> None:
-    for radius in (0.0, np.nan):
-        with refused("number.not-positive", UsageError, field="--m3c2"):
-            compare(sheet(5), sheet(5), radius_m=radius)
-    with refused("option.too-small", UsageError, field="--registration-error"):
-        compare(sheet(5), sheet(5), registration_error_m=-1.0)
-
-
 def test_reference_systems_are_compared() -> None:
     names = ("a.las", "b.obj")
     assert crs_findings(None, None, names) == []

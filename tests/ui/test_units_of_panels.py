@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from PySide6.QtWidgets import QLabel, QTableWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QTableWidget
 
 from tests.samples import ZIGZAG
 from tests.tiers import first_in_default_tier
@@ -21,9 +21,10 @@ DOCKS = (
 
 
 def said(window, dock: str) -> str:
-    """Titles of rows and columns, and sentences."""
+    """Titles of rows and columns, units of fields, and sentences."""
     top = window.docks[dock].widget()
     texts = [label.text() for label in top.findChildren(QLabel)]
+    texts += [field.suffix() for field in top.findChildren(QDoubleSpinBox)]
     for table in top.findChildren(QTableWidget):
         heads = (table.horizontalHeaderItem(i) for i in range(table.columnCount()))
         texts += [head.text() for head in heads if head is not None]

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import single_number, warn
+from vomstudio.api.checking import warn
+from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Finding
 from vomstudio.progress import CancelToken
 from vomstudio.registration.distances import comparison
+from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.distances.comparison import Comparison
 from vomstudio.registration.overlap import crs_findings
 from vomstudio.words import tr
@@ -21,7 +23,7 @@ def compare(
     model: Any,
     benchmark: Any,
     *,
-    m3c2: float | None = None,
+    m3c2_m: float | None = None,
     registration_error_m: float | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
@@ -32,7 +34,7 @@ def compare(
     ----------
     model, benchmark : Mesh, PointCloud, a model of a project, the path of a file, or an array
         (n, 3) of points in World, metres
-    m3c2 : radius of the cylinders in metres, for M3C2; None takes the nearest point of the
+    m3c2_m : radius of the cylinders in metres, for M3C2; None takes the nearest point of the
         benchmark: on the triangles of a mesh, on the plane fitted locally to a cloud
     registration_error_m : one sigma of how the two are placed to each other; None takes what the
         model's registration (in its project, or of its reconstruction) says of it, else 0
@@ -67,18 +69,21 @@ def compare(
     >>> found.n, round(found.mean_m, 6), round(found.std_m, 6)
     (1600, 0.05, 0.0)
     """
+    options = options_from_arguments(
+        CompareOptions, m3c2_m=m3c2_m, registration_error_m=registration_error_m
+    )
     report = told(progress, cancel)
     first, second = placed(model, "model"), placed(benchmark, "benchmark")
     findings: list[Finding] = []
     if not (is_array(model) or is_array(benchmark)):
         findings = crs_findings(first[1], second[1], (tr("The model"), tr("the benchmark")))
-    error = single_number(registration_error_m, "registration_error_m")
-    if error is None and m3c2 is not None:
+    error = options.registration_error_m
+    if error is None and options.m3c2_m is not None:
         error = first[2]
     found = comparison.compare(
         first[0],
         second[0],
-        radius_m=single_number(m3c2, "m3c2"),
+        radius_m=options.m3c2_m,
         registration_error_m=error,
         progress=report,
     )

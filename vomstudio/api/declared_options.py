@@ -55,4 +55,14 @@ def arguments_named(options: type[Any]) -> Iterator[None]:
     except VomError as error:
         names = {each.flag: each.name for each in declarations(options)}
         error.field = names.get(error.field or "", error.field)
+        values = {key: _renamed(value, names) for key, value in error.values.items()}
+        if values != error.values:
+            error.values, error.message = values, Finding(error.code, **values).message
         raise
+
+
+def _renamed(value: Any, names: dict[str, str]) -> Any:
+    """Return the argument of an option, or of each option in a tuple."""
+    if isinstance(value, tuple):
+        return tuple(_renamed(each, names) for each in value)
+    return names.get(value, value) if isinstance(value, str) else value

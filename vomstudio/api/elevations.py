@@ -9,21 +9,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import flag, path_of, single_number
+from vomstudio.api.checking import flag, path_of
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Message
-from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_azimuth
+from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights, reference_plane
-from vomstudio.products.elevation.results import ElevationFigures, Wanted, WrittenElevation
+from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
 from vomstudio.products.elevation.shading import dips_of, hillshade
 from vomstudio.products.elevation.writing import figures_of, write_elevation
-from vomstudio.products.ortho.requests import check_gsd
 from vomstudio.reprs import html_table, in_lines
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -148,7 +147,7 @@ class ElevationModel:
         hillshade: bool = False,
         slope: bool = False,
         aspect: bool = False,
-        contours: float | None = None,
+        contours_m: float | None = None,
         force: bool = False,
     ) -> WrittenElevation:
         """Write NAME.tif and NAME.json, and beside them NAME_hillshade.tif, NAME_slope.tif,
@@ -157,11 +156,8 @@ class ElevationModel:
         Returns what the command prints. Raises vs.errors.UsageError, vs.errors.TargetError.
         """
         file = path_of(path, "path")
-        wanted = Wanted(
-            flag(hillshade, "hillshade"),
-            flag(slope, "slope"),
-            flag(aspect, "aspect"),
-            single_number(contours, "contours"),
+        files = options_from_arguments(
+            DemFiles, hillshade=hillshade, slope=slope, aspect=aspect, contours_m=contours_m
         )
         source = self._model._source
         return write_elevation(
@@ -169,7 +165,7 @@ class ElevationModel:
             self._plan,
             self.figures,
             file,
-            wanted=wanted,
+            files=files,
             world=source.world_crs,
             north_known=source.placed,
             model=str(source.path),
@@ -235,23 +231,20 @@ def dem(
     >>> model.heights.shape == (model.figures.height, model.figures.width)
     True
     """
-    cell = single_number(gsd_m, "gsd_m")
-    check_gsd(cell)
-    report = told(progress)
-    given = single_number(limit_m, "limit_m")
-    data = model_of(model)
-    if given is not None and (not isinstance(data, PointCloud) or not 0 < given < np.inf):
-        raise UsageError(
-            tr("The longest side is a positive length, and only for a cloud."), field="limit_m"
-        )
-    source = data._source
-    plan = plan_heights(
-        data._data,
-        reference_plane(plane_text(plane)),
-        to_world=np.eye(4),
-        gsd=cell,
-        metric=source.metric or source.placed,
+    options = options_from_arguments(
+        DemOptions, gsd_m=gsd_m, plane=plane_text(plane), limit_m=limit_m
     )
-    heights, limit = draw_heights(data._data, plan, given, report)
+    report = told(progress)
+    data = model_of(model)
+    source = data._source
+    with arguments_named(DemOptions):
+        plan = plan_heights(
+            data._data,
+            reference_plane(options.plane),
+            to_world=np.eye(4),
+            gsd=options.gsd_m,
+            metric=source.metric or source.placed,
+        )
+        heights, limit = draw_heights(data._data, plan, options.limit_m, report)
     figures = figures_of(heights, plan, limit, source.world_crs)
     return ElevationModel(heights, figures, plan.notes, data, plan)

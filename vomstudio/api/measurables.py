@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import attitude_of, required_number, single_number, warn, whole_number
+from vomstudio.api.checking import attitude_of, warn
 from vomstudio.api.comparisons import placed
+from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.products.surface.measurable_map import MeasurableMap, measurable_map
 from vomstudio.progress import CancelToken
 
@@ -19,8 +21,8 @@ def measurable(
     noise_m: float | None = None,
     points: int | None = None,
     resolution_m: float | None = None,
-    angle_deg: float | None = None,
-    registration_error_deg: float = 0.0,
+    angle_deg: float = 10.0,
+    registration_error_deg: float | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> MeasurableMap:
@@ -36,8 +38,8 @@ def measurable(
         photo's pixel, which is a twentieth of the resolution
     points : vertices of a trace; None takes one for each resolution of its length
     resolution_m : of the model, m; None takes what is found around each place
-    angle_deg : within which a face is the plane's own; None takes 10
-    registration_error_deg : 95 % by which the registration can tilt the plane
+    angle_deg : maximum angle between the plane and a face that exposes it as a patch
+    registration_error_deg : 95 % error of the plane caused by the registration; 0 if omitted
     progress : called with (stage, steps done, all steps or None), or a Progress
     cancel : a vs.CancelToken that stops the work
 
@@ -68,17 +70,16 @@ def measurable(
     >>> 0.1 < found.shares["good"] < 0.2, found.shares["none"] + found.shares["poor"] > 0.6
     (True, True)
     """
-    data, _, _ = placed(model, "model")
-    found = measurable_map(
-        data,
-        attitude_of(plane, "plane"),
-        length_m=single_number(length_m, "length_m"),
-        resolution_m=single_number(resolution_m, "resolution_m"),
-        noise_m=single_number(noise_m, "noise_m"),
-        points=whole_number(points, "points"),
-        angle_deg=single_number(angle_deg, "angle_deg"),
-        registration_deg=required_number(registration_error_deg, "registration_error_deg"),
-        progress=told(progress, cancel),
+    options = options_from_arguments(
+        MeasurableOptions,
+        length_m=length_m,
+        noise_m=noise_m,
+        points=points,
+        resolution_m=resolution_m,
+        angle_deg=angle_deg,
+        registration_error_deg=registration_error_deg,
     )
+    data, _, _ = placed(model, "model")
+    found = measurable_map(data, attitude_of(plane, "plane"), options, told(progress, cancel))
     warn(found.warnings)
     return found

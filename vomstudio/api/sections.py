@@ -9,18 +9,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import flag, naming, numbers, path_of, single_number
+from vomstudio.api.checking import flag, numbers, path_of
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.section.curtain import (
     Curtain,
     curtain_of_line,
-    curtain_of_plane,
-    parse_section_plane,
+    curtain_of_options,
 )
 from vomstudio.products.section.cutting import Cut, cut_model
+from vomstudio.products.section.section_options import SectionOptions
 from vomstudio.products.section.writing import (
     SectionFigures,
     WrittenSection,
@@ -125,7 +126,7 @@ def section(
     plane: Any = None,
     through: Any = None,
     section_line: Any = None,
-    slab_m: Any = None,
+    slab_m: float | None = None,
 ) -> Section:
     """Cut a model along a plane, or vertically along a line.
 
@@ -157,34 +158,26 @@ def section(
     >>> cut.length_m > 5
     True
     """
-    if (plane is None) == (section_line is None) or (plane is None) != (through is None):
-        raise UsageError(tr("Give plane= with through=, or section_line=."))
-    if section_line is not None:
-        line = numbers(section_line, "section_line")
-        if line.ndim != 2 or line.shape[1] < 2 or not np.isfinite(line).all():
-            raise InputError(
-                tr("A line of section is an array (n, 2) of x and y."), field="section_line"
-            )
-        curtain = curtain_of_line(line)
-    else:
-        point = numbers(through, "through")
-        if point.shape != (3,) or not np.isfinite(point).all():
-            raise InputError(tr("A point is three numbers, x, y, z of World."), field="through")
-        with naming("plane"):
-            attitude = parse_section_plane(str(plane_text(plane)))
-        curtain = curtain_of_plane(attitude, point)
-    thick = single_number(slab_m, "slab_m")
-    if thick is not None and not 0 < thick < np.inf:
-        raise UsageError(tr("A thickness or distance is a length in metres."), field="slab_m")
-    data = model_of(model)
-    spacing = 0.0
-    if isinstance(data, PointCloud):
-        from vomstudio.io.models.opening import point_spacing
-
-        found = point_spacing(data._data)
-        spacing = found if np.isfinite(found) else 0.0
-    elif thick is not None:
-        raise UsageError(tr("A mesh is cut exactly; a slab is for clouds."), field="slab_m")
-    cut = cut_model(data._data, curtain, thick, spacing)
+    point = None if through is None else numbers(through, "through")
+    options = options_from_arguments(
+        SectionOptions,
+        plane=plane_text(plane),
+        through=None if point is None else ",".join(map(repr, point.ravel().tolist())),
+        # An array here, and a file of the command.
+        section_line=None if section_line is None else "section_line",
+        slab_m=slab_m,
+    )
+    with arguments_named(SectionOptions):
+        if section_line is None:
+            curtain = curtain_of_options(options)
+        else:
+            line = numbers(section_line, "section_line")
+            if line.ndim != 2 or line.shape[1] < 2 or not np.isfinite(line).all():
+                raise InputError(
+                    tr("A line of section is an array (n, 2) of x and y."), field="section_line"
+                )
+            curtain = curtain_of_line(line)
+        data = model_of(model)
+        cut = cut_model(data._data, curtain, options.slab_m)
     figures = figures_of(cut, curtain, (), 0)
     return Section(cut.world, cut.lines, figures, data, curtain, cut)

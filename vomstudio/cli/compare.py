@@ -16,11 +16,13 @@ from vomstudio.cli.common.arguments import (
     progress_of,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Message, as_finding
+from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -37,18 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "benchmark", metavar="BENCHMARK", help=tr("mesh or point cloud that it is held against")
     )
-    parser.add_argument(
-        "--m3c2",
-        metavar="RADIUS",
-        type=float,
-        help=tr("M3C2 in cylinders of this radius, m, with a level of detection"),
-    )
-    parser.add_argument(
-        "--registration-error",
-        metavar="M",
-        type=float,
-        help=tr("one sigma of how the two are placed to each other, for the level of detection"),
-    )
+    add_options(parser, CompareOptions)
     parser.add_argument(
         "--orientations",
         nargs=2,
@@ -70,19 +61,19 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.reconstruction_file import placing_error_m
     from vomstudio.io.models.writing import choose_writer
-    from vomstudio.registration.distances.comparison import compare, require_lengths
+    from vomstudio.registration.distances.comparison import compare
     from vomstudio.registration.overlap import crs_findings
     from vomstudio.workspace.world_models import read_beside, read_in_world
 
-    require_lengths(args.m3c2, args.registration_error)
+    options = options_from(args, CompareOptions)
     if args.output is not None:
         choose_writer(Path(args.output))
         check_target(args.output, force=args.force, inputs=[args.model, args.benchmark])
     agreed = None if args.orientations is None else _agreement(args)
     progress = progress_of(args)
-    options = frame_options(args)
-    model = read_in_world(args.model, progress, options, args.project)
-    benchmark = read_beside(args.benchmark, progress, args.project, options)
+    frame = frame_options(args)
+    model = read_in_world(args.model, progress, frame, args.project)
+    benchmark = read_beside(args.benchmark, progress, args.project, frame)
     names = (Path(args.model).name, Path(args.benchmark).name)
     warnings: list[Message] = [
         *(as_finding(warning).of_file(name)
@@ -94,8 +85,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
             tr("Neither file states its unit: what is said in metres is in the unit of both.")
         )
     metric = model.in_metres or benchmark.in_metres
-    error = args.registration_error
-    if error is None and args.m3c2 is not None:
+    error = options.registration_error_m
+    if error is None and options.m3c2_m is not None:
         error = (
             placing_error_m(Path(args.model))
             if model.registration is None
@@ -103,16 +94,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     with numbers_of(args.model):
         found = compare(
-            model.data, benchmark.data, radius_m=args.m3c2, registration_error_m=error,
+            model.data, benchmark.data, radius_m=options.m3c2_m, registration_error_m=error,
             progress=progress,
         )  # fmt: skip
-    result: dict[str, Any] = found.as_dict()
+    result: dict[str, Any] = found.to_dict()
     warnings += found.warnings
     if args.output is not None:
         warnings += _written(args, model, benchmark, found)
         result["out"] = args.output
     if agreed is not None:
-        result["orientations"] = agreed.as_dict()
+        result["orientations"] = agreed.to_dict()
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=metric))
     out.warn(warnings)

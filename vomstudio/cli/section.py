@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import (
@@ -13,11 +12,13 @@ from vomstudio.cli.common.arguments import (
     add_output,
     progress_of,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Message
 from vomstudio.errors import InputError, UsageError
+from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -26,81 +27,51 @@ if TYPE_CHECKING:
     from vomstudio.workspace.world_models import WorldModel
 
 
-DOMAINS = "domains"
-
-
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "section", run, help_=tr("Section of a model along a plane or a line")
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
-    parser.add_argument("--plane", metavar="DD/D", help=tr("plane of the section (with --through)"))
-    parser.add_argument("--through", metavar="X,Y,Z", help=tr("a point of World on that plane"))
-    parser.add_argument(
-        "--section-line",
-        metavar="LINE",
-        help=tr("or vertically along the line in this file: a table x, y, or a GIS layer"),
-    )
+    add_options(parser, SectionOptions)
     add_output(parser, tr("the section, .csv, .dxf or .svg"), required=True)
-    parser.add_argument(
-        "--slab", type=float, metavar="M", help=tr("of a cloud: thickness of the slab of points")
-    )
-    parser.add_argument(
-        "--features",
-        metavar="FILE",
-        help=tr("also project the features of this project or orientation table onto it"),
-    )
-    parser.add_argument(
-        "--along",
-        metavar="T/P|domains",
-        help=tr(
-            "project along this trend and plunge (default: at right angles), or with the word "
-            "domains each domain along its own axis"
-        ),
-    )
-    parser.add_argument(
-        "--within", type=float, metavar="M", help=tr("leave out features farther away than this")
-    )
+    add_options(parser, SectionFeatures)
     add_azimuth(parser)
     add_frame(parser)
     add_project(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.gate.points import ModelFrame
-    from vomstudio.io.models.opening import point_spacing
     from vomstudio.products.section import writing
+    from vomstudio.products.section.curtain import curtain_of_options
     from vomstudio.products.section.cutting import cut_model
     from vomstudio.products.section.directions import Directions, by_domain
-    from vomstudio.products.section.reading import ReadFeatures, read_features
+    from vomstudio.products.section.reading import (
+        ReadFeatures,
+        read_features,
+        read_profile_line,
+    )
     from vomstudio.workspace.world_models import read_in_world
 
-    asked = _asked(args)
-    for value, field in ((args.slab, "--slab"), (args.within, "--within")):
-        if value is not None and not 0 < value < math.inf:
-            raise UsageError(tr("A thickness or distance is a length in metres."), field=field)
-    if args.features is None and (args.along is not None or args.within is not None):
-        raise UsageError(
-            tr("--along and --within are for --features."),
-            field="--along" if args.along is not None else "--within",
-        )
-    along = None if args.along == DOMAINS else _direction(args.along)
-    writing.check_targets(args.output, args.features is not None, force=args.force)
+    options, features = options_from(args, SectionOptions), options_from(args, SectionFeatures)
+    place = (
+        curtain_of_options(options)
+        if options.section_line is None
+        else read_profile_line(options.section_line, progress_of(args))
+    )
+    own = features.along == DOMAINS
+    along = None if own else _direction(features.along)
+    writing.check_targets(args.output, features.features is not None, force=args.force)
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     read = ReadFeatures()
-    if args.features is not None:
-        read = read_features(args.features, args.azimuth, ModelFrame(model.crs))
-    own = args.along == DOMAINS
+    if features.features is not None:
+        read = read_features(features.features, args.azimuth, ModelFrame(model.crs))
     directions = by_domain(read.items, "--along") if own else Directions(along)
-    if args.slab is not None and isinstance(model.data, Mesh):
-        raise UsageError(tr("A mesh is cut exactly. --slab is for clouds."), field="--slab")
-    curtain, warnings = _curtain(asked, model)
+    curtain, warnings = _curtain(place, model)
     grazing = directions.checked(curtain)
-    spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
     progress_of(args).stage(tr("Intersecting the model"))
-    cut = cut_model(model.data, curtain, args.slab, spacing if math.isfinite(spacing) else 0.0)
-    flats, left_out = writing.project_items(read.items, curtain, directions, args.within)
+    cut = cut_model(model.data, curtain, options.slab_m)
+    flats, left_out = writing.project_items(read.items, curtain, directions, features.within_m)
     try:
         figures = writing.figures_of(cut, curtain, flats, left_out, directions)
     except InputError as error:
@@ -118,41 +89,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings=(*model.warnings, *read.warnings, *warnings, *grazing),
         force=args.force,
     )
-    told = {**made.as_dict(), "convention": read.convention or None}
+    told = {**made.to_dict(), "convention": read.convention or None}
     out.result(named_by_unit(told, metric=model.in_metres))
     if read.convention:
         out.note(tr("read as {convention}", convention=read.convention))
     out.warn(made.warnings)
     words = writing.projection_words(figures)
-    out.text(_in_words(made.as_dict(), unit_of(model.in_metres), words))
-
-
-def _asked(args: argparse.Namespace) -> Curtain | ProfileLine:
-    """The section by a plane, or the line along which it is to run. Raises UsageError,
-    InputError."""
-    from vomstudio.products.section.curtain import (
-        curtain_of_plane,
-        parse_section_plane,
-        parse_through,
-    )
-    from vomstudio.products.section.reading import read_profile_line
-
-    by_plane = args.plane is not None or args.through is not None
-    if by_plane == (args.section_line is not None):
-        raise UsageError(tr("Give --plane DD/D with --through x,y,z, or --section-line LINE."))
-    if args.section_line is None:
-        if args.plane is None or args.through is None:
-            raise UsageError(
-                tr("A plane needs its orientation and a point: --plane DD/D --through x,y,z."),
-                field="--through" if args.through is None else "--plane",
-            )
-        plane = parse_section_plane(args.plane)
-        return curtain_of_plane(plane, parse_through(args.through))
-    return read_profile_line(args.section_line, progress_of(args))
+    out.text(_in_words(made.to_dict(), unit_of(model.in_metres), words))
 
 
 def _curtain(
-    asked: Curtain | ProfileLine, model: WorldModel
+    place: Curtain | ProfileLine, model: WorldModel
 ) -> tuple[Curtain, tuple[Message, ...]]:
     """In World, and what must be said of a line. Raises InputError."""
     import numpy as np
@@ -160,14 +107,14 @@ def _curtain(
     from vomstudio.products.section.curtain import Curtain, curtain_of_line
     from vomstudio.products.section.reading import profile_in_world
 
-    if isinstance(asked, Curtain):
-        return asked, ()
+    if isinstance(place, Curtain):
+        return place, ()
     bounds = np.array(model.data.bounds, np.float64)
-    points, warnings = profile_in_world(asked, model.crs, bounds)
+    points, warnings = profile_in_world(place, model.crs, bounds)
     try:
         return curtain_of_line(points), warnings
     except InputError as error:
-        raise InputError(error.message, file=asked.path, field=error.field) from error
+        raise InputError(error.message, file=place.path, field=error.field) from error
 
 
 def _direction(text: str | None) -> Any:

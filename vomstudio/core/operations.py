@@ -21,6 +21,8 @@ class Operation:
     options : tuple of type
         Options classes (`vomstudio.core.options`); the names of their fields are the parameters of
         the Python function and, without units, the options of the command.
+    command_options : tuple of type
+        Options classes of the command and the window only, such as files to write.
     function : str
         Name in ``vomstudio``; empty if there is none.
     window : str
@@ -35,6 +37,7 @@ class Operation:
 
     name: str
     options: tuple[type[Any], ...] = ()
+    command_options: tuple[type[Any], ...] = ()
     function: str = ""
     window: str = ""
     method: str = ""

@@ -17,10 +17,13 @@ from typing import Any, Literal
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
 
 _DECLARATION = "option"
 UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "px": "px", "s": "s"}
 """Suffixes of names that state the unit, with the symbols shown in forms."""
+MIN_LENGTH_M, MAX_LENGTH_M = 1e-9, 1e6
+"""Bounds of a positive length."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class Declaration:
         What stands for the value in ``--help``.
     decimals : int
         Decimals in a form.
+    empty : str
+        What a form shows for None.
     is_required : bool
         Whether a value has to be given.
     """
@@ -68,6 +73,7 @@ class Declaration:
     maximum: float | None = None
     metavar: str | None = None
     decimals: int = 3
+    empty: str = to_translate("auto")
     is_required: bool = False
 
     @property
@@ -120,6 +126,7 @@ def option(
     maximum: float | None = None,
     metavar: str | None = None,
     decimals: int = 3,
+    empty: str = to_translate("auto"),
 ) -> Any:
     """Declare one field of an options class; see `Declaration` for the parameters.
 
@@ -135,6 +142,7 @@ def option(
         "maximum": maximum,
         "metavar": metavar,
         "decimals": decimals,
+        "empty": empty,
     }
     return field(default=default, metadata={_DECLARATION: stated})
 
@@ -190,6 +198,23 @@ def check_exclusive(options: Any, *names: str) -> None:
             Finding("option.conflict", option=given[0].flag, other=given[1].flag),
             field=given[1].flag,
         )
+
+
+def check_alternatives(options: Any, *names: str) -> None:
+    """Raise UsageError unless exactly one of the options of these names is given."""
+    check_exclusive(options, *names)
+    if all(getattr(options, name) is None for name in names):
+        stated = {each.name: each.flag for each in declarations(type(options))}
+        flags = [stated[name] for name in names]
+        raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
+
+
+def check_requires(options: Any, name: str, other: str) -> None:
+    """Raise UsageError if an option is given without another one on which it depends."""
+    stated = {each.name: each for each in declarations(type(options))}
+    if getattr(options, name) is not None and getattr(options, other) is None:
+        flag, needed = stated[name].flag, stated[other].flag
+        raise UsageError(Finding("option.requires", option=flag, other=needed), field=flag)
 
 
 def given_options(options: Any) -> Mapping[str, Any]:

@@ -19,11 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.finer_faces import finer
 from vomstudio.extraction.measurable_kernels import longest_sides
 from vomstudio.extraction.measurable_lines import CELL, hanging_together, lines_through, step_of
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.thinner_faces import thinner
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
@@ -50,15 +51,12 @@ Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-ANGLE_DEG = 10.0
-"""Within which a face is that of the plane itself: the conventions' surface effect."""
 CLASSES = ("none", "poor", "doubtful", "good")
 """Of an expected error, the worst first; in none the plane can't be told at all."""
 GOOD_DEG, POOR_DEG = 5.0, 15.0
 LEAST_RESOLUTIONS = 10.0
 LEAST_LENGTH = 4.0
 """Of a trace, in resolutions."""
-MOST_POINTS = 1_000_000
 USUAL_RESOLUTIONS = 100.0
 """The length of a trace that is proposed."""
 _NORMALS_DEG = 20.0
@@ -114,25 +112,6 @@ class Measurable:
         return np.asarray(np.fmin(np.fmin(self.trace_deg, self.patch_deg), 90.0))
 
 
-@dataclass(frozen=True)
-class Asked:
-    """normal : (3,) of the plane; length : of a trace; resolution : None: what each place has
-    noise : one sigma of a trace's vertices across their plane; None: as much as photos with this
-        resolution leave, and at least the surface's own
-    points : of a trace, vertices; None: one for each resolution of its length
-    registration_deg : 95 % by which the registration can tilt the plane
-    angle_deg : within which a face is the plane's own; all in the unit of the surface
-    """
-
-    normal: tuple[float, float, float]
-    length: float
-    resolution: float | None = None
-    noise: float | None = None
-    points: int | None = None
-    registration_deg: float = 0.0
-    angle_deg: float = ANGLE_DEG
-
-
 def usual_resolution(data: Mesh | PointCloud) -> float:
     """Typical effective resolution of a model, as around a picked trace. Raises GeometryError where
     its points stand at one place."""
@@ -149,51 +128,40 @@ def usual_resolution(data: Mesh | PointCloud) -> float:
     raise GeometryError(tr("The model has too few points to tell its resolution."))
 
 
-def require_asked(asked: Asked) -> None:
-    """Raises UsageError for figures that are none."""
-    for field, value in (
-        ("--length", asked.length),
-        ("--resolution", asked.resolution),
-        ("--noise", asked.noise),
-    ):
-        if value is not None and not 0.0 < value < np.inf:
-            raise UsageError(
-                tr("{field} is a positive length in metres.", field=field), field=field
-            )
-    if asked.points is not None and asked.points > MOST_POINTS:
-        raise UsageError(
-            tr("Ask for at most {count:,} points of a trace.", count=MOST_POINTS), field="--points"
-        )
-    if asked.points is not None and asked.points < 4:
-        raise UsageError(
-            tr("A trace of {count} points has no error; ask for at least 4.", count=asked.points),
-            field="--points",
-        )
-    if not 0.0 < asked.angle_deg <= 45.0:
-        raise UsageError(tr("--angle is between 0 and 45 degrees."), field="--angle")
-    if not 0.0 <= asked.registration_deg < 90.0:
-        raise UsageError(
-            tr("--registration-error is between 0 and 90 degrees."), field="--registration-error"
-        )
-
-
 def measurable(
-    data: Mesh | PointCloud, asked: Asked, progress: Progress | None = None
+    data: Mesh | PointCloud,
+    normal: npt.ArrayLike,
+    options: MeasurableOptions,
+    progress: Progress | None = None,
 ) -> Measurable:
-    """The map on a surface in World.
+    """Map how well a plane could be measured on a surface in World.
 
-    Raises UsageError for figures that are none, GeometryError where there is no surface or the
-    length is no trace on it, Cancelled through `progress`.
+    Parameters
+    ----------
+    normal : (3,) array_like
+        Normal of the plane.
+    options : MeasurableOptions
+        With the length of a trace.
+
+    Raises
+    ------
+    GeometryError
+        If there is no surface, or the length is too short for a trace on it.
+    Cancelled
+        Through `progress`.
     """
-    require_asked(asked)
+    assert options.length_m is not None
+    length = options.length_m
     progress = progress or Silent()
-    surface = _surface(data, asked, progress)
+    surface = _surface(data, length, options.resolution_m, progress)
     elements = surface.elements
-    if asked.resolution is None:
+    if options.resolution_m is None:
         resolution = _resolutions(resolving_points(data), elements)
     else:
-        resolution = np.full(len(elements), asked.resolution)
-    return _of_elements(surface, resolution, asked, progress)
+        resolution = np.full(len(elements), options.resolution_m)
+    return _of_elements(
+        surface, np.asarray(normal, np.float64), resolution, length, options, progress
+    )
 
 
 # --- the surface ------------------------------------------------------------------------------
@@ -207,7 +175,9 @@ class _Surface:
     nodes: Ints | None = None
 
 
-def _surface(data: Mesh | PointCloud, asked: Asked, progress: Progress) -> _Surface:
+def _surface(
+    data: Mesh | PointCloud, length: float, resolution: float | None, progress: Progress
+) -> _Surface:
     progress.stage(tr("Analysing the surface"), None)
     if not isinstance(data, Mesh) or not len(data.faces):
         elements = elements_of(data, _NORMALS_DEG, progress)
@@ -223,11 +193,11 @@ def _surface(data: Mesh | PointCloud, asked: Asked, progress: Progress) -> _Surf
     longest_sides(for_reading(vertices, np.float64), for_reading(own, np.int64), square)
     # A half and three quarters of the faces have no longer side.
     usual, long = np.sqrt(np.percentile(square, [50.0, 75.0]))
-    step = step_of(float(long), asked.length)
+    step = step_of(float(long), length)
     longest = 2.0 * step
     if longest < usual:
         # What is far too short would be cut into millions of pieces before it is refused.
-        _require_longer(asked.length, asked.resolution or _SURELY * usual_resolution(data))
+        _require_longer(length, resolution or _SURELY * usual_resolution(data))
     fine = CELL * step > _FINE * usual
     if not fine and float(square.max()) <= longest**2:
         elements = elements_of(data, _NORMALS_DEG, progress)
@@ -280,29 +250,37 @@ def _resolutions(points: Array, elements: Elements) -> Array:
 
 # --- the map ----------------------------------------------------------------------------------
 def _of_elements(
-    surface: _Surface, resolution: Array, asked: Asked, progress: Progress
+    surface: _Surface,
+    normal: Array,
+    resolution: Array,
+    length: float,
+    options: MeasurableOptions,
+    progress: Progress,
 ) -> Measurable:
     elements = surface.elements
     weight = np.where(np.isfinite(elements.areas), elements.areas, 0.0)
     typical = _weighted_median(resolution, weight)
-    _require_longer(asked.length, typical)
-    noise = typical * NOISE_PIXELS / PIXELS_PER_RESOLUTION if asked.noise is None else asked.noise
-    normal = np.asarray(asked.normal, np.float64)
+    _require_longer(length, typical)
+    noise = options.noise_m
+    if noise is None:
+        noise = typical * NOISE_PIXELS / PIXELS_PER_RESOLUTION
     normal = normal / np.linalg.norm(normal)
     known = np.isfinite(elements.normals[:, 0])
     cosine = np.abs(np.nan_to_num(elements.normals) @ normal)
-    exposed = known & (cosine >= np.cos(np.radians(asked.angle_deg)))
+    exposed = known & (cosine >= np.cos(np.radians(options.angle_deg)))
     progress.stage(tr("Selecting patches"), None)
-    patches, patch_deg, patch_extent = _patches(elements, exposed, resolution, noise, asked, weight)
-    figures = lines_through(
-        elements, normal, known & ~exposed, exposed, resolution, asked.length, progress
+    patches, patch_deg, patch_extent = _patches(
+        elements, exposed, resolution, noise, options, weight
     )
-    trace_deg, extent, relief = _errors(figures, noise, asked)
+    figures = lines_through(
+        elements, normal, known & ~exposed, exposed, resolution, length, progress
+    )
+    trace_deg, extent, relief = _errors(figures, noise, options)
     of_trace = _classes(trace_deg, extent, resolution)
     of_patch = _classes(patch_deg, patch_extent, resolution)
     return Measurable(
         replace(elements, rows=surface.of), trace_deg, patch_deg, extent, relief,
-        np.maximum(of_trace, of_patch), patches, weight, resolution, asked.length, typical,
+        np.maximum(of_trace, of_patch), patches, weight, resolution, length, typical,
         noise, elements.warnings, surface.nodes,
     )  # fmt: skip
 
@@ -337,7 +315,12 @@ def _classes(error: Array, extent: Array, resolution: Array) -> npt.NDArray[np.i
 
 # --- patches ----------------------------------------------------------------------------------
 def _patches(
-    elements: Elements, exposed: Bools, resolution: Array, noise: float, asked: Asked, weight: Array
+    elements: Elements,
+    exposed: Bools,
+    resolution: Array,
+    noise: float,
+    options: MeasurableOptions,
+    weight: Array,
 ) -> tuple[npt.NDArray[np.int32], Array, Array]:
     """Number of the patch of each piece, the expected error of it, and its diameter."""
     number = np.full(len(elements), -1, np.int32)
@@ -352,7 +335,7 @@ def _patches(
     error = np.full(len(size), np.nan)
     # The curve is one of the size over the resolution, and most patches are too small for it.
     for row in np.flatnonzero(size >= LEAST_RESOLUTIONS * fine):
-        told = PlaneSizes(float(fine[row]), noise, asked.registration_deg).error_deg(
+        told = PlaneSizes(float(fine[row]), noise, options.used_registration_error_deg).error_deg(
             float(size[row])
         )
         error[row] = np.nan if told is None else told
@@ -362,13 +345,13 @@ def _patches(
 
 
 # --- errors -----------------------------------------------------------------------------------
-def _errors(figures: Array, noise: float, asked: Asked) -> tuple[Array, Array, Array]:
+def _errors(figures: Array, noise: float, options: MeasurableOptions) -> tuple[Array, Array, Array]:
     """Expected 95 % error of the trace, its longest and its shorter axis."""
     length, resolution, larger, smaller, count = figures.T
     relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)
     free = length / resolution - 3.0
-    if asked.points is not None:
-        free = np.minimum(free, asked.points - 3.0)
+    if options.points is not None:
+        free = np.minimum(free, options.points - 3.0)
     square = noise**2
     values = np.stack([larger + square, smaller + square, np.full(len(larger), square)], axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -378,6 +361,8 @@ def _errors(figures: Array, noise: float, asked: Asked) -> tuple[Array, Array, A
         # As of a trace: quality.resolution_tilt_deg.
         unseen = POINT_OVER_RESOLUTION * np.sqrt(12.0 * CHI2_TWO / np.maximum(free + 3.0, 1.0))
         tilt = np.degrees(np.arctan2(np.minimum(0.5, unseen) * resolution, relief))
-        error = np.minimum(np.hypot(np.maximum(fit, tilt), asked.registration_deg), 90.0)
+        error = np.minimum(
+            np.hypot(np.maximum(fit, tilt), options.used_registration_error_deg), 90.0
+        )
     error = np.where(able, error, 90.0)
     return np.where(np.isfinite(larger), error, np.nan), extent, relief

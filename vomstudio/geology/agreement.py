@@ -9,6 +9,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.results import to_dict
+
 Array = npt.NDArray[np.float64]
 
 
@@ -56,10 +58,9 @@ class Agreement:
     agree_share: float | None
     matched: tuple[MatchedPlane, ...]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        told = vars(self) | {"unmatched": list(self.unmatched)}
-        return told | {"matched": [vars(one).copy() for one in self.matched]}
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return to_dict(self)
 
 
 def agreement(first: Sequence[OrientedPlane], second: Sequence[OrientedPlane]) -> Agreement:

@@ -8,7 +8,8 @@ from pathlib import Path
 from vomstudio.core.findings import Message
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.model_tasks import Matrix
-from vomstudio.products.elevation.results import Wanted, WrittenElevation
+from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.elevation.results import WrittenElevation
 from vomstudio.products.ortho import (
     interpretation,
     one_domain,
@@ -107,8 +108,7 @@ ORTHOPHOTO = Job(
 
 @dataclass(frozen=True)
 class ElevationOrder:
-    """Of the model `path`, kept at hand under `cache`. crs : of World; plane : of reference, dip
-    direction and dip; limit : of a cloud; gsd and limit may be None"""
+    """Elevation model of the model `path`, whose cache is in the folder `cache`. crs : of World"""
 
     path: Path
     cache: Path
@@ -116,37 +116,39 @@ class ElevationOrder:
     crs: str | None
     metric: bool
     north_known: bool
-    plane: tuple[float, float]
-    gsd: float | None
-    limit: float | None
+    options: DemOptions
+    files: DemFiles
     out: Path
-    wanted: Wanted
 
 
 def _elevation(asked: ElevationOrder, progress: Progress) -> WrittenElevation:
     import numpy as np
 
-    from vomstudio.geology.orientation import Plane
     from vomstudio.geometry.moving import moved
     from vomstudio.io.models import model_cache
     from vomstudio.products.elevation import writing
     from vomstudio.products.elevation.heights import draw_heights
-    from vomstudio.products.elevation.planning import plan_heights
+    from vomstudio.products.elevation.planning import plan_heights, reference_plane
 
     folder = model_cache.folder_of(asked.path, asked.cache)
     loaded = model_cache.load(asked.path, folder, progress)
     data = moved(loaded.data, asked.to_world)
+    options = asked.options
     plan = plan_heights(
-        data, Plane(*asked.plane), to_world=np.eye(4), gsd=asked.gsd, metric=asked.metric
+        data,
+        reference_plane(options.plane),
+        to_world=np.eye(4),
+        gsd=options.gsd_m,
+        metric=asked.metric,
     )
-    heights, limit = draw_heights(data, plan, asked.limit, progress)
+    heights, limit = draw_heights(data, plan, options.limit_m, progress)
     progress.stage(tr("Writing the elevation model"))
     return writing.write_elevation(
         heights,
         plan,
         writing.figures_of(heights, plan, limit, asked.crs),
         asked.out,
-        wanted=asked.wanted,
+        files=asked.files,
         world=asked.crs,
         north_known=asked.north_known,
         model=str(asked.path),

@@ -10,6 +10,7 @@ from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.model_tasks import ExportedModel
 from vomstudio.jobs.standing_model import StandingModel, in_world, read_standing
 from vomstudio.progress import Progress
+from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.results import Placed
 from vomstudio.words import to_translate
 
@@ -171,13 +172,11 @@ FIT_TO_REFERENCE = Job("fit_to_reference", Lane.PRODUCTS, FitOrder, FittedModel,
 
 @dataclass(frozen=True)
 class CompareOrder:
-    """radius_m : of M3C2, None for the nearest distances; registration_error_m : one sigma of how
-    both are placed to each other, None where not known; out : the file for the distances"""
+    """Comparison of two models of a project. out : the file for the distances"""
 
     model: StandingModel
     benchmark: StandingModel
-    radius_m: float | None
-    registration_error_m: float | None
+    options: CompareOptions
     out: Path
 
 
@@ -201,14 +200,14 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     said = crs_findings(asked.model.crs, asked.benchmark.crs, names)
     found = compare(
         in_world(asked.model, progress), in_world(asked.benchmark, progress),
-        radius_m=asked.radius_m, registration_error_m=asked.registration_error_m,
+        radius_m=asked.options.m3c2_m, registration_error_m=asked.options.registration_error_m,
         progress=progress,
     )  # fmt: skip
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     arrays: dict[str, Any] = found.as_fields()
     with atomic_write(asked.out, True) as temporary, temporary.open("wb") as file:
         np.savez(file, **arrays)
-    figures = found.as_dict()
+    figures = found.to_dict()
     return ComparedModels(
         figures | {"warnings": [str(each) for each in (*said, *found.warnings)]}, asked.out
     )

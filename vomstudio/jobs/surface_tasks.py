@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, in_world
 from vomstudio.progress import Progress
@@ -94,15 +95,13 @@ COMPUTE_FIELDS = Job("compute_fields", Lane.PRODUCTS, FieldsOrder, ComputedField
 class MeasurableOrder:
     """Request for a map of where a plane can be measured.
 
-    normal : normal of the plane, World; length_m : trace length; registration_deg : error of the
-    registration, 95 %; out : file of the fields, float32 for all points, with the names of
-    `products.surface.measurable_map.FIELDS`
+    normal : normal of the plane, World; out : file of the fields, float32 for all points, with the
+    names of `products.surface.measurable_map.FIELDS`
     """
 
     model: StandingModel
     normal: tuple[float, float, float]
-    length_m: float
-    registration_deg: float
+    options: MeasurableOptions
     out: Path
 
 
@@ -123,9 +122,8 @@ def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasu
     fields = measurable_map(
         in_world(request.model, progress),
         Plane.from_normal(np.array(request.normal)),
-        length_m=request.length_m,
-        registration_deg=request.registration_deg,
-        progress=progress,
+        request.options,
+        progress,
     )
     messages = (*shares_in_words(fields), *fields.warnings)
     arrays: dict[str, Any] = {

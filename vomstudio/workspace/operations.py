@@ -6,8 +6,9 @@ copied commands, option tables of the documentation and the checks of the Python
 
 from __future__ import annotations
 
-from vomstudio.core.operations import Operation
+from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.fold_options import FoldOptions
@@ -15,7 +16,15 @@ from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
+from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.tables.fit_options import FitOptions
+
+_OF_MODELS: dict[Door, str] = {
+    "project method": "the function takes a model of a project",
+    "project command": "`--project` of the command places the model",
+}
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
@@ -27,6 +36,37 @@ OPERATIONS: tuple[Operation, ...] = (
             "project method": "`vs.facets` takes a model of a project",
             "project command": "`facets --project` places the model; `accept` adds the facets",
         },
+    ),
+    Operation(
+        "dem",
+        (DemOptions,),
+        command_options=(DemFiles,),
+        function="dem",
+        window="sections.elevation_panel.ElevationPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "section",
+        (SectionOptions,),
+        command_options=(SectionFeatures,),
+        function="section",
+        window="sections.section_panel.SectionPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "compare",
+        (CompareOptions,),
+        function="compare",
+        window="registration.compare_panel.ComparePanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "measurable",
+        (MeasurableOptions,),
+        command_options=(MeasurableTarget,),
+        function="measurable",
+        window="surface.fields_panel.FieldsPanel",
+        missing=_OF_MODELS,
     ),
     Operation(
         "sets",

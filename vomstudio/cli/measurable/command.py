@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from vomstudio.cli.common.arguments import (
     add_output,
     progress_of,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import (
     add_frame,
     add_project,
@@ -24,8 +26,9 @@ from vomstudio.cli.common.frames_of_models import (
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
+from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -42,43 +45,9 @@ def add_parser(subparsers: Subparsers) -> None:
         help_=tr("Map of how well a plane could be measured on a model"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
-    parser.add_argument("--plane", metavar="DD/D", help=tr("dip direction and dip of the plane"))
-    parser.add_argument(
-        "--mean", metavar="TABLE", help=tr("or the mean plane of this table, see --set")
-    )
-    parser.add_argument("--set", metavar="NAME", help=tr("of the table, only this set"))
-    parser.add_argument(
-        "--length",
-        metavar="M",
-        type=float,
-        help=tr("of a trace (100 resolutions of the model)"),
-    )
-    parser.add_argument(
-        "--noise",
-        metavar="M",
-        type=float,
-        help=tr("standard deviation of a trace's vertices across their plane"),
-    )
-    parser.add_argument(
-        "--points", metavar="N", type=int, help=tr("of a trace (one for each resolution)")
-    )
-    parser.add_argument(
-        "--resolution", metavar="M", type=float, help=tr("of the model (by its points)")
-    )
-    parser.add_argument(
-        "--angle",
-        metavar="DEG",
-        type=float,
-        help=tr("within which a face is the plane's own (10)"),
-    )
-    parser.add_argument(
-        "--registration-error",
-        metavar="DEG",
-        type=float,
-        help=tr("95 %% by which the registration can tilt the plane (that of --project, else 0)"),
-    )
+    add_options(parser, MeasurableTarget)
+    add_options(parser, MeasurableOptions)
     add_output(parser, tr("the map, a raster .tif or the model with its fields, .ply"))
-    parser.add_argument("--gsd", metavar="M", type=float, help=tr("side of a cell of the raster"))
     add_azimuth(parser)
     add_frame(parser)
     add_project(parser)
@@ -96,35 +65,30 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     from vomstudio.workspace.world_models import read_in_world
 
-    plane, said = _plane(args)
+    options, target = options_from(args, MeasurableOptions), options_from(args, MeasurableTarget)
+    plane, reading = _plane(target, args.azimuth)
     raster = args.output is not None and Path(args.output).suffix.lower() in RASTER_ENDINGS
     if args.output is not None:
         if not raster:
             choose_writer(Path(args.output))
-        inputs = [args.model, *([args.mean] if args.mean else [])]
+        inputs = [args.model, *([target.mean] if target.mean else [])]
         check_target(args.output, force=args.force, inputs=inputs)
-    if args.gsd is not None and not raster:
-        raise UsageError(tr("--gsd is for a raster, -o NAME.tif."), field="--gsd")
+    if target.gsd_m is not None and not raster:
+        raise UsageError(
+            Finding("option.requires", option="--gsd", other="-o NAME.tif"), field="--gsd"
+        )
     progress = progress_of(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     with numbers_of(args.model):
         found = measurable_map(
-            model.data,
-            plane,
-            length_m=args.length,
-            resolution_m=args.resolution,
-            noise_m=args.noise,
-            points=args.points,
-            angle_deg=args.angle,
-            registration_deg=_registration(args, model, plane),
-            progress=progress,
+            model.data, plane, _with_registration(options, model, plane), progress
         )
-    warnings = [*model.warnings, *said, *unknown_unit(model)]
+    warnings = [*model.warnings, *reading, *unknown_unit(model)]
     warnings += found.warnings
-    result: dict[str, Any] = {"file": args.output, **found.as_dict()}
+    result: dict[str, Any] = {"file": args.output, **found.to_dict()}
     if raster:
         result["raster"] = write_raster(
-            args.output, model.data, found, crs=model.crs, cell_m=args.gsd, force=args.force,
+            args.output, model.data, found, crs=model.crs, cell_m=target.gsd_m, force=args.force,
             progress=progress,
         )  # fmt: skip
     elif args.output is not None:
@@ -136,30 +100,28 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(in_words(found))
 
 
-def _plane(args: argparse.Namespace) -> tuple[Plane, tuple[Message, ...]]:
-    """As typed, or the mean of a table's planes, and what is to be said of it."""
-    if (args.plane is None) == (args.mean is None):
-        raise UsageError(tr("Give the plane as --plane DD/D, or --mean TABLE."), field="--plane")
-    if args.plane is not None:
-        if args.set is not None:
-            raise UsageError(tr("--set is for --mean."), field="--set")
-        return plane_of(args.plane, "--plane"), ()
+def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Message, ...]]:
+    """Return the plane that was typed, or the mean of a table's planes, with its warnings."""
+    if target.plane is not None:
+        return plane_of(target.plane, "--plane"), ()
     from vomstudio.geology.populations.table_means import mean_plane
     from vomstudio.io.text.orientation_reading import read_orientations
 
-    table = read_orientations(args.mean, args.azimuth)
-    return mean_plane(table, args.set), tuple(table.warnings)
+    assert target.mean is not None
+    table = read_orientations(target.mean, azimuth)
+    return mean_plane(table, target.set), tuple(table.warnings)
 
 
-def _registration(args: argparse.Namespace, model: WorldModel, plane: Plane) -> float:
-    """95 % by which the plane may be tilted, degrees."""
-    if args.registration_error is not None:
-        return float(args.registration_error)
-    if model.in_project is None:
-        return 0.0
+def _with_registration(
+    options: MeasurableOptions, model: WorldModel, plane: Plane
+) -> MeasurableOptions:
+    """Return the options with the error of the project's registration if none was given."""
+    if options.registration_error_deg is not None or model.in_project is None:
+        return options
     from vomstudio.document.measurement import ToWorld
 
-    return ToWorld.of(model.in_project).tilt_deg(plane.normal()) or 0.0
+    tilt = ToWorld.of(model.in_project).tilt_deg(plane.normal()) or 0.0
+    return replace(options, registration_error_deg=tilt)
 
 
 def in_words(found: MeasurableMap) -> str:

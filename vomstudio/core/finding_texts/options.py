@@ -20,6 +20,15 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("{value} is not valid. Use a number from {minimum} to {maximum}."),
     ),
+    "option.none-given": ("error", to_translate("Give one of these: {options}.")),
+    "option.requires": (
+        "error",
+        to_translate("{option} has a meaning only with {other}. Give both, or leave it out."),
+    ),
+    "option.clouds-only": (
+        "error",
+        to_translate("The model is a mesh, and {option} is for point clouds. Leave it out."),
+    ),
     "option.conflict": (
         "error",
         to_translate("{option} and {other} exclude each other. Leave out one of them."),

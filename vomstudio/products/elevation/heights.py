@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
+from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
@@ -39,9 +41,11 @@ def draw_heights(
     no surface; and the longest side of triangles between points, None for a mesh.
 
     Each cell has the height of the surface at its centre, of several sheets that of the farthest
-    along the normal. limit : the longest side, where the user says it. Raises InputError for a
-    cloud that spans no surface, Cancelled.
+    along the normal. limit : the longest side, for a cloud. Raises UsageError for a limit with a
+    mesh, InputError for a cloud that spans no surface, Cancelled.
     """
+    if limit is not None and isinstance(data, Mesh):
+        raise UsageError(Finding("option.clouds-only", option="--limit"), field="--limit")
     progress = progress or Silent()
     progress.stage(tr("Preparing the model"))
     source: Drawer[Array]

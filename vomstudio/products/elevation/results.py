@@ -1,31 +1,12 @@
-"""What of an elevation model is wanted, and what is said of it."""
+"""Figures and files of an elevation model."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from vomstudio.core.findings import Message
-from vomstudio.errors import UsageError
-from vomstudio.words import tr
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What is written beside the heights. contours : their spacing in metres, None for none"""
-
-    hillshade: bool = False
-    slope: bool = False
-    aspect: bool = False
-    contours: float | None = None
-
-    def check(self) -> None:
-        """Raises UsageError."""
-        if self.contours is not None and not 0 < self.contours < math.inf:
-            raise UsageError(
-                tr("The spacing of contours must be a length in metres."), field="--contours"
-            )
+from vomstudio.core.results import to_dict
 
 
 @dataclass(frozen=True)
@@ -74,7 +55,6 @@ class WrittenElevation:
     contours: str | None
     warnings: tuple[Message, ...]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON: the figures stand among the files."""
-        whole = asdict(self)
-        return {"raster": whole.pop("raster"), **whole.pop("figures"), **whole}
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return to_dict(self, flatten="figures")

@@ -17,9 +17,10 @@ from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.elevation.contours import contour_lines, write_contours
+from vomstudio.products.elevation.dem_options import DemFiles
 from vomstudio.products.elevation.heights import Heights
 from vomstudio.products.elevation.planning import HeightPlan
-from vomstudio.products.elevation.results import ElevationFigures, Wanted, WrittenElevation
+from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
 from vomstudio.products.elevation.shading import dips_of, hillshade
 from vomstudio.products.ortho.planning import edge_on
 from vomstudio.products.ortho.tiles import TILE
@@ -30,13 +31,14 @@ NOTHING_SEEN = to_translate(
     "No cell has a height: the surface is seen edge-on along the normal of this plane, or is "
     "smaller than a cell. Choose another plane of reference or a smaller --gsd."
 )
+DEFAULT_FILES = DemFiles()
 _NO_CRS = to_translate(
     "The model has no coordinate reference system (CRS). The elevation model is written in the "
     "model's coordinates, without a CRS."
 )
 
 
-def outputs_of(raster: str | Path, wanted: Wanted) -> dict[str, Path]:
+def outputs_of(raster: str | Path, files: DemFiles) -> dict[str, Path]:
     """The files beside NAME.tif by what they are: NAME.json, NAME_hillshade.tif and so on. Raises
     UsageError for another ending."""
     path = Path(raster)
@@ -48,16 +50,16 @@ def outputs_of(raster: str | Path, wanted: Wanted) -> dict[str, Path]:
         )
     found = {"raster": path, "sidecar": path.with_suffix(".json")}
     for name in ("hillshade", "slope", "aspect"):
-        if getattr(wanted, name):
+        if getattr(files, name):
             found[name] = path.with_name(f"{path.stem}_{name}.tif")
-    if wanted.contours is not None:
+    if files.contours_m is not None:
         found["contours"] = path.with_name(f"{path.stem}_contours.gpkg")
     return found
 
 
-def check_targets(raster: str | Path, wanted: Wanted, *, force: bool) -> None:
+def check_targets(raster: str | Path, files: DemFiles, *, force: bool) -> None:
     """Before work begins. Raises UsageError, TargetError."""
-    for target in outputs_of(raster, wanted).values():
+    for target in outputs_of(raster, files).values():
         check_target(target, force=force)
 
 
@@ -96,7 +98,7 @@ def write_elevation(
     figures: ElevationFigures,
     raster: str | Path,
     *,
-    wanted: Wanted | None = None,
+    files: DemFiles = DEFAULT_FILES,
     world: str | None = None,
     north_known: bool = True,
     model: str | None = None,
@@ -109,15 +111,13 @@ def write_elevation(
     world : the CRS of World, for the sidecar; model, content_hash : for it, too. Raises
     TargetError, UsageError.
     """
-    wanted = wanted or Wanted()
-    wanted.check()
-    targets = outputs_of(raster, wanted)
+    targets = outputs_of(raster, files)
     if plan.is_map and figures.crs is None:
         warnings = (*warnings, tr(_NO_CRS))
     crs = figures.crs if plan.is_map else view_plane_crs(plan.metric)
     lines = None
-    if wanted.contours is not None:
-        lines = contour_lines(heights, plan.transform, wanted.contours)
+    if files.contours_m is not None:
+        lines = contour_lines(heights, plan.transform, files.contours_m)
         if not lines:
             warnings = (*warnings, tr("No contour line lies within the heights."))
     named = {name: str(target) for name, target in targets.items()}
@@ -170,7 +170,7 @@ def _facts(
     if north_known:
         north = "y of World" if world is None else "grid north of the CRS"
     return {
-        **made.as_dict(),
+        **made.to_dict(),
         "raster": Path(made.raster).name,
         "cell_to_world_means": "(column, row, height, 1) to World x, y, z; (0, 0) is the outer "
         "corner of the top left cell, its centre is (0.5, 0.5)",

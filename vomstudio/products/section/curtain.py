@@ -14,6 +14,7 @@ from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
+from vomstudio.products.section.section_options import SectionOptions
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -130,6 +131,12 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     )  # fmt: skip
     plane = Plane.from_normal(panels[0].normal) if len(panels) == 1 else None
     return Curtain(panels, True, plane)
+
+
+def curtain_of_options(options: SectionOptions) -> Curtain:
+    """Return the section by a plane through a point. Raises UsageError."""
+    plane = parse_section_plane(str(options.plane))
+    return curtain_of_plane(plane, parse_through(str(options.through)))
 
 
 def parse_through(text: str) -> Array:

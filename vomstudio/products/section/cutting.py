@@ -8,8 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
+from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.curtain import Curtain, Panel
 
 Array = npt.NDArray[np.float64]
@@ -48,13 +51,33 @@ class Cut:
 
 
 def cut_model(
-    data: Mesh | PointCloud, curtain: Curtain, slab: float | None = None, spacing: float = 0.0
+    data: Mesh | PointCloud,
+    curtain: Curtain,
+    slab: float | None = None,
+    spacing: float | None = None,
 ) -> Cut:
-    """Cut a model of World. slab : thickness for a cloud, metres; None takes SLAB_SPACINGS times
-    `spacing`, its points' mean distance from each other."""
+    """Cut a model of World.
+
+    Parameters
+    ----------
+    slab : float, optional
+        Thickness for a cloud, metres; SLAB_SPACINGS times `spacing` if omitted.
+    spacing : float, optional
+        Mean distance of neighbouring points of a cloud, metres; estimated if omitted.
+
+    Raises
+    ------
+    UsageError
+        For a slab of a mesh.
+    """
     if isinstance(data, Mesh):
+        if slab is not None:
+            raise UsageError(Finding("option.clouds-only", option="--slab"), field="--slab")
         pieces = [_cut_mesh(data, panel) for panel in curtain.panels]
         return _joined(np.concatenate(pieces), curtain)
+    if spacing is None:
+        estimate = point_spacing(data)
+        spacing = estimate if np.isfinite(estimate) else 0.0
     thick = SLAB_SPACINGS * spacing if slab is None else slab
     parts = [_slab(data.points, panel, thick) for panel in curtain.panels]
     points = np.concatenate(parts)

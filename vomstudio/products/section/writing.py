@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import to_dict
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.spreadsheet_cells import guarded, head_line
@@ -93,9 +94,9 @@ class WrittenSection:
     features_file: str | None
     warnings: tuple[Message, ...]
 
-    def as_dict(self) -> dict[str, Any]:
-        whole = asdict(self)
-        return {"file": whole.pop("file"), **whole.pop("figures"), **whole}
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return to_dict(self, flatten="figures")
 
 
 def format_of(path: str | Path) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.measurable import (
     CLASSES,
     USUAL_RESOLUTIONS,
-    Asked,
     Measurable,
     measurable,
     usual_resolution,
 )
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
@@ -72,12 +73,9 @@ class MeasurableMap(Shown):
     found: Measurable = field(repr=False)
     values: dict[str, npt.NDArray[np.float32]] = field(repr=False)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command, but for its files."""
-        left_out = ("found", "values")
-        told = {name: value for name, value in vars(self).items() if name not in left_out}
-        told["warnings"] = list(self.warnings)
-        return told
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints, without its files."""
+        return to_dict(self, leave_out=("found", "values"))
 
     def as_fields(self) -> dict[str, npt.NDArray[np.generic]]:
         """Of each point or vertex of the model, by the names of FIELDS; NaN where there is none."""
@@ -87,24 +85,17 @@ class MeasurableMap(Shown):
 def measurable_map(
     data: Mesh | PointCloud,
     plane: Plane,
-    *,
-    length_m: float | None = None,
-    resolution_m: float | None = None,
-    noise_m: float | None = None,
-    points: int | None = None,
-    angle_deg: float | None = None,
-    registration_deg: float = 0.0,
+    options: MeasurableOptions,
     progress: Progress | None = None,
 ) -> MeasurableMap:
-    """Of a model in World, m. length_m : None takes 100 resolutions of the model.
+    """Map how well a plane could be measured on a model in World.
 
     Raises as `extraction.measurable.measurable`.
     """
-    x, y, z = (float(v) for v in plane.normal())
     warnings: list[Message] = []
-    length = length_m
+    length = options.length_m
     if length is None:
-        own = resolution_m or usual_resolution(data)
+        own = options.resolution_m or usual_resolution(data)
         length = float(f"{USUAL_RESOLUTIONS * own:.2g}")
         warnings.append(
             tr(
@@ -114,11 +105,7 @@ def measurable_map(
                 times=USUAL_RESOLUTIONS,
             )
         )
-    more = {} if angle_deg is None else {"angle_deg": angle_deg}
-    asked = Asked(
-        (x, y, z), length, resolution_m, noise_m, points, registration_deg=registration_deg, **more
-    )
-    found = measurable(data, asked, progress)
+    found = measurable(data, plane.normal(), replace(options, length_m=length), progress)
     area = found.areas
     total = float(area.sum())
     if not total > 0.0:
@@ -134,7 +121,8 @@ def measurable_map(
     tenth, median = (float(best[order[np.searchsorted(passed, q)]]) for q in (0.1, 0.5))
     return MeasurableMap(
         {"dip_direction_deg": plane.dip_direction_deg, "dip_deg": plane.dip_deg},
-        length, found.resolution, found.noise, registration_deg, asked.angle_deg,
+        length, found.resolution, found.noise, options.used_registration_error_deg,
+        options.angle_deg,
         found.elements.of, len(found.elements), total, shares(found.classes),
         shares(found.trace_classes), float(area[found.patches >= 0].sum()) / total,
         _patches(found), median, tenth, _best(found), (*warnings, *found.warnings), found,
@@ -254,8 +242,6 @@ def write_raster(
     elements = found.found.elements
     places = elements.places + elements.origin
     view = Plane.from_normal(fit_plane(places[:: max(1, len(places) // 20_000)]).normal)
-    if cell_m is not None and not 0.0 < cell_m < np.inf:
-        raise UsageError(tr("--gsd is a positive length in metres."), field="--gsd")
     cell = cell_m or max(found.length_m / 40.0, found.resolution_m)
     plan = plan_heights(data, view, to_world=np.eye(4), gsd=cell)
     if plan.grid.width * plan.grid.height > _MOST_CELLS:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, plain
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import to_dict
+from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -89,14 +90,9 @@ class Comparison(Shown):
                 told["significant"] = (np.abs(self.distances) > self.lod95).astype(np.uint8)
         return told
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command."""
-        told = {f.name: getattr(self, f.name) for f in fields(self)}
-        del told["distances"], told["lod95"]
-        if self.positive_toward is not None:
-            told["positive_toward"] = vars(self.positive_toward).copy()
-        told["warnings"] = plain(self.warnings)
-        return told
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return to_dict(self, leave_out=("distances", "lod95"))
 
 
 def compare(
@@ -112,11 +108,10 @@ def compare(
     Without `radius_m` to the nearest point of the benchmark: of a mesh, on its triangles; of a
     cloud, on the plane that is fitted to it there. With it M3C2 in cylinders of this radius.
     registration_error_m : one sigma of how they are placed to each other, for M3C2
-    Raises UsageError for lengths that are none, GeometryError where they do not overlap, Cancelled
-    through `progress`, whose steps are points.
+    Raises GeometryError where they do not overlap, Cancelled through `progress`, whose steps are
+    points.
     """
     progress = progress or Silent()
-    require_lengths(radius_m, registration_error_m)
     places = points_of(model)
     for data, name in ((model, tr("The model")), (benchmark, tr("The benchmark"))):
         if not np.isfinite(points_of(data)).all(axis=1).any():
@@ -186,17 +181,6 @@ def statistics(distances: Array, lod95: Array | None) -> dict[str, Any]:
         "lod95_m": lod,
         "significant_share": share,
     }
-
-
-def require_lengths(radius: float | None, error: float | None) -> None:
-    """Raises UsageError for a radius or an error that is none."""
-    if radius is not None and not 0.0 < radius < np.inf:
-        raise UsageError(Finding("number.not-positive", value=radius), field="--m3c2")
-    if error is not None and not 0.0 <= error < np.inf:
-        raise UsageError(
-            Finding("option.too-small", value=error, minimum=0),
-            field="--registration-error",
-        )
 
 
 def _bounds(data: Mesh | PointCloud) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QSpinBox, QWidget
+from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QSpinBox, QWidget
 
 from vomstudio.core.options import UNITS, Declaration, declarations
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox
@@ -43,18 +43,44 @@ class OptionFields(QObject, Generic[Options]):
         self.fields: dict[str, QWidget] = {}
         self.labels: dict[str, Label] = {}
         for name, each in self._declared.items():
-            field = self._create(each, getattr(self._start, name))
+            field = self._create(each)
             field.setObjectName(f"{prefix}_{each.flag.removeprefix('--').replace('-', '_')}")
             field.setAccessibleName(tr(each.label))
             field.setToolTip(_tip(each))
             self.fields[name] = field
-            self.labels[name] = Label(tr(each.label))
+            if each.kind is not bool:
+                self.labels[name] = Label(tr(each.label))
         self.show_unit("m")
+        self.reset()
 
-    def options(self) -> Options:
-        """Return the options that the fields show."""
+    def reset(self) -> None:
+        """Show the values of the start."""
+        for name, field in self.fields.items():
+            value: Any = getattr(self._start, name)
+            if isinstance(field, QCheckBox):
+                field.setChecked(bool(value))
+            elif isinstance(field, ComboBox):
+                field.setCurrentIndex(field.findData(value))
+            elif isinstance(field, QSpinBox | QDoubleSpinBox):
+                shown: Any = field.minimum() if value is None else value
+                field.setValue(shown)
+
+    def add_rows(self, form: QFormLayout) -> None:
+        """Add a row for each field that has a label beside it."""
+        for name, label in self.labels.items():
+            label.setBuddy(self.fields[name])
+            form.addRow(label, self.fields[name])
+
+    def options(self, **others: Any) -> Options:
+        """Return the options that the fields show, with the values of others.
+
+        Raises
+        ------
+        UsageError
+            For options that exclude each other.
+        """
         values = {each.name: getattr(self._start, each.name) for each in declarations(self._class)}
-        return self._class(**values | {name: self._value(name) for name in self.fields})
+        return self._class(**values | {name: self._value(name) for name in self.fields} | others)
 
     def show_unit(self, unit: str) -> None:
         """Show this unit of length behind lengths and areas, such as m."""
@@ -65,19 +91,17 @@ class OptionFields(QObject, Generic[Options]):
             if isinstance(field, QDoubleSpinBox | QSpinBox):
                 field.setSuffix(symbol)
 
-    def _create(self, declared: Declaration, value: Any) -> QWidget:
+    def _create(self, declared: Declaration) -> QWidget:
         if declared.kind is bool:
-            box = QCheckBox()
-            box.setChecked(bool(value))
+            box = QCheckBox(tr(declared.label))
             box.toggled.connect(lambda _: self.changed.emit())
             return box
         if declared.choices is not None:
             choice = ComboBox()
             if _is_automatic(declared):
-                choice.addItem(tr("auto"), None)
+                choice.addItem(tr(declared.empty), None)
             for each in declared.choices:
                 choice.addItem(each, each)
-            choice.setCurrentIndex(choice.findData(value))
             choice.activated.connect(lambda _: self.changed.emit())
             return choice
         spin = SpinBox() if declared.kind is int else DoubleSpinBox()
@@ -90,8 +114,7 @@ class OptionFields(QObject, Generic[Options]):
         spin.setRange(low, high)
         spin.setKeyboardTracking(False)
         if _is_automatic(declared):
-            spin.setSpecialValueText(tr("auto"))
-        spin.setValue(low if value is None else value)
+            spin.setSpecialValueText(tr(declared.empty))
         spin.valueChanged.connect(lambda _: self.changed.emit())
         return spin
 
@@ -116,6 +139,9 @@ def _is_automatic(declared: Declaration) -> bool:
 def _tip(declared: Declaration) -> str:
     if declared.automatic and _is_automatic(declared):
         return tr(
-            "{tip} (auto: {automatic}).", tip=tr(declared.tip), automatic=tr(declared.automatic)
+            "{tip} ({empty}: {automatic}).",
+            tip=tr(declared.tip),
+            empty=tr(declared.empty),
+            automatic=tr(declared.automatic),
         )
     return f"{tr(declared.tip)}."

@@ -100,6 +100,11 @@ class PlaneField(QWidget):
             self.show_plane(Plane(wrap360(trend + 180.0), 90.0 - max(plunge, 0.0)))
 
 
+def plane_text(plane: Plane) -> str:
+    """Return a plane as options take it, dip direction and dip."""
+    return f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"
+
+
 def _button(icon: str, text: str) -> QToolButton:
     button = QToolButton()
     button.setIcon(theme.icon(icon))

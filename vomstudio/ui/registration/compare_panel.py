@@ -3,7 +3,7 @@ more than chance."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,11 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
-    QLineEdit,
     QPushButton,
     QWidget,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document.edits import new_id
 from vomstudio.document.records import Model
 from vomstudio.files.arrays import open_arrays
@@ -33,14 +33,16 @@ from vomstudio.jobs.registration_tasks import (
     ComparisonExport,
 )
 from vomstudio.jobs.standing_model import StandingModel
+from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow
-from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command
+from vomstudio.ui.common.widgets import ComboBox, Label, allow
+from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_command
+from vomstudio.ui.forms.model_axes import follow_axes, unit_of
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
 from vomstudio.ui.registration.histogram import Histogram, counts_of
@@ -83,18 +85,8 @@ class ComparePanel(QWidget):
         self.method.addItem(tr("Nearest distances"))
         self.method.addItem(tr("M3C2, along the normals"))
         self.method.currentIndexChanged.connect(self._method_chosen)
-        self.radius = DoubleSpinBox()
-        self.radius.setDecimals(3)
-        self.radius.setRange(0.001, 1000.0)
-        self.radius.setSuffix(" m")
-        self.radius.setValue(0.5)
-        self.radius.setToolTip(tr("Of the cylinders; choose it so that they hold twenty points."))
-        self.error = QLineEdit()
-        self.error.setObjectName("compare_error")
-        self.error.setPlaceholderText(tr("as the registration says"))
-        self.error.setToolTip(
-            tr("One sigma of how both are placed to each other, m; it widens what is detected.")
-        )
+        self.limits = OptionFields(CompareOptions, "compare", CompareOptions(m3c2_m=0.5))
+        follow_axes(studio, lambda axes: self.limits.show_unit(unit_of(axes)))
         self.start = QPushButton(theme.icon("compare-horizontal"), tr("Compare"))
         self.start.clicked.connect(self._start_or_stop)
         self.export = QPushButton(theme.icon("export"), tr("Export PLY…"))
@@ -122,8 +114,7 @@ class ComparePanel(QWidget):
         form.addRow(tr("Benchmark"), self.other)
         form.addRow(tr("Distances"), self.method)
         self._form = form
-        form.addRow(tr("Radius"), self.radius)
-        form.addRow(tr("Error (1σ, m)"), self.error)
+        self.limits.add_rows(form)
         row = QHBoxLayout()
         row.addWidget(self.start)
         row.addWidget(self.export)
@@ -223,8 +214,8 @@ class ComparePanel(QWidget):
 
     def _method_chosen(self, *_: object) -> None:
         by_cylinders = self.method.currentIndex() == 1
-        self._form.setRowVisible(self.radius, by_cylinders)
-        self._form.setRowVisible(self.error, by_cylinders)
+        for field in self.limits.fields.values():
+            self._form.setRowVisible(field, by_cylinders)
 
     def _refresh_buttons(self, *_: object) -> None:
         busy = self._job is not None
@@ -264,16 +255,18 @@ class ComparePanel(QWidget):
         path = None if model is None else self._studio.project.find_model(model)
         if model is None or path is None or other is None:
             return
-        words: list[Word | tuple[str, Word]] = [
-            "compare", path, other.path, ("--project", self._studio.project.folder)
-        ]  # fmt: skip
-        if self.method.currentIndex() == 1:
-            words.append(("--m3c2", self.radius.value()))
-            typed = parse_number(self.error.text()) if self.error.text().strip() else None
-            error = self._error_of(model) if typed is None else typed
-            if error is not None:
-                words.append(("--registration-error", float(error)))
-        copy_command(self._studio, words)
+        options = option_words(self._options(model))
+        place = ("--project", self._studio.project.folder)
+        copy_command(self._studio, ["compare", path, other.path, place, *options])
+
+    def _options(self, model: Model) -> CompareOptions:
+        """Return the options, with the error of the model's registration if none was typed."""
+        if self.method.currentIndex() != 1:
+            return CompareOptions()
+        options = self.limits.options()
+        if options.registration_error_m is not None:
+            return options
+        return replace(options, registration_error_m=self._error_of(model))
 
     # --- the job -----------------------------------------------------------------------------
     def _start_or_stop(self) -> None:
@@ -284,21 +277,9 @@ class ComparePanel(QWidget):
         own = None if model is None else of_project(studio, model)
         if own is None or model is None or other is None:
             return
-        by_cylinders = self.method.currentIndex() == 1
-        error = None
-        if by_cylinders and self.error.text().strip():
-            error = parse_number(self.error.text())
-            if error is None or error < 0.0:
-                self.said.setText(tr("The error is a length in metres, such as 0.02."))
-                return
-        elif by_cylinders:
-            error = self._error_of(model)
         cache = studio.project.cache
         out = file_for(studio.project.folder, new_id("comparison"))
-        order = CompareOrder(
-            own.standing(cache), other.standing(cache),
-            self.radius.value() if by_cylinders else None, error, out,
-        )  # fmt: skip
+        order = CompareOrder(own.standing(cache), other.standing(cache), self._options(model), out)
         self.said.setText(tr("Comparing…"))
         self._job = studio.jobs.submit(
             COMPARE_MODELS,
@@ -406,7 +387,7 @@ def _as_kept(model: Model, order: CompareOrder, made: ComparedModels) -> KeptCom
         order.benchmark.name,
         str(order.benchmark.path),
         order.benchmark.to_world,
-        order.radius_m,
+        order.options.m3c2_m,
         made.figures,
         now(),
         __version__,

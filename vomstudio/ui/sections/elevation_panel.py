@@ -2,35 +2,34 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtWidgets import (
-    QCheckBox,
     QFileDialog,
-    QGridLayout,
     QHBoxLayout,
-    QLineEdit,
     QPushButton,
     QWidget,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ELEVATION, ElevationOrder
-from vomstudio.products.elevation.results import Wanted, WrittenElevation
+from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.elevation.results import WrittenElevation
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import may_replace, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import allow, file_field, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
@@ -39,15 +38,14 @@ from vomstudio.ui.forms.copied_command import (
     model_words,
 )
 from vomstudio.ui.forms.form_beside import FormBeside
-from vomstudio.ui.forms.model_axes import add_length_row
+from vomstudio.ui.forms.model_axes import follow_axes, unit_of
 from vomstudio.ui.forms.model_box import ModelBox
-from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
+from vomstudio.ui.forms.options_form import OptionFields
+from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection, plane_text
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.elevation_view import ElevationView
 from vomstudio.words import tr
 from vomstudio.workspace.running_jobs import RunningJob
-
-HORIZONTAL = Plane(0.0, 0.0)
 
 
 class ElevationPanel(QWidget):
@@ -64,26 +62,9 @@ class ElevationPanel(QWidget):
         self.model.setObjectName("elevation_model")
         self.plane = PlaneField(studio, "elevation_plane", tr("horizontal"), view)
         self.plane.changed.connect(self._check)
-        self.gsd = _length_field(
-            "elevation_gsd",
-            tr("as the model"),
-            tr("Side of a cell. Empty: the mean edge of a mesh, the mean spacing of a cloud."),
-        )
-        self.limit = _length_field(
-            "elevation_limit",
-            tr("automatic"),
-            tr(
-                "Of a point cloud: the longest side of triangles between points. Larger holes stay "
-                "open."
-            ),
-        )
-        self.contours = _length_field(
-            "elevation_contours", tr("none"), tr("Contour lines at every multiple of this height.")
-        )
-        self.hillshade = QCheckBox(tr("Hillshade"))
-        self.slope = QCheckBox(tr("Slope"))
-        self.aspect = QCheckBox(tr("Aspect"))
-        self.hillshade.setChecked(True)
+        self.grid = OptionFields(DemOptions, "elevation")
+        self.also = OptionFields(DemFiles, "elevation", DemFiles(hillshade=True))
+        follow_axes(studio, self._show_axes)
         self.target, self._file = file_field("elevation_target", tr("Choose…"), self._browse)
         self.start = QPushButton(theme.icon("image-filter-hdr"), tr("Make"))
         self.start.clicked.connect(lambda _=False: self._start_or_stop())
@@ -99,8 +80,9 @@ class ElevationPanel(QWidget):
         self.picture.pointed.connect(self.pointed.setText)
         self._arrange()
         self.model.currentIndexChanged.connect(self._model_chosen)
-        for field in (self.gsd, self.limit, self.contours, self.target):
-            field.textChanged.connect(self._check)
+        for fields in (self.grid, self.also):
+            fields.changed.connect(self._check)
+        self.target.textChanged.connect(self._check)
         for signal in (studio.project_opened, studio.edited, studio.model_loaded):
             signal.connect(self.refresh)
         studio.project_opened.connect(self._forget)
@@ -113,17 +95,13 @@ class ElevationPanel(QWidget):
         form = narrow_form()
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Over"), self.plane)
-        sizes = QGridLayout()
-        sizes.setSpacing(3)
-        sizes.addWidget(self.gsd, 0, 0)
-        sizes.addWidget(self.limit, 0, 1)
-        add_length_row(form, self._studio, lambda u: tr("Cell, limit ({unit})", unit=u), sizes)
-        add_length_row(form, self._studio, lambda u: tr("Contours ({unit})", unit=u), self.contours)
-        also = QHBoxLayout()
-        for box in (self.hillshade, self.slope, self.aspect):
-            also.addWidget(box)
-        also.addStretch()
-        form.addRow(tr("Also"), also)
+        self.grid.add_rows(form)
+        self.also.add_rows(form)
+        boxes = QHBoxLayout()
+        for name in ("hillshade", "slope", "aspect"):
+            boxes.addWidget(self.also.fields[name])
+        boxes.addStretch()
+        form.addRow(tr("Also"), boxes)
         form.addRow(tr("File"), self._file)
         buttons = QHBoxLayout()
         buttons.addWidget(self.start)
@@ -146,7 +124,7 @@ class ElevationPanel(QWidget):
     def _model_chosen(self, *_: object) -> None:
         model = self.model.chosen_model()
         cloud = model is not None and self._is_cloud(model)
-        allow(self.limit, None if cloud else tr("Only points have to be joined."))
+        allow(self.grid.fields["limit_m"], None if cloud else tr("Only points have to be joined."))
         if not self.target.isModified() and model is not None:
             project = self._studio.project
             folder = Path(start_folder(self._studio))
@@ -159,12 +137,9 @@ class ElevationPanel(QWidget):
     def _is_cloud(self, model: Model) -> bool:
         return isinstance(self._studio.models[model.id].data, PointCloud)
 
-    def _length(self, field: QLineEdit) -> float | None:
-        """None where it is empty; NaN for what is no length."""
-        if not field.text().strip():
-            return None
-        value = parse_number(field.text())
-        return value if value is not None and 0 < value < math.inf else math.nan
+    def _show_axes(self, axes: Axes) -> None:
+        for fields in (self.grid, self.also):
+            fields.show_unit(unit_of(axes))
 
     def why_not(self) -> str | None:
         """None where it can be made now."""
@@ -177,14 +152,6 @@ class ElevationPanel(QWidget):
             self.plane.plane()
         except VomError as error:
             return error.message
-        for field, what in (
-            (self.gsd, tr("the side of a cell")),
-            (self.limit, tr("the longest side")),
-            (self.contours, tr("the spacing of contours")),
-        ):
-            value = self._length(field)
-            if value is not None and math.isnan(value):
-                return tr("{what} must be a length, such as 0.05", what=what)
         if not self.target.text().strip().lower().endswith((".tif", ".tiff")):
             return tr("the file name must end in .tif")
         return None
@@ -216,7 +183,10 @@ class ElevationPanel(QWidget):
             return None
         path = self._studio.project.find_model(model)
         assert path is not None
-        plane = self.plane.plane() or HORIZONTAL
+        plane = self.plane.plane()
+        others: dict[str, Any] = {"plane": None if plane is None else plane_text(plane)}
+        if not self.grid.fields["limit_m"].isEnabled():
+            others["limit_m"] = None
         frame = model.frame
         return ElevationOrder(
             path,
@@ -225,16 +195,9 @@ class ElevationPanel(QWidget):
             world_crs(frame.crs, frame.unit_m),
             frame.has_metres,
             frame.has_north,
-            (plane.dip_direction_deg, plane.dip_deg),
-            self._length(self.gsd),
-            self._length(self.limit) if self.limit.isEnabled() else None,
+            self.grid.options(**others),
+            self.also.options(),
             Path(self.target.text()).expanduser(),
-            Wanted(
-                self.hillshade.isChecked(),
-                self.slope.isChecked(),
-                self.aspect.isChecked(),
-                self._length(self.contours),
-            ),
         )
 
     # --- the job -----------------------------------------------------------------------------
@@ -247,7 +210,7 @@ class ElevationPanel(QWidget):
             return
         from vomstudio.products.elevation.writing import outputs_of
 
-        there = [p.name for p in outputs_of(asked.out, asked.wanted).values() if p.exists()]
+        there = [p.name for p in outputs_of(asked.out, asked.files).values() if p.exists()]
         if there and not may_replace(self, there):
             return
         self.made = None
@@ -292,8 +255,9 @@ class ElevationPanel(QWidget):
         self.made = None
         self.figures.setText("")
         self.picture.show_picture(None)
-        for field in (self.gsd, self.limit, self.contours, self.target):
-            field.clear()
+        for fields in (self.grid, self.also):
+            fields.reset()
+        self.target.clear()
         self.target.setModified(False)
         self.refresh()
 
@@ -309,19 +273,8 @@ class ElevationPanel(QWidget):
         place = None if model is None else model_words(self._studio, model)
         if asked is None or place is None:
             return None
-        dd, d = asked.plane
-        options: list[tuple[str, str | float | Path]] = [("-o", asked.out)]
-        if asked.plane != (0.0, 0.0):
-            options.append(("--plane", f"{dd:.10g}/{d:.10g}"))
-        for name, value in (
-            ("--gsd", asked.gsd),
-            ("--limit", asked.limit),
-            ("--contours", asked.wanted.contours),
-        ):
-            if value is not None:
-                options.append((name, value))
-        also = [f"--{n}" for n in ("hillshade", "slope", "aspect") if getattr(asked.wanted, n)]
-        return ["dem", *place, *options, *also, "--force"]
+        options = [*option_words(asked.options), *option_words(asked.files)]
+        return ["dem", *place, ("-o", asked.out), *options, "--force"]
 
 
 def in_words(made: WrittenElevation, notation: str, unit: str) -> str:
@@ -348,11 +301,3 @@ def in_words(made: WrittenElevation, notation: str, unit: str) -> str:
             )
         )
     return "\n".join(said)
-
-
-def _length_field(name: str, empty: str, tip: str) -> QLineEdit:
-    field = QLineEdit()
-    field.setObjectName(name)
-    field.setPlaceholderText(empty)
-    field.setToolTip(tip)
-    return field

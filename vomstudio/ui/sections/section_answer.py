@@ -15,6 +15,7 @@ from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Matrix, Record
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
 
 if TYPE_CHECKING:
     from vomstudio.products.ortho.interpretation import Flat
@@ -28,10 +29,8 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class SectionQuestion:
-    """data : of the model in its own frame; path : of its file; crs : of World; slab : of a cloud,
-    None for the usual one; records : None for a section without features; along : (3,) direction of
-    projection, None at right angles; within : metres, or None; by_domain : each domain along the
-    axis of its own"""
+    """data : of the model in its own frame; path : of its file; crs : of World; records : None for
+    a section without features; along : (3,) direction of projection, None at right angles"""
 
     data: Mesh | PointCloud
     to_world: Matrix
@@ -40,11 +39,10 @@ class SectionQuestion:
     metric: bool
     north_known: bool
     curtain: Curtain
-    slab: float | None
+    options: SectionOptions
+    features: SectionFeatures
     records: Mapping[str, Record] | None
     along: Array | None
-    within: float | None
-    by_domain: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +58,6 @@ class SectionAnswer:
 def answer(question: SectionQuestion) -> SectionAnswer:
     """In a thread: the section that `vomstudio section` makes."""
     from vomstudio.geometry.moving import moved
-    from vomstudio.io.models.opening import point_spacing
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
@@ -68,16 +65,15 @@ def answer(question: SectionQuestion) -> SectionAnswer:
 
     q = question
     data = moved(q.data, q.to_world)
-    spacing = 0.0 if isinstance(data, Mesh) else point_spacing(data)
-    cut = cut_model(data, q.curtain, q.slab, spacing if np.isfinite(spacing) else 0.0)
+    cut = cut_model(data, q.curtain, q.options.slab_m)
     features = q.records is not None and any(
         isinstance(record, Feature) for record in q.records.values()
     )
     items = items_of(q.records, Measurements()) if features and q.records else ()
-    parted = q.by_domain and bool(items)
+    parted = q.features.along == DOMAINS and bool(items)
     directions = by_domain(items, "domains") if parted else Directions(q.along)
     grazing = directions.checked(q.curtain)
-    flats, left_out = writing.project_items(items, q.curtain, directions, q.within)
+    flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
     figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
     drawing = writing.section_drawing(
         cut, q.curtain, flats,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document.domains import domain_names
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import Dimension
@@ -24,7 +26,9 @@ from vomstudio.document.records import Feature, Model, Picked, get, get_feature
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
 from vomstudio.tools.measure import MeasureTool
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
@@ -36,7 +40,6 @@ from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
-    Word,
     Words,
     copy_command,
     copy_with_file,
@@ -45,9 +48,10 @@ from vomstudio.ui.forms.copied_command import (
 )
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.line_field import LineField
-from vomstudio.ui.forms.model_axes import add_length_row
+from vomstudio.ui.forms.model_axes import follow_axes, unit_of
 from vomstudio.ui.forms.model_box import ModelBox
-from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
+from vomstudio.ui.forms.options_form import OptionFields
+from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection, plane_text
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.drawing_view import DrawingView
 from vomstudio.ui.sections.section_answer import (
@@ -95,16 +99,13 @@ class SectionPanel(SeenPanel):
         self.take_line = QPushButton(tr("Take selected"))
         self.draw_line = QPushButton(theme.icon("vector-polyline"), tr("Draw…"))
         self.direction = LineField(studio, "section_direction", tr("at right angles"))
-        self.features = QCheckBox(tr("Features within"))
+        self.features = QCheckBox(tr("Features"))
         self.features.setChecked(True)
         self.by_domain = QCheckBox(tr("Domains along their own axes"))
         self.by_domain.setObjectName("section_by_domain")
-        self.within = QLineEdit()
-        self.within.setObjectName("section_within")
-        self.within.setPlaceholderText(tr("any distance"))
-        self.slab = QLineEdit()
-        self.slab.setObjectName("section_slab")
-        self.slab.setPlaceholderText(tr("automatic"))
+        self.cutting = OptionFields(SectionOptions, "section", SectionOptions(section_line=""))
+        self.projected = OptionFields(SectionFeatures, "section")
+        follow_axes(studio, self._show_axes)
         self.said = hint_label()
         self.said.setObjectName("section_said")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
@@ -125,8 +126,9 @@ class SectionPanel(SeenPanel):
         form.addRow(tr("Line"), self._line_row)
         form.addRow(tr("Project"), self.direction)
         form.addRow("", self.by_domain)
-        form.addRow(self.features, self.within)
-        add_length_row(form, self._studio, lambda u: tr("Slab ({unit})", unit=u), self.slab)
+        form.addRow("", self.features)
+        self.projected.add_rows(form)
+        self.cutting.add_rows(form)
         buttons = QHBoxLayout()
         buttons.addWidget(self.write)
         buttons.addWidget(self.copy)
@@ -140,8 +142,6 @@ class SectionPanel(SeenPanel):
         self.direction.line.setToolTip(
             tr("Features are projected along this trend/plunge, such as the fold axis.")
         )
-        self.within.setToolTip(tr("Leave out features farther away than this."))
-        self.slab.setToolTip(tr("Of a point cloud: thickness of the slab of points."))
         self.draw_line.setToolTip(
             tr("Click along the outcrop, then press Enter: the section runs vertically along it.")
         )
@@ -151,9 +151,8 @@ class SectionPanel(SeenPanel):
         for box in (self.model, self.along_what):
             box.currentIndexChanged.connect(soon)
         self.along_what.currentIndexChanged.connect(self._show_rows)
-        for field in (self.through, self.within, self.slab):
-            field.textChanged.connect(soon)
-        for changed in (self.plane.changed, self.direction.changed, self.features.toggled,
+        for changed in (self.through.textChanged, self.cutting.changed, self.projected.changed,
+                        self.plane.changed, self.direction.changed, self.features.toggled,
                         self.by_domain.toggled):  # fmt: skip
             changed.connect(soon)
         self.plane.take.clicked.connect(lambda _=False: self._take_through())
@@ -235,6 +234,10 @@ class SectionPanel(SeenPanel):
                       example="12.5, 3, 120")  # fmt: skip
         return np.array(values, np.float64)
 
+    def _show_axes(self, axes: Axes) -> None:
+        for fields in (self.cutting, self.projected):
+            fields.show_unit(unit_of(axes))
+
     # --- the question ---------------------------------------------------------------------------
     def show_now(self) -> None:
         if not self._studio.has_project:
@@ -254,12 +257,6 @@ class SectionPanel(SeenPanel):
         path = studio.project.find_model(model)
         if path is None:
             return tr("The model's file was not found; choose it with Model > Locate file.")
-        lengths = {}
-        for field in (self.within, self.slab):
-            value = parse_number(field.text()) if field.text().strip() else None
-            if field.text().strip() and (value is None or not 0 < value < math.inf):
-                return tr("A thickness or distance is a positive number.")
-            lengths[field] = value
         by_line = self.along_what.currentData() == "line"
         if by_line and self.line is None:
             return tr(
@@ -278,15 +275,25 @@ class SectionPanel(SeenPanel):
             curtain = curtain_of(plane, through, self.line if by_line else None)
         except VomError as error:
             return error.message
-        by_domain = self.by_domain.isChecked() and bool(domain_names(studio.session.records))
         data, frame = studio.models[model.id].data, model.frame
-        cloud = isinstance(data, PointCloud)
+        options = self.cutting.options(
+            plane=None if plane is None or by_line else plane_text(plane),
+            through=None if through is None else numbers_text(through.tolist()),
+            section_line=self._line_name if by_line else None,
+            **{} if isinstance(data, PointCloud) else {"slab_m": None},
+        )
+        by_domain = self.by_domain.isChecked() and bool(domain_names(studio.session.records))
+        typed = None if along is None else f"{along.trend_deg:.10g}/{along.plunge_deg:.10g}"
+        features = SectionFeatures()
+        if self.features.isChecked():
+            features = self.projected.options(
+                features=str(studio.project.folder), along=DOMAINS if by_domain else typed
+            )
         return SectionQuestion(
             data, model.to_world, path, world_crs(frame.crs, frame.unit_m), frame.has_metres,
-            frame.has_north, curtain, lengths[self.slab] if cloud else None,
+            frame.has_north, curtain, options, features,
             dict(studio.records) if self.features.isChecked() else None,
-            None if along is None or by_domain else along.vector(), lengths[self.within],
-            by_domain,
+            None if along is None or by_domain else along.vector(),
         )  # fmt: skip
 
     # --- the answer -----------------------------------------------------------------------------
@@ -349,13 +356,15 @@ class SectionPanel(SeenPanel):
         allow(self.take_through, None if chosen else tr("Select a feature first."))
         model = self.model.chosen_model() if self._studio.has_project else None
         cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
-        allow(self.slab, None if cloud else tr("Only a point cloud is cut as a slab."))
+        slab = self.cutting.fields["slab_m"]
+        allow(slab, None if cloud else tr("Only a point cloud is cut as a slab."))
 
     def _opened(self) -> None:
         """Another project."""
         self.line, self._drawing = None, False
-        for field in (self.through, self.within, self.slab):
-            field.clear()
+        self.through.clear()
+        for fields in (self.cutting, self.projected):
+            fields.reset()
         self._soon()
 
     def _close(self) -> None:
@@ -411,28 +420,12 @@ class SectionPanel(SeenPanel):
         if place is None or answered is None:
             return None
         question = answered.question
-        options: list[tuple[str, Word]] = []
+        options = question.options
         if profile is not None:
-            options.append(("--section-line", profile))
-        else:
-            plane = question.curtain.plane
-            assert plane is not None
-            options += [
-                ("--plane", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"),
-                ("--through", numbers_text(question.curtain.panels[0].origin.tolist())),
-            ]
-        if question.slab is not None:
-            options.append(("--slab", question.slab))
-        if question.records is not None and self._studio.session.features():
-            options.append(("--features", self._studio.project.folder))
-            if question.by_domain:
-                options.append(("--along", "domains"))
-            elif (along := self.direction.direction()) is not None:
-                options.append(("--along", f"{along.trend_deg:.10g}/{along.plunge_deg:.10g}"))
-            if question.within is not None:
-                options.append(("--within", question.within))
+            options = replace(options, section_line=str(profile))
+        features = question.features if self._studio.session.features() else SectionFeatures()
         out = Path(start_folder(self._studio)) / "section.svg"
-        return ["section", *place, *options, ("-o", out)]
+        return ["section", *place, *option_words(options), *option_words(features), ("-o", out)]
 
 
 def _row(*parts: QWidget) -> QWidget:

@@ -15,6 +15,7 @@ from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
 from vomstudio.errors import VomError
+from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.surface_fields import KINDS, field_name
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.notation import format_plane
@@ -30,6 +31,7 @@ from vomstudio.jobs.surface_tasks import (
     FieldsOrder,
     MeasurableOrder,
 )
+from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
 from vomstudio.words import tr
@@ -247,7 +249,8 @@ class SurfaceFields:
         names = map_names(plane, length, metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
-        registration = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
+        tilt = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
+        options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
         def read() -> tuple[Arrays, tuple[Message, ...]]:
             with open_arrays(out) as found:
@@ -256,7 +259,7 @@ class SurfaceFields:
                 return arrays, tuple(str(each) for each in found["said"])
 
         self._submit(
-            MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), length, registration, out),
+            MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), options, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
                plane=format_plane(plane)),
             lambda _: self._read(model_id, shown, read),
@@ -279,7 +282,7 @@ class SurfaceFields:
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
         self._submit(
-            COMPARE_MODELS, CompareOrder(standing, other, None, None, out),
+            COMPARE_MODELS, CompareOrder(standing, other, CompareOptions(), out),
             tr("Distances from {model} to {other}", model=standing.name, other=other.name),
             lambda _: self._read(model_id, shown, read),
         )  # fmt: skip

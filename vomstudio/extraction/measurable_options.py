@@ -1,0 +1,100 @@
+"""Options of the map of measurable planes, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import (
+    MAX_LENGTH_M,
+    MIN_LENGTH_M,
+    check_alternatives,
+    check_options,
+    check_requires,
+    option,
+)
+from vomstudio.words import to_translate
+
+DEFAULT_ANGLE_DEG = 10.0
+MIN_POINTS, MAX_POINTS = 4, 1_000_000
+
+
+@dataclass(frozen=True)
+class MeasurableOptions:
+    """Trace and model of the map. Raises UsageError for a value outside its bounds."""
+
+    length_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("length of a trace, m"),
+        automatic=to_translate("100 resolutions of the model"),
+    )
+    noise_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("standard deviation of a trace's vertices across their plane, m"),
+        automatic=to_translate("half of a photo's pixel, a twentieth of the resolution"),
+    )
+    points: int | None = option(
+        None,
+        minimum=MIN_POINTS,
+        maximum=MAX_POINTS,
+        help=to_translate("number of vertices of a trace"),
+        automatic=to_translate("one for each resolution of its length"),
+    )
+    resolution_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("resolution of the model, m"),
+        automatic=to_translate("that of its points around each place"),
+    )
+    angle_deg: float = option(
+        DEFAULT_ANGLE_DEG,
+        minimum=0.1,
+        maximum=45.0,
+        help=to_translate("maximum angle between the plane and a face that exposes it as a patch"),
+    )
+    registration_error_deg: float | None = option(
+        None,
+        minimum=0.0,
+        maximum=89.0,
+        help=to_translate("95 % error of the plane caused by the registration"),
+        automatic=to_translate("that of --project, else 0"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+    @property
+    def used_registration_error_deg(self) -> float:
+        """The error that applies, 0 if it is not given."""
+        return self.registration_error_deg or 0.0
+
+
+@dataclass(frozen=True)
+class MeasurableTarget:
+    """Plane and raster of the command. Raises UsageError unless one plane is given."""
+
+    plane: str | None = option(
+        None, metavar="DD/D", help=to_translate("dip direction and dip of the plane")
+    )
+    mean: str | None = option(
+        None,
+        metavar="TABLE",
+        help=to_translate("or the mean plane of this table, from the orientation tensor"),
+    )
+    set: str | None = option(None, metavar="NAME", help=to_translate("only this set of the table"))
+    gsd_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("side of a cell of the raster, m"),
+        automatic=to_translate("a fortieth of the length, at least the resolution"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_alternatives(self, "plane", "mean")
+        check_requires(self, "set", "mean")

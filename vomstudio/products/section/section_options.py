@@ -1,0 +1,101 @@
+"""Options of sections, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import (
+    MAX_LENGTH_M,
+    MIN_LENGTH_M,
+    check_alternatives,
+    check_options,
+    check_requires,
+    option,
+)
+from vomstudio.words import to_translate
+
+DOMAINS = "domains"
+"""Value of `SectionFeatures.along` that projects each domain along its own axis."""
+
+
+@dataclass(frozen=True)
+class SectionOptions:
+    """Plane or line of a section.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and unless a plane with a point, or a line, is given.
+    """
+
+    plane: str | None = option(
+        None, metavar="DD/D", help=to_translate("plane of the section (with --through)")
+    )
+    through: str | None = option(
+        None,
+        metavar="X,Y,Z",
+        help=to_translate("a point of World on the plane, from which distances count"),
+    )
+    section_line: str | None = option(
+        None,
+        metavar="LINE",
+        help=to_translate(
+            "or a vertical section along the line in this file: a table x, y, or a GIS layer"
+        ),
+    )
+    slab_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("Slab"),
+        help=to_translate("thickness of the slab of points that is used of a cloud, m"),
+        tip=to_translate("Thickness of the slab of points that is used of a cloud"),
+        automatic=to_translate("four times the mean distance of the points"),
+        decimals=4,
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_alternatives(self, "plane", "section_line")
+        check_requires(self, "plane", "through")
+        check_requires(self, "through", "plane")
+
+
+@dataclass(frozen=True)
+class SectionFeatures:
+    """Features to project onto a section.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and for a direction or distance without features.
+    """
+
+    features: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("also project the features of this project or orientation table"),
+    )
+    along: str | None = option(
+        None,
+        metavar="T/P|domains",
+        help=to_translate(
+            "project along this trend and plunge, or with the word domains each domain along its"
+            " own axis"
+        ),
+        automatic=to_translate("at right angles"),
+    )
+    within_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("Within"),
+        help=to_translate("maximum distance of the features from the section, m"),
+        tip=to_translate("Maximum distance of the features from the section"),
+        empty=to_translate("any distance"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_requires(self, "along", "features")
+        check_requires(self, "within_m", "features")

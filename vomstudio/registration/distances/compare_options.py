@@ -1,0 +1,40 @@
+"""Options of the comparison of two models, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
+from vomstudio.words import to_translate
+
+
+@dataclass(frozen=True)
+class CompareOptions:
+    """Kind of distances. Raises UsageError for a value outside its bounds."""
+
+    m3c2_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        metavar="RADIUS",
+        label=to_translate("Radius"),
+        help=to_translate("M3C2 in cylinders of this radius, with a level of detection, m"),
+        tip=to_translate("Radius of the cylinders; each should contain twenty points"),
+        automatic=to_translate("the distance to the nearest point of the benchmark's surface"),
+        empty=to_translate("nearest"),
+    )
+    registration_error_m: float | None = option(
+        None,
+        minimum=0.0,
+        label=to_translate("Error (1σ)"),
+        help=to_translate(
+            "standard deviation of the position of one model relative to the other, for the level"
+            " of detection, m"
+        ),
+        tip=to_translate("Standard deviation of one model's position relative to the other"),
+        automatic=to_translate("that of the model's registration or reconstruction, else 0"),
+        decimals=4,
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
