@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,11 @@ def codes(answer: Mapping[str, Any]) -> list[str]:
         each["code"] if isinstance(each, dict) else as_finding(each).code
         for each in answer["warnings"]
     ]
+
+
+def by_code(findings: Iterable[Any]) -> dict[str, dict[str, Any]]:
+    """Return the values of findings by their codes; of a code that occurs twice the last."""
+    return {each.code: each.values for each in map(as_finding, findings)}
 
 
 def shown_codes(text: str) -> set[str]:

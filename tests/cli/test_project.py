@@ -106,7 +106,7 @@ def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Pa
     assert run("project", project, "fit").out.splitlines()[-1] == TEXTBOOK.in_words
     refused = run("project", project, "fit", "B02")
     assert refused.code == 2
-    assert "no feature B02" in refused.said
+    assert "no feature 'B02'" in refused.said
 
 
 # --- undo and redo -------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path
     assert run("project", project, "undo").code == 0
     nothing = run("project", project, "undo", "--json")
     assert nothing.code == 2
-    assert nothing.json["error"]["code"] == "document"
+    assert nothing.json["error"]["code"] == "edit.nothing-to-undo"
 
 
 def test_a_project_that_is_open_in_a_window_is_not_changed(run, project: Path) -> None:
@@ -260,9 +260,9 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
     [
         (
             ["--type", "bedrock"],
-            "No feature type is called bedrock. The feature types are: Bedding, Fault",
+            "“bedrock” is not valid. Choose one of: Bedding, Fault",
         ),
-        (["--type", "fault", "--model", "face"], "No model is called face. The models are: cliff."),
+        (["--type", "fault", "--model", "face"], "“face” is not valid. Choose one of: cliff."),
         (["--type", "fault", "--by", "bed"], "bed"),
         ([], "--type"),
     ],

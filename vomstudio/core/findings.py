@@ -16,6 +16,8 @@ from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
 from vomstudio.errors import VomError
 from vomstudio.words import tr, tr_n
 
+MAX_LISTED = 8
+"""Number of items of a list that a text shows."""
 UNCODED = "uncoded"
 """Code of sentences that have not been given a code yet."""
 
@@ -172,5 +174,7 @@ def _frozen(value: Any) -> Any:
 
 def _shown(value: Any) -> Any:
     if isinstance(value, tuple):
-        return ", ".join(map(str, value))
+        shown = ", ".join(map(str, value[:MAX_LISTED]))
+        more = len(value) - MAX_LISTED
+        return tr("{values} and {count} more", values=shown, count=more) if more > 0 else shown
     return tr("none") if value is None else value

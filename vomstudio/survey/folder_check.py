@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core import findings
 from vomstudio.core.findings import Message
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError
@@ -22,12 +23,12 @@ class FolderCheck(Shown):
     """What the photos of a folder are worth.
 
     folder : as it was given; report : before the alignment; aligned : after it, where an alignment
-    was given; skipped : name and reason of pictures that are not used; warnings : sentences
+    was given; skipped : name of unused pictures and the finding why; warnings : findings
     """
 
     folder: str
     report: SurveyReport
-    skipped: tuple[tuple[str, str], ...]
+    skipped: tuple[tuple[str, findings.Finding], ...]
     warnings: tuple[Message, ...]
     aligned: SurveyReport | None = None
 
@@ -76,7 +77,10 @@ class FolderCheck(Shown):
         result: dict[str, Any] = {
             "folder": self.folder,
             **self.report.as_dict(),
-            "skipped": [{"name": name, "reason": reason} for name, reason in self.skipped],
+            "skipped": [
+                {"name": name, "reason": reason.message, "reason_code": reason.code}
+                for name, reason in self.skipped
+            ],
             "warnings": list(self.warnings),
         }
         if self.aligned is not None:

@@ -22,6 +22,7 @@ from vomstudio.core.finding_texts import (
     projects,
     registration,
     structures,
+    tables,
     tools,
     workspace,
 )
@@ -44,6 +45,7 @@ SUBJECTS = (
     projects,
     registration,
     structures,
+    tables,
     tools,
     workspace,
 )
