@@ -306,13 +306,6 @@ TEXTS: dict[str, Entry] = {
             " {y:.0f}, and the others."
         ),
     ),
-    "control.mark-scatter": (
-        "warning",
-        to_translate(
-            "Marks of the control points scatter by {scatter_px:.0f} px. The stated errors include"
-            " this. Check the marks, and the poses of the photos."
-        ),
-    ),
     "control.no-points": (
         "error",
         to_translate(
