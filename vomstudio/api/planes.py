@@ -102,6 +102,7 @@ class OrientationFigures:
     attitude_scale: str | None
     quality: str | None
     quality_reason: str | None
+    reason_codes: str | None
     quality_notes: str | None
     profile: str | None
     method: str | None
@@ -144,7 +145,8 @@ class PlaneFit(OrientationFigures):
     resolution_m, extent_over_resolution : of the model
     bend_deg : of a face that bends as a whole, from edge to edge; attitude_scale : "local" or
     "regional", whether the plane is the attitude of this place alone
-    quality, quality_reason, quality_notes : good, doubtful or poor, why, and what lowers no verdict
+    quality, quality_reason, reason_codes, quality_notes : good, doubtful or poor, why, the codes of
+        these reasons with spaces between, and what lowers no verdict
     profile : by whose limits the verdict was given; method : "pca" or "regression"
     id, name, kind, set, overturned, model, frame, notes : of a feature of a project
     element : "plane"

@@ -114,11 +114,18 @@ def _quality(s: Subject) -> str | None:
 def _reasons(s: Subject) -> str | None:
     if s.measured.verdict is None:
         return None if s.measured.problem is None else str(s.measured.problem)
-    return " ".join(s.measured.verdict.reasons)
+    return " ".join(each.message for each in s.measured.verdict.reasons)
+
+
+def _reason_codes(s: Subject) -> str | None:
+    if s.measured.verdict is None:
+        return None
+    return " ".join(each.code for each in s.measured.verdict.reasons)
 
 
 def _quality_notes(s: Subject) -> str | None:
-    return " ".join(s.measured.verdict.notes) if s.measured.verdict else None
+    notes = s.measured.verdict.notes if s.measured.verdict else ()
+    return " ".join(each.message for each in notes) if s.measured.verdict else None
 
 
 def _profile(s: Subject) -> str | None:
@@ -466,6 +473,14 @@ REASONS = _text(
     short="reason",
     words=("reasons",),
 )
+REASON_CODES = _text(
+    "reason_codes",
+    _("Codes of reasons"),
+    _("Codes of the findings that lowered the verdict"),
+    _reason_codes,
+    short="codes",
+    words=("codes",),
+)
 QUALITY_NOTES = _text(
     "quality_notes",
     _("Notes on shape"),
@@ -489,7 +504,7 @@ ORIENTATION: tuple[Figure, ...] = (
     AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
     MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
     REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
-    ATTITUDE_SCALE, QUALITY, REASONS, QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME, NOTES,
+    ATTITUDE_SCALE, QUALITY, REASONS, REASON_CODES, QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME, NOTES,
 )  # fmt: skip
 """The orientation table, column after column."""
 
@@ -520,5 +535,5 @@ FITTED = (
     REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
     ATTITUDE_SCALE, METHOD,
 )  # fmt: skip
-VERDICT = (QUALITY, REASONS, QUALITY_NOTES, PROFILE)
+VERDICT = (QUALITY, REASONS, REASON_CODES, QUALITY_NOTES, PROFILE)
 ON_A_MODEL = (MODEL, FRAME)

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 from vomstudio.geology import orientation
 from vomstudio.geology.common_turns import Region
@@ -32,7 +32,6 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.tilts import errors_95_deg
-from vomstudio.words import tr
 
 Records = Mapping[str, Record]
 Floats = npt.NDArray[np.float64]
@@ -294,11 +293,8 @@ def told_of_rule(verdict: Verdict, rule: int, *, measured: bool) -> Verdict:
     """The verdict, with a note where what it rests on was measured by an earlier rule."""
     if rule >= SURROUNDINGS_RULE or not measured:
         return verdict
-    said = tr(
-        "The resolution and the outcrop face were measured by an earlier rule. Update the "
-        "surroundings of earlier features."
-    )
-    return Verdict(verdict.quality, verdict.reasons, (*verdict.notes, said), verdict.limits)
+    note = Finding("plane.earlier-rule")
+    return Verdict(verdict.quality, verdict.reasons, (*verdict.notes, note), verdict.limits)
 
 
 def common_error_deg(fit95_deg: float | None, measured: Iterable[Measurement]) -> float | None:

@@ -159,7 +159,7 @@ def rank_of(
         fit,
         resolution_m=resolution,
         outcrop_normal=face,
-        seen=() if rest is None else rest.reasons(),
+        seen=() if rest is None else rest.findings(),
         stretch_error_deg=stretch,
     )
     return (_RANK[verdict.quality], 90.0 if error is None else error), error

@@ -34,7 +34,7 @@ from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import Verdict, feature_extent_m, judge
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.heights.bends import bend_of
-from vomstudio.geometry.heights.levels import level_gap, said_of_bend, said_of_levels
+from vomstudio.geometry.heights.levels import bend_findings, level_findings, level_gap
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
@@ -314,7 +314,7 @@ def _facet(
     gap = level_gap(points, fit.normal) if thick else None
     verdict = judge(
         fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        seen=said_of_levels(gap), bend_deg=(bend := bend_of(points, fit.normal)),
+        seen=level_findings(gap), bend_deg=(bend := bend_of(points, fit.normal)),
     )  # fmt: skip
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, known, verdict, area, resolution, border, rows, gap, bend_deg=bend)
@@ -338,7 +338,7 @@ def _bent(facet: Facet) -> Facet:
         verdict=replace(
             verdict,
             quality="doubtful" if verdict.quality == "good" else verdict.quality,
-            reasons=(*verdict.reasons, *said_of_bend(True)),
+            reasons=(*verdict.reasons, *bend_findings(True)),
         ),
     )
 

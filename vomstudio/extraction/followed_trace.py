@@ -187,7 +187,7 @@ def plane_of(
         resolution_m=own,
         outcrop_normal=face,
         thresholds=thresholds,
-        seen=() if rest is None else rest.reasons(),
+        seen=() if rest is None else rest.findings(),
         stretch_error_deg=stretch,
     )
     row = plane_row(

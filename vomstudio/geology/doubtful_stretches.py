@@ -69,10 +69,6 @@ class Rest:
             for one in self.stretches
         ]
 
-    def reasons(self) -> list[str]:
-        """The same as sentences."""
-        return [each.message for each in self.findings()]
-
 
 def rest_of(points: Array, ranges: Sequence[Range]) -> Rest | None:
     """Fit a plane to the points of a trace (n, 3) outside of some stretches; None without such.

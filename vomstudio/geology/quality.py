@@ -1,4 +1,4 @@
-"""Whether a fitted plane is worth keeping: good, doubtful or poor, with the reasons in words."""
+"""Whether a fitted plane is worth keeping: good, doubtful or poor, with the reasons."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION, PlaneSizes, within_wander
@@ -24,13 +25,22 @@ Kind = Literal["trace", "patch"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """quality; reasons : what kept it from being good, and what to do about it; notes : shape and
-    extent beside their wanted values, and what only the geologist can answer. Whole sentences.
-    limits : by which it was given"""
+    """How far a plane or line can be trusted, and why.
+
+    Parameters
+    ----------
+    quality : {"good", "doubtful", "poor"}
+    reasons : tuple of Finding
+        What kept it from being good, and what to do about it.
+    notes : tuple of Finding
+        Shape and extent beside their recommended values, and questions to the geologist.
+    limits : Thresholds
+        By which it was given.
+    """
 
     quality: Quality
-    reasons: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    reasons: tuple[Finding, ...]
+    notes: tuple[Finding, ...] = ()
     limits: Thresholds = DEFAULTS
 
     @property
@@ -188,7 +198,7 @@ def judge(
     kind: Kind = "trace",
     thresholds: Thresholds = DEFAULTS,
     registration_deg: float | None = None,
-    seen: Sequence[str] = (),
+    seen: Sequence[Finding] = (),
     stretch_error_deg: float | None = None,
     bend_deg: float | None = None,
 ) -> Verdict:
@@ -207,8 +217,9 @@ def judge(
     bend_deg : by which a face bends as a whole, see `geometry.heights.bends`
     """
     if fit.error is not None:
-        said = tr("There is no plane: {error}", error=_sentence(fit.error))
-        return Verdict("poor", (said,), limits=thresholds)
+        return Verdict(
+            "poor", (Finding("plane.no-fit", reason=_sentence(fit.error)),), limits=thresholds
+        )
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
     poor, reasons, notes = decided(
@@ -218,14 +229,8 @@ def judge(
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     total = total_error_deg(fit, resolution_m, kind, registration_deg)
     if is_local(fit, bend_deg, total) and bend_deg is not None and total is not None:
-        notes.append(
-            tr(
-                "The face bends by {bend} from edge to edge: its plane is that of this place. The "
-                "attitude over several such faces is known to {regional}.",
-                bend=_deg(bend_deg),
-                regional=_deg(min(math.hypot(total, bend_deg), 90.0)),
-            )
-        )
+        regional_deg = min(math.hypot(total, bend_deg), 90.0)
+        notes.append(Finding("plane.local", bend_deg=bend_deg, regional_deg=regional_deg))
     return Verdict(quality, tuple(reasons), tuple(notes + question), thresholds)
 
 
@@ -244,39 +249,27 @@ def _by_error(
     registration_deg: float | None,
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
-) -> tuple[bool, list[str], list[str]]:
+) -> tuple[bool, list[Finding], list[Finding]]:
     """Whether it is poor, reasons and notes."""
     poor, reasons = _of_direction(
         fit, kind, resolution_m, thresholds, registration_deg, face, stretch_error_deg
     )
     if fit.long_roughness:
-        reasons.append(
-            tr(
-                "The roughness is as long as the trace, so the wider of the two errors counts. "
-                "Pick a longer trace."
-            )
-        )
+        reasons.append(Finding("plane.long-roughness"))
     notes = _of_shape(fit, kind, thresholds)
     extent = feature_extent_m(fit, kind)
     if resolution_m is not None and resolution_m > 0.0 and extent is not None:
         ratio = extent / resolution_m
         if ratio < thresholds.least_extent_over_resolution:
-            reasons.append(
-                tr(
-                    "The extent is only {number} times the resolution of the model. Pick a longer "
-                    "one or use a finer model.",
-                    number=_number(ratio),
-                )
-            )
+            reasons.append(Finding("plane.too-small", ratio=ratio))
         elif ratio < thresholds.extent_over_resolution:
             notes.append(
-                tr(
-                    "The extent is {number:g} times the resolution of the model ({wanted:g} "
-                    "recommended): planes of this size can be expected within {error}.",
+                Finding(
+                    "plane.small",
                     # Rounded down: never the recommended figure itself.
-                    number=math.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else math.floor(ratio),
-                    wanted=thresholds.extent_over_resolution,
-                    error=_deg(PlaneSizes.of_model(resolution_m).error_deg(extent) or 90.0),
+                    ratio=math.floor(10.0 * ratio) / 10.0 if ratio < 10.0 else math.floor(ratio),
+                    recommended=thresholds.extent_over_resolution,
+                    error_deg=PlaneSizes.of_model(resolution_m).error_deg(extent) or 90.0,
                 )
             )
     return poor, reasons, notes
@@ -290,45 +283,27 @@ def _by_shape(
     registration_deg: float | None,
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
-) -> tuple[bool, list[str], list[str]]:
+) -> tuple[bool, list[Finding], list[Finding]]:
     """Whether it is poor, reasons and notes."""
-    missed, notes = [], []
+    missed, notes = list[Finding](), list[Finding]()
     # None is infinite: points exactly in one plane, or along one line.
     if fit.coplanarity is not None and fit.coplanarity < t.least_coplanarity:
         missed.append(
-            tr(
-                "The coplanarity is {number} ({wanted:g} is the limit). Pick points that lie in "
-                "one plane.",
-                number=_number(fit.coplanarity),
-                wanted=t.least_coplanarity,
-            )
+            Finding("plane.not-coplanar", coplanarity=fit.coplanarity, minimum=t.least_coplanarity)
         )
     if fit.collinearity is None or fit.collinearity > t.most_collinearity:
         missed.append(
-            tr(
-                "The collinearity is {number} ({wanted:g} is the limit). {more}",
-                number=_number(fit.collinearity),
-                wanted=t.most_collinearity,
-                more=_more(kind),
+            Finding(
+                "plane.collinear",
+                collinearity=_number(fit.collinearity),
+                maximum=t.most_collinearity,
             )
         )
     extent = feature_extent_m(fit, kind)
     if extent is None or resolution_m is None or not resolution_m > 0.0:
-        notes.append(
-            tr(
-                "The resolution of the model is unknown, so the extent could not be held against "
-                "it."
-            )
-        )
+        notes.append(Finding("plane.unknown-resolution"))
     elif extent < t.extent_over_resolution * resolution_m:
-        missed.append(
-            tr(
-                "The extent is {number} times the resolution of the model ({wanted:g} is the "
-                "limit). Pick a longer one or use a finer model.",
-                number=_number(extent / resolution_m),
-                wanted=t.extent_over_resolution,
-            )
-        )
+        missed.append(Finding("plane.too-small", ratio=extent / resolution_m))
     poor = len(missed) > 1
     _, of_error = _of_direction(
         fit, kind, resolution_m, t, registration_deg, face, stretch_error_deg
@@ -345,7 +320,7 @@ def _of_face(
     outcrop_normal: npt.ArrayLike | None,
     resolution_m: float | None,
     t: Thresholds,
-) -> tuple[list[str], list[str]]:
+) -> tuple[list[Finding], list[Finding]]:
     """A reason against a trace that is a drawing on the outcrop's face, and the question whether
     the face that it follows is the structure."""
     if kind != "trace" or outcrop_normal is None:
@@ -359,27 +334,8 @@ def _of_face(
     relief = 4.0 * float(np.sqrt(max(variance, 0.0)))
     least = max(_RELIEF_OVER_RESOLUTION * (resolution_m or 0.0), _RELIEF_OVER_EXTENT * fit.extent)
     if relief < least:
-        return [
-            tr(
-                "The trace follows the outcrop face within {deg} and has little relief out of it. "
-                "Pick where the trace cuts into the face.",
-                deg=_deg(angle),
-            )
-        ], []
-    return [], [
-        tr(
-            "The plane follows the outcrop face within {deg}: is that face the structure itself?",
-            deg=_deg(angle),
-        )
-    ]
-
-
-def _more_points(kind: Kind) -> str:
-    return tr("Pick more points.") if kind == "trace" else tr("Enlarge the patch.")
-
-
-def _more(kind: Kind) -> str:
-    return tr("Add points where the trace bends.") if kind == "trace" else tr("Enlarge the patch.")
+        return [Finding("plane.in-face", angle_deg=angle)], []
+    return [], [Finding("plane.along-face", angle_deg=angle)]
 
 
 def _of_direction(
@@ -390,110 +346,68 @@ def _of_direction(
     registration_deg: float | None,
     face: npt.ArrayLike | None,
     stretch_error_deg: float | None,
-) -> tuple[bool, list[str]]:
-    """Whether the plane is poor for its error, and what is to be said of that."""
+) -> tuple[bool, list[Finding]]:
+    """Whether the plane is poor for its error, and the reasons."""
     angle = total_error_deg(fit, resolution_m, kind, registration_deg, face, stretch_error_deg)
-    more_points = _more_points(kind) if angle is None else ""
     if angle is None and fit.n <= 3:
-        return False, [
-            tr("Of three points no error can be stated. {more_points}", more_points=more_points)
-        ]
+        return False, [Finding("plane.three-points")]
     if angle is None:
-        return True, [
-            tr(
-                "Only 3 of the {n} points differ, so no error can be stated. {more_points}",
-                n=fit.n,
-                more_points=more_points,
-            )
-        ]
+        return True, [Finding("plane.three-distinct-points", n=fit.n)]
     if angle <= t.good_confidence95_deg:
         if not is_from_too_few(fit, resolution_m, t.good_confidence95_deg):
             return False, []
-        return False, [
-            tr(
-                "The plane is of fewer than {fewest:.0f} independent points, whose misfit may be "
-                "small by chance. {more}",
-                fewest=_FEWEST_GOOD,
-                more=_more_points(kind),
-            )
-        ]
+        return False, [Finding("plane.too-few-points", minimum=int(_FEWEST_GOOD))]
     poor = angle > t.poor_confidence95_deg
-    limit = tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
-    if poor:
-        limit = tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
+    limit_deg = t.poor_confidence95_deg if poor else t.good_confidence95_deg
     own = angle
     if registration_deg is not None:
         own = total_error_deg(fit, resolution_m, kind, None, face, stretch_error_deg) or 0.0
     if registration_deg is not None and registration_deg > own:
         return poor, [
-            tr(
-                "The registration of the model can tilt the plane by {deg} {limit}. Register the "
-                "model better.",
-                deg=_deg(registration_deg),
-                limit=limit,
-            )
+            Finding("plane.registration", error_deg=registration_deg, limit_deg=limit_deg)
         ]
     if is_within_wander(fit, kind, resolution_m, face):
-        return poor, [
-            tr(
-                "Across its line the trace is no wider than its points stray on this model, so any "
-                "plane through that line is possible. Pick where the trace cuts into the face."
-            )
-        ]
+        return poor, [Finding("plane.too-straight", error_deg=angle, limit_deg=limit_deg)]
     if stretch_error_deg is not None and own <= stretch_error_deg:
         # The stretches themselves are a reason.
         return poor, []
     if own > (confidence_that_counts_deg(fit, kind) or 0.0):
-        return poor, [
-            tr(
-                "The resolution of the model can tilt the plane by {deg} {limit}. Pick a wider "
-                "one or use a finer model.",
-                deg=_deg(angle),
-                limit=limit,
-            )
-        ]
-    return poor, [
-        tr(
-            "The direction is uncertain by {deg} {limit}. {more}",
-            deg=_deg(angle),
-            limit=limit,
-            more=_more(kind),
-        )
-    ]
+        return poor, [Finding("plane.resolution", error_deg=angle, limit_deg=limit_deg)]
+    if kind == "patch":
+        code = "plane.uncertain-patch"
+    else:
+        code = "plane.too-straight" if _is_straight(fit, t) else "plane.uncertain"
+    return poor, [Finding(code, error_deg=angle, limit_deg=limit_deg)]
 
 
-def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[str]:
-    """What the scatter of the points looks like, beside the wanted figures."""
-    notes = []
+def _is_straight(fit: PlaneFit, t: Thresholds) -> bool:
+    return fit.K is None or t.good_K <= fit.K
+
+
+def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[Finding]:
+    """Compare the scatter of the points with the recommended figures."""
+    notes = list[Finding]()
     # None is infinite: points exactly in one plane.
     if fit.M is not None and t.good_M >= fit.M:
         notes.append(
-            tr(
-                "The points scatter about the plane: M {M:.1f}, coplanarity {number} (M above "
-                "{good_M:g} recommended).",
+            Finding(
+                "plane.scattered",
                 M=fit.M,
-                number=_number(fit.coplanarity),
-                good_M=t.good_M,
+                coplanarity=_number(fit.coplanarity),
+                recommended=t.good_M,
             )
         )
-    if fit.K is None or t.good_K <= fit.K:
-        k = tr("infinite") if fit.K is None else f"{fit.K:.2g}"
+    if _is_straight(fit, t):
         notes.append(
-            tr(
-                "The trace is almost straight: collinearity {number}, K {k} (below {good_K:g} "
-                "recommended)."
-                if kind == "trace"
-                else "The patch is almost straight: collinearity {number}, K {k} (below "
-                "{good_K:g} recommended).",
-                number=_number(fit.collinearity),
-                k=k,
-                good_K=t.good_K,
+            Finding(
+                "plane.almost-straight",
+                collinearity=_number(fit.collinearity),
+                K=tr("infinite") if fit.K is None else f"{fit.K:.2g}",
+                recommended=t.good_K,
             )
         )
     if fit.hyperbolic_overflow:
-        notes.append(
-            tr("The scatter is as large as the bend: the angular error has no bound below 90°.")
-        )
+        notes.append(Finding("plane.unbounded-error"))
     return notes
 
 
@@ -531,61 +445,31 @@ def judge_line(
     """
     t = thresholds
     poor = False
-    reasons: list[str] = []
+    reasons = list[Finding]()
     angle = confidence95_deg
     if angle is None:
         if fit is None:
-            reasons.append(
-                tr("The error of one of its planes is unknown, and so is that of the line.")
-            )
+            reasons.append(Finding("line.plane-error-unknown"))
         elif fit.confidence95_deg is None:
-            reasons.append(
-                tr("Of two points no error can be stated. Pick more points along the line.")
-            )
+            reasons.append(Finding("line.two-points"))
         if fit is not None and not plane_is_known:
-            reasons.append(
-                tr("The error of the plane it lies on is unknown, and so is that of the line.")
-            )
+            reasons.append(Finding("line.plane-error-unknown"))
     elif angle > t.good_confidence95_deg:
         poor = angle > t.poor_confidence95_deg
-        limit = (
-            tr("({deg} is the limit)", deg=_deg(t.poor_confidence95_deg))
-            if poor
-            else tr("({deg} wanted)", deg=_deg(t.good_confidence95_deg))
-        )
+        limit_deg = t.poor_confidence95_deg if poor else t.good_confidence95_deg
         if registration_deg is not None and registration_deg > math.sqrt(0.5) * angle:
-            what = tr("Register the model better.")
-        elif fit is None:
-            what = tr("Measure its planes better.")
-        elif fit.confidence95_deg is not None and angle > fit.confidence95_deg:
-            what = tr("Measure the plane it lies on better.")
+            code = "line.registration"
+        elif fit is None or (fit.confidence95_deg is not None and angle > fit.confidence95_deg):
+            code = "line.uncertain-plane"
         else:
-            what = tr("Pick a longer or straighter line.")
-        reasons.append(
-            tr(
-                "The direction is uncertain by {deg} {limit}. {what}",
-                deg=_deg(angle),
-                limit=limit,
-                what=what,
-            )
-        )
+            code = "line.uncertain"
+        reasons.append(Finding(code, error_deg=angle, limit_deg=limit_deg))
     if off_plane_deg is not None and off_plane_deg > OFF_PLANE_DEG:
-        reasons.append(
-            tr(
-                "The line is {deg} off the plane it is said to lie on. Pick it on that plane.",
-                deg=_deg(off_plane_deg),
-            )
-        )
+        reasons.append(Finding("line.off-plane", angle_deg=off_plane_deg))
     if scatter_deg > ONE_SET_DEG:
-        reasons.append(
-            tr(
-                "The planes of one set lie {deg} (RMS) from their mean, as those of a fold do: "
-                "that mean is no plane of the outcrop. Take one limb, or beta for the fold.",
-                deg=_deg(scatter_deg),
-            )
-        )
+        reasons.append(Finding("line.scattered-set", scatter_deg=scatter_deg))
     if plane_is_gone:
-        reasons.append(tr("The plane it lay on is gone or has no fit, so its rake is not known."))
+        reasons.append(Finding("line.plane-missing"))
     quality: Quality = "poor" if poor else "doubtful" if reasons else "good"
     return Verdict(quality, tuple(reasons), limits=t)
 
@@ -601,10 +485,6 @@ def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> 
     # Both parts, since the arc cosine alone is blind near 0.
     across, along = math.sqrt(i * i + j * j + k * k), abs(x * u + y * v + z * w)
     return math.degrees(math.atan2(across, along))
-
-
-def _deg(x: float) -> str:
-    return f"{x:.0f}°" if x >= 9.95 or x == round(x) else f"{x:.1f}°"
 
 
 def _number(x: float | None) -> str:

@@ -21,4 +21,4 @@ def indices_text(fit: PlaneFit, size: str) -> str:
 
 def first_reason(verdict: Verdict) -> list[str]:
     """The first reason of a verdict, in lines of WIDTH."""
-    return [line for why in verdict.reasons[:1] for line in wrap(why, WIDTH)]
+    return [line for why in verdict.reasons[:1] for line in wrap(why.message, WIDTH)]

@@ -48,4 +48,218 @@ TEXTS: dict[str, Entry] = {
             "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
         ),
     ),
+    "plane.no-fit": ("error", to_translate("There is no plane: {reason}")),
+    "plane.local": (
+        "info",
+        to_translate(
+            "The face bends by {bend_deg:.1f}° from edge to edge, so its plane is local."
+            " The attitude over several such faces is known to {regional_deg:.1f}°."
+        ),
+    ),
+    "plane.long-roughness": (
+        "warning",
+        to_translate(
+            "The roughness is as long as the trace, so the wider of the two errors counts."
+            " Pick a longer trace."
+        ),
+    ),
+    "plane.too-small": (
+        "warning",
+        to_translate(
+            "The extent is only {ratio:.1f} times the resolution of the model. Pick a"
+            " longer one, or use a finer model."
+        ),
+    ),
+    "plane.small": (
+        "info",
+        to_translate(
+            "The extent is {ratio:g} times the resolution of the model ({recommended:g}"
+            " recommended). Planes of this size can be expected within {error_deg:.1f}°."
+        ),
+    ),
+    "plane.not-coplanar": (
+        "warning",
+        to_translate(
+            "The coplanarity is {coplanarity:.1f} (minimum {minimum:g}). Pick points that"
+            " lie in one plane."
+        ),
+    ),
+    "plane.collinear": (
+        "warning",
+        to_translate(
+            "The collinearity is {collinearity} (maximum {maximum:g}). Add points where the"
+            " trace bends, or enlarge the patch."
+        ),
+    ),
+    "plane.unknown-resolution": (
+        "info",
+        to_translate(
+            "The resolution of the model is unknown, so the extent was not compared with it."
+        ),
+    ),
+    "plane.in-face": (
+        "warning",
+        to_translate(
+            "The trace follows the outcrop face within {angle_deg:.1f}° and has little"
+            " relief out of it. Pick where the trace cuts into the face."
+        ),
+    ),
+    "plane.along-face": (
+        "info",
+        to_translate(
+            "The plane follows the outcrop face within {angle_deg:.1f}°: is that face the"
+            " structure itself?"
+        ),
+    ),
+    "plane.three-points": (
+        "warning",
+        to_translate("Three points fit exactly, so no error can be estimated. Add points."),
+    ),
+    "plane.three-distinct-points": (
+        "warning",
+        to_translate("Only 3 of the {n} points differ, so no error can be estimated. Add points."),
+    ),
+    "plane.too-few-points": (
+        "warning",
+        to_translate(
+            "The plane has fewer than {minimum} independent points, so its scatter may be"
+            " small by chance. Add points."
+        ),
+    ),
+    "plane.registration": (
+        "warning",
+        to_translate(
+            "The registration of the model can tilt the plane by {error_deg:.1f}° (limit"
+            " {limit_deg:g}°). Register the model better."
+        ),
+    ),
+    "plane.too-straight": (
+        "warning",
+        to_translate(
+            "The trace is too straight, so its plane is uncertain by {error_deg:.1f}°"
+            " (limit {limit_deg:g}°). Add points where it bends or cuts into the face."
+        ),
+    ),
+    "plane.resolution": (
+        "warning",
+        to_translate(
+            "The resolution of the model can tilt the plane by {error_deg:.1f}° (limit"
+            " {limit_deg:g}°). Pick a wider one, or use a finer model."
+        ),
+    ),
+    "plane.uncertain": (
+        "warning",
+        to_translate(
+            "The plane is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°). Add points"
+            " where the trace bends."
+        ),
+    ),
+    "plane.uncertain-patch": (
+        "warning",
+        to_translate(
+            "The plane is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°). Enlarge the patch."
+        ),
+    ),
+    "plane.scattered": (
+        "info",
+        to_translate(
+            "The points scatter about the plane: M {M:.1f}, coplanarity {coplanarity} (M"
+            " above {recommended:g} recommended)."
+        ),
+    ),
+    "plane.almost-straight": (
+        "info",
+        to_translate(
+            "The points are almost on a line: collinearity {collinearity}, K {K} (below"
+            " {recommended:g} recommended)."
+        ),
+    ),
+    "plane.unbounded-error": (
+        "info",
+        to_translate(
+            "The scatter is as large as the bend, so the angular error has no bound below 90°."
+        ),
+    ),
+    "plane.levels": (
+        "warning",
+        to_translate(
+            "The points lie in two levels {gap_m:.2g} m apart, and the plane between them."
+            " Allow less distance, or paint each level by itself."
+        ),
+    ),
+    "plane.bowed": (
+        "warning",
+        to_translate(
+            "The face continues as a curved surface, so this piece depends on the"
+            " thresholds. Use its plane only where you see one."
+        ),
+    ),
+    "plane.earlier-rule": (
+        "info",
+        to_translate(
+            "Resolution and outcrop face were measured by an earlier rule. Update the"
+            " surroundings of earlier features."
+        ),
+    ),
+    "plane.to-and-fro": (
+        "info",
+        to_translate(
+            "The points go to and fro as if picked all over a face. If this is not a trace,"
+            " use a patch."
+        ),
+    ),
+    "line.plane-error-unknown": (
+        "warning",
+        to_translate(
+            "The error of a plane on which the line depends is unknown, and so is that of"
+            " the line. Measure that plane again."
+        ),
+    ),
+    "line.two-points": (
+        "warning",
+        to_translate(
+            "Two points fit exactly, so no error can be estimated. Pick more points along the line."
+        ),
+    ),
+    "line.registration": (
+        "warning",
+        to_translate(
+            "The line is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°), mostly from"
+            " the registration. Register the model better."
+        ),
+    ),
+    "line.uncertain-plane": (
+        "warning",
+        to_translate(
+            "The line is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°), mostly from"
+            " its planes. Measure them better."
+        ),
+    ),
+    "line.uncertain": (
+        "warning",
+        to_translate(
+            "The line is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°). Pick a"
+            " longer or straighter line."
+        ),
+    ),
+    "line.off-plane": (
+        "warning",
+        to_translate(
+            "The line is {angle_deg:.1f}° off the plane it should lie on. Pick it on that plane."
+        ),
+    ),
+    "line.scattered-set": (
+        "warning",
+        to_translate(
+            "The planes of one set lie {scatter_deg:.1f}° (RMS) from their mean, like those"
+            " of a fold. Use one limb, or the fold axis."
+        ),
+    ),
+    "line.plane-missing": (
+        "warning",
+        to_translate(
+            "The plane of the line was deleted or has no fit, so its rake is unknown."
+            " Choose another plane."
+        ),
+    ),
 }

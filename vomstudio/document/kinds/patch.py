@@ -27,7 +27,7 @@ from vomstudio.document.records import Painted, Point, Repeatable, Surrounded, T
 from vomstudio.errors import GeometryError
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
-from vomstudio.geometry.heights.levels import said_of_bend, said_of_levels
+from vomstudio.geometry.heights.levels import bend_findings, level_findings
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.units import area_text
 from vomstudio.words import to_translate as _
@@ -103,7 +103,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
         kind="patch",
         thresholds=at.thresholds,
         registration_deg=tilt,
-        seen=(*said_of_levels(in_world(patch.level_gap, rows)), *said_of_bend(patch.bent)),
+        seen=(*level_findings(in_world(patch.level_gap, rows)), *bend_findings(patch.bent)),
         bend_deg=patch.bend_deg,
     )
     verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)

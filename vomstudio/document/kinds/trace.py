@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.bed_words import in_words, notes_with_beds
@@ -45,7 +46,7 @@ from vomstudio.geology.quality import judge
 from vomstudio.geometry.lines import path_lengths
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate
 from vomstudio.words import to_translate as _
 
 METHODS = (
@@ -56,10 +57,6 @@ METHODS = (
 
 _TO_AND_FRO = 4.0
 """Ours: times its extent that the way along a trace is long; once around an outcrop is pi times."""
-_FACE = _(
-    "The points go to and fro as if they were picked all over a face: is this a trace? A patch "
-    "would show the face."
-)
 
 
 @dataclass(frozen=True)
@@ -120,7 +117,7 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
                     outcrop_normal=face,
                     thresholds=at.thresholds,
                     registration_deg=tilt,
-                    seen=() if rest is None else rest.reasons(),
+                    seen=() if rest is None else rest.findings(),
                     stretch_error_deg=stretch,
                 ),
                 trace.rule,
@@ -128,7 +125,7 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
             )
         )
         if verdict is not None and fit is not None and length > _TO_AND_FRO * (fit.extent or 0.0):
-            verdict = replace(verdict, notes=(*verdict.notes, tr(_FACE)))
+            verdict = replace(verdict, notes=(*verdict.notes, Finding("plane.to-and-fro")))
         result.append(
             Measurement(
                 own,

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.patches import equal_cells
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Shorts = npt.NDArray[np.int16]
@@ -80,31 +80,14 @@ def level_gap(points: npt.ArrayLike, normal: npt.ArrayLike) -> float | None:
     return _of_layers(inside, _VALLEY, grid) if gap is None else gap
 
 
-def said_of_levels(gap_m: float | None) -> list[str]:
-    """Why a plane through points in such levels is not good; nothing for None."""
-    if gap_m is None:
-        return []
-    return [
-        tr(
-            "Its points lie at two levels or in two layers some {gap:.2g} m apart, as of surfaces "
-            "with a step between them or of two scans that do not fit, and the plane is between "
-            "them. Allow less distance, or paint each by itself.",
-            gap=gap_m,
-        )
-    ]
+def level_findings(gap_m: float | None) -> list[Finding]:
+    """Return why a plane through points in such levels is not good; nothing for None."""
+    return [] if gap_m is None else [Finding("plane.levels", gap_m=gap_m)]
 
 
-def said_of_bend(bent: bool) -> list[str]:
-    """Why the plane of a piece of a wavy or curved face is not good; nothing for another."""
-    if not bent:
-        return []
-    return [
-        tr(
-            "The face bends on into what is beside it: this is a piece of a wavy or curved face, "
-            "and where it ends is chosen by the thresholds. Take it for a plane only where you see "
-            "one."
-        )
-    ]
+def bend_findings(is_bent: bool) -> list[Finding]:
+    """Return why the plane of a piece of a curved face is not good; nothing for another."""
+    return [Finding("plane.bowed")] if is_bent else []
 
 
 def grid_steps(points: Floats) -> Floats:

@@ -20,7 +20,7 @@ from vomstudio.geology.roughness.gaps import lacking
 from vomstudio.geology.roughness.holding import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.heights.bends import bend_of
-from vomstudio.geometry.heights.levels import level_gap, said_of_levels
+from vomstudio.geometry.heights.levels import level_findings, level_gap
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import face_areas, face_points, moments
@@ -252,7 +252,7 @@ def _row(
     bend = bend_of(finite, fit.normal)
     verdict = judge(
         fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        seen=said_of_levels(level_gap(finite, fit.normal)), bend_deg=bend,
+        seen=level_findings(level_gap(finite, fit.normal)), bend_deg=bend,
     )  # fmt: skip
     return plane_row(
         fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, judged_as="patch",

@@ -180,12 +180,12 @@ class FitView(QWidget):
         kind = kind_named(measured.kind) if measured else None
         self._more.setText("\n".join(kind.words(measured)) if kind and measured else "")
         self._more.setVisible(bool(self._more.text()))
-        reasons = verdict.reasons if verdict else ()
+        reasons = [str(reason) for reason in verdict.reasons] if verdict else []
         if not reasons and measured is not None and measured.problem:
-            reasons = (str(measured.problem),)
+            reasons = [str(measured.problem)]
         lines = [f"• {reason}" for reason in reasons]
         # Notes do not lower the verdict, and look so.
-        lines += [f"◦ {note}" for note in (verdict.notes if verdict else ())]
+        lines += [f"◦ {note.message}" for note in (verdict.notes if verdict else ())]
         shown = lines[: self._reasons_shown]
         if len(shown) < len(lines):
             shown[-1] += f"  (+{len(lines) - len(shown)})"

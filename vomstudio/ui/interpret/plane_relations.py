@@ -79,7 +79,10 @@ def relation_lines(measured: Measurement) -> list[str]:
         tr("Angle between the planes: {angle}", angle=degrees(measured.angle_deg)),
         intersection,
         *registered,
-        *(f"• {escape(said)}" for said in (measured.verdict.reasons if measured.verdict else ())),
+        *(
+            f"• {escape(reason.message)}"
+            for reason in (measured.verdict.reasons if measured.verdict else ())
+        ),
     ]
 
 

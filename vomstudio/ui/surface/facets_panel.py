@@ -295,7 +295,11 @@ class FacetsPanel(SeenPanel):
             area = measured.area_m2
             if area is None:
                 area = found.exposed_area_of(row)
-            why = " ".join(measured.verdict.reasons) if verdict != "good" else ""
+            why = (
+                " ".join(each.message for each in measured.verdict.reasons)
+                if verdict != "good"
+                else ""
+            )
             rows.append(((doubt, error, plane, area, row + 1), why))
         self.table.fill(rows)
 

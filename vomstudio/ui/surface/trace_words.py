@@ -56,7 +56,7 @@ def reason_in_words(found: ProposedLines, line: ProposedLine) -> str:
         said.append(str(line.measured.problem))
     verdict = line.measured.verdict
     if verdict is not None and verdict.quality != "good":
-        said += verdict.reasons
+        said += [reason.message for reason in verdict.reasons]
     return " ".join(said)
 
 
