@@ -29,8 +29,8 @@ n_points extent_m area_m2 rms_m lambda1 lambda2 lambda3 coplanarity collinearity
 max_angular_error_deg min_angular_error_deg max_confidence95_deg min_confidence95_deg
 error_rake_deg dip_error_deg dip_direction_error_deg registration_error_deg total95_deg
 normal_cov_ee normal_cov_en normal_cov_eu normal_cov_nn normal_cov_nu normal_cov_uu
-resolution_m extent_over_resolution bend_deg attitude_scale quality quality_reason reason_codes quality_notes
-profile method model frame notes
+resolution_m extent_over_resolution bend_deg attitude_scale quality quality_reason reason_codes
+quality_notes profile method model frame notes
 """.split()  # noqa: SIM905
 INFO_KEYS = {
     "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "resolution_m",

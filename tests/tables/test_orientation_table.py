@@ -255,8 +255,8 @@ def test_a_row_has_exactly_the_promised_columns_in_order() -> None:
         "min_confidence95_deg", "error_rake_deg", "dip_error_deg", "dip_direction_error_deg",
         "registration_error_deg", "total95_deg", "normal_cov_ee", "normal_cov_en", "normal_cov_eu",
         "normal_cov_nn", "normal_cov_nu", "normal_cov_uu", "resolution_m", "extent_over_resolution",
-        "bend_deg", "attitude_scale", "quality", "quality_reason", "reason_codes", "quality_notes", "profile",
-        "method", "model", "frame", "notes",
+        "bend_deg", "attitude_scale", "quality", "quality_reason", "reason_codes", "quality_notes",
+        "profile", "method", "model", "frame", "notes",
     )  # fmt: skip
     assert tuple(a_plane()) == COLUMNS
     assert tuple(line_row(Line(30.0, 20.0))) == COLUMNS
