@@ -140,7 +140,7 @@ def test_the_drive_is_taken_away(window, outcrop, tmp_path, monkeypatch):
         subprocess.run(["umount", "-l", str(disk)], check=True)
         try:
             said_and_saved(
-                window, "no longer there", tmp_path / "rescued.vom", monkeypatch, "drive"
+                window, "no longer exists", tmp_path / "rescued.vom", monkeypatch, "drive"
             )
         finally:
             subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(disk)], check=True)

@@ -102,15 +102,15 @@ def test_a_bare_cloud_still_has_a_column_and_a_mesh_says_what_is_lost(tmp_path: 
     assert np.array_equal(places, np.eye(3) + UTM)
     assert columns["id"].tolist() == [1, 2, 3]
     said = write_model(textured(tmp_path), None, tmp_path / "m.shp")
-    assert "faces" in said[0]
-    assert "rock.png" in said[1]
+    assert "faces" in str(said[0])
+    assert "rock.png" in str(said[1])
 
 
 def test_more_points_than_a_shapefile_holds_are_refused_before_anything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shapefile, "MOST_BYTES", 30_000)
-    with pytest.raises(TargetError, match="A shapefile cannot hold"):
+    with refused("model.exceeds-format", TargetError):
         write_model(cloud(), None, tmp_path / "c.shp")
     assert list(tmp_path.iterdir()) == []
 
@@ -121,13 +121,13 @@ def test_a_prj_in_other_words_is_the_same_place(tmp_path: Path) -> None:
     write_model(cloud(5), CRS, tmp_path / "a.shp")
     assert (tmp_path / "a.prj").read_text() == before
     assert pyogrio.read_info(tmp_path / "a.shp")["crs"] == CRS
-    with pytest.raises(TargetError, match="exists"):
+    with refused("output.exists", TargetError):
         write_model(cloud(5), "EPSG:32633", tmp_path / "a.dxf")
 
 
 def test_ezdxf_and_gdal_read_a_cloud_from_a_drawing(tmp_path: Path) -> None:
     given = cloud()
-    said = " ".join(write_model(given, CRS, tmp_path / "c.dxf"))
+    said = " ".join(map(str, write_model(given, CRS, tmp_path / "c.dxf")))
     for word in ("intensity", "normals", "255"):
         assert word in said
     drawing = ezdxf.readfile(tmp_path / "c.dxf")
@@ -148,7 +148,7 @@ def test_ezdxf_and_gdal_read_a_cloud_from_a_drawing(tmp_path: Path) -> None:
 
 def test_the_faces_of_a_mesh_stand_on_a_layer_for_each_material(tmp_path: Path) -> None:
     mesh = textured(tmp_path)
-    said = " ".join(write_model(mesh, None, tmp_path / "m.dxf"))
+    said = " ".join(map(str, write_model(mesh, None, tmp_path / "m.dxf")))
     assert "rock.png" in said
     faces = list(ezdxf.readfile(tmp_path / "m.dxf").modelspace().query("3DFACE"))
     assert len(faces) == 6
@@ -298,7 +298,7 @@ def test_gdal_reads_the_drawing_of_a_project(tmp_path: Path) -> None:
 
 def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(tmp_path: Path) -> None:
     (tmp_path / "o_traces.dbf").write_text("precious")
-    with pytest.raises(TargetError, match=r"o_traces\.dbf.*exists"):
+    with refused("output.exists", TargetError):
         export_records(features(), "shp", tmp_path / "o.shp")
     assert [p.name for p in tmp_path.iterdir()] == ["o_traces.dbf"]
     export_records(features(), "shp", tmp_path / "o.shp", force=True)
@@ -306,7 +306,7 @@ def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(tmp_pa
     with refused("export.not-shp", UsageError):
         export_records(features(), "shp", tmp_path / "o")
     for format_ in ("shp", "dxf"):
-        with pytest.raises(TargetError, match="does not exist"):
+        with refused("output.no-folder", TargetError):
             export_records(features(), format_, tmp_path / "no" / f"o.{format_}")
 
 
@@ -333,7 +333,7 @@ def test_a_small_disk_that_fills_up_is_said_and_left_clean(tmp_path: Path, endin
     given = PointCloud(rng.random((300_000, 3)) * 100 + UTM, fields=fields)
     with small_disk(tmp_path / "disk") as disk:
         (disk / "filler").write_bytes(bytes(6_000_000))
-        with pytest.raises(TargetError, match="disk is full"):
+        with refused("disk.full", TargetError):
             write_model(given, CRS, disk / f"c{ending}")
         assert [p.name for p in disk.iterdir()] == ["filler"]
 
