@@ -17,6 +17,7 @@ from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
 from vomstudio.products.surface.surface_options import SurfaceOptions
@@ -171,5 +172,13 @@ OPERATIONS: tuple[Operation, ...] = (
         function="surface",
         window="analyse.surfaces.surface_dialog.SurfaceDialog",
         missing=_OF_MODELS | {"project command": "the command reads the patch as a model"},
+    ),
+    Operation(
+        "ortho",
+        (OrthoOptions,),
+        command_options=(OrthoDrawing,),
+        function="orthophoto",
+        window="analyse.ortho_dialog.OrthoDialog",
+        missing=_OF_MODELS,
     ),
 )
