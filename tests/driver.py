@@ -58,7 +58,7 @@ def make_window(paths: list[Path] | None = None) -> MainWindow:
     QTest.qWaitForWindowExposed(window)
     window.begin([Path(p) for p in paths or []])
     for problem in problems:
-        window.studio.warn(problem)
+        window.studio.warn(problem.message)
     wait(lambda: hasattr(window, "net"), "the net")
     focus(window)
     return window

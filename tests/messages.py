@@ -53,6 +53,11 @@ def with_code(findings: Iterable[Message], code: str) -> list[Finding]:
     return [each for each in map(as_finding, findings) if each.code == code]
 
 
+def by_code(findings: Iterable[Any]) -> dict[str, dict[str, Any]]:
+    """Return the values of findings by their codes; of a code that occurs twice the last."""
+    return {each.code: each.values for each in map(as_finding, findings)}
+
+
 def shown_codes(text: str) -> set[str]:
     """Return the codes of the findings that a text, such as that of a window, contains."""
     return {

@@ -11,6 +11,7 @@ import pandas
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 from vomstudio.tables.orientation_table import COLUMNS
 
 Write = Callable[[str], Path]
@@ -68,20 +69,18 @@ def test_an_azimuth_must_be_told(write: Write) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "code", "line"),
     [
-        ("dip_direction,dip\n120,95\n", "line 2, dip: 95 is outside 0 to 90"),
-        ("dip_direction,dip\n120,up\n", "line 2, dip: 'up' is not a number"),
-        ("colour,size\nred,3\n", "no columns of orientations"),
-        ("dip_direction,dip\n", "nothing below the header"),
+        ("dip_direction,dip\n120,95\n", "orientation.overturned-dip", 2),
+        ("dip_direction,dip\n120,up\n", "table.not-a-number", 2),
+        ("colour,size\nred,3\n", "orientation.no-columns", 1),
+        ("dip_direction,dip\n", "table.no-rows", 1),
     ],
 )
-def test_errors_name_file_line_and_column(write: Write, text: str, said: str) -> None:
+def test_errors_name_file_line_and_column(write: Write, text: str, code: str, line: int) -> None:
     path = write(text)
-    with pytest.raises(vs.errors.InputError) as error:
+    with refused(code, file=path, line=line, field=None if code == "table.no-rows" else "dip"):
         vs.read_orientations(path)
-    assert str(error.value).startswith(str(path))
-    assert said in str(error.value)
 
 
 def test_a_file_that_is_not_there_is_named() -> None:
@@ -109,8 +108,11 @@ def test_columns_of_ones_own_are_kept(write: Write) -> None:
 
 def test_rows_without_angles_are_dropped_and_said(write: Write) -> None:
     path = write("dip_direction,dip\n10,20\nnan,nan\n30,40\n")
-    with pytest.warns(vs.errors.VomWarning, match="1 row without angles dropped: line 3"):
+    with pytest.warns(vs.errors.VomWarning) as caught:
         found = vs.read_orientations(path)
+    (warning,) = [each.message for each in caught]
+    assert isinstance(warning, vs.errors.VomWarning)
+    assert (warning.code, warning.values["lines"]) == ("table.rows-left-out", (3,))
     assert found.attrs["dropped_lines"] == [3]
     assert len(found) == 2
 
@@ -155,7 +157,7 @@ def test_a_file_its_table_and_its_arrays_say_the_same(data_dir: Path) -> None:
         (7, "This is a int"),
         (None, "This is a NoneType"),
         ({"dip": [3]}, "This is a dict"),
-        (pandas.DataFrame({"colour": ["red"]}), r"no columns of orientations in the header \(col"),
+        (pandas.DataFrame({"colour": ["red"]}), r"The header \(colour\) has no orientations"),
         (pandas.DataFrame({"dip_dir": [10], "dip": ["steep"]}), "'steep' is not a number"),
         (pandas.DataFrame({"dip_dir": [], "dip": []}), "no rows"),
     ],

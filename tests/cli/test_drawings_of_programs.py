@@ -253,7 +253,8 @@ def test_splines_of_fit_points_come_back_from_an_orthophoto(run, scene, tmp_path
               scene / "o.json", "-o", table, "--json")  # fmt: skip
     assert ran.code == 0, ran.err
     assert ran.json["lines"] == 2
-    assert "1 line without length" in ran.err
+    (finding,) = [w for w in ran.json["warnings"] if w["code"] == "drawing.invalid-shapes"]
+    assert finding["count"] == 1
     rows = pd.read_csv(table, comment="#")
     for k, line in enumerate(truth()):
         ours = rows[rows["line"] == rows["line"].unique()[k]][["x", "y", "z"]].to_numpy()
@@ -321,8 +322,9 @@ def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) 
               "-o", tmp_path / "e.csv", "--json")  # fmt: skip
     said = " ".join(messages(ran.json))
     assert "beds of the other picture, roads" in said
-    assert "2 lines without length" in said
-    assert "1 shape is neither" in said
+    counts = {w["code"]: w.get("count") for w in ran.json["warnings"]}
+    assert counts["drawing.invalid-shapes"] == 2
+    assert counts["drawing.other-shapes"] == 1
 
 
 @pytest.mark.parametrize("plunge", [90, -90])

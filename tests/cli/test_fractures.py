@@ -197,9 +197,13 @@ def test_what_cannot_be_counted_is_left_out_and_said(run, tmp_path: Path) -> Non
     assert ran.code == 0, ran.err
     assert ran.json["traces"] == 4
     assert ran.json["length"]["naive_mean_m"] == pytest.approx((4 + 2 + 1 + 1) / 4)
-    said = " ".join(messages(ran.json))
-    for word in ("finite", "feature 2", "another kind", "do not join", "drawn twice"):
-        assert word in said
+    assert {
+        "drawing.invalid-shapes",
+        "drawing.other-shapes",
+        "drawing.separate-parts",
+        "drawing.duplicates",
+    } <= set(codes(ran.json))
+    assert 2 in [w.get("first_feature") for w in ran.json["warnings"]]
 
 
 @pytest.mark.parametrize("content", [b"", b"nothing of the kind", b'{"type": "FeatureCollection"'])

@@ -63,9 +63,10 @@ def test_check_without_photos_is_refused(run, tmp_path: Path) -> None:
     assert "no photos" in run("check", tmp_path).said
     assert "no such folder" in run("check", tmp_path / "missing").said
     failed = run("check", tmp_path, "--json")
-    assert (failed.code, failed.json["error"]["code"]) == (2, "input")
+    assert (failed.code, failed.json["error"]["code"]) == (2, "photo.none")
     (tmp_path / "a.jpg").write_bytes(b"")
-    assert "0 bytes" in run("check", tmp_path).said
+    failed = run("check", tmp_path, "--json")
+    assert failed.json["error"]["code"] == "photo.none-usable"
 
 
 def test_check_reports_progress_as_events(run, tmp_path: Path) -> None:

@@ -432,36 +432,52 @@ def test_residuals_of_marks_are_told_in_pixels(run, write: Write, stations) -> N
             pairs_text(np.outer(range(5), [1, 2, 3]), np.outer(range(5), [2, 4, 6]), HEADER),
             "on one line",
         ),
-        ("label,x,y,z\nA,1,2,3\n", "model_x"),
-        (HEADER + "\nA,1,2,3,4,5,6\nA,2,3,4,5,6,7\n", "line 2"),
-        (HEADER + "\nA,1,2,3,4,5,\n", "missing or not a number"),
-        (HEADER + "\n", "nothing below the header"),
-        (HEADER + ",use\nA,1,2,3,4,5,6,perhaps\n", "neither control nor check"),
-        (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "must be positive"),
     ],
 )
-def test_what_is_wrong_with_a_table_is_said(run, write: Write, text: str, said: str) -> None:
+def test_points_that_define_no_registration_are_refused(
+    run, write: Write, text: str, said: str
+) -> None:
     ran = run("register", "-", "--pairs", write(text))
     assert ran.code == 2
     assert said in ran.said
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("text", "code", "line"),
     [
-        ((), "Nothing places the model"),
-        (("--scale", "1,2,3"), "seven numbers"),
-        (("--scale", "0,0,0,1,0,0,-2"), "not a positive number"),
-        (("--scale", "0,0,0,0,0,0,2"), "at one place"),
-        (("--bearing", "0,0,0,0,0,1,20"), "above each other"),
-        (("--cameras",), "--model-cameras"),
-        (("--marks", "x.csv"), "--gcp"),
+        ("label,x,y,z\nA,1,2,3\n", "table.missing-column", 1),
+        (HEADER + "\nA,1,2,3,4,5,6\nA,2,3,4,5,6,7\n", "table.repeated-label", 3),
+        (HEADER + "\nA,1,2,3,4,5,\n", "table.value-missing", 2),
+        (HEADER + "\n", "table.no-rows", 1),
+        (HEADER + ",use\nA,1,2,3,4,5,6,perhaps\n", "table.unknown-word", 2),
+        (HEADER + ",sigma_x,sigma_y,sigma_z\nA,1,2,3,4,5,6,0,1,1\n", "table.not-positive", 2),
     ],
 )
-def test_what_is_wrong_with_the_options_is_said(run, words: tuple[str, ...], said: str) -> None:
-    ran = run("register", "-", *words)
+def test_what_is_wrong_with_a_table_has_a_code_and_a_line(
+    run, write: Write, text: str, code: str, line: int
+) -> None:
+    ran = run("register", "-", "--pairs", write(text), "--json")
     assert ran.code == 2
-    assert said in ran.said
+    assert (ran.json["error"]["code"], ran.json["error"]["line"]) == (code, line)
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ((), "registration.no-observations"),
+        (("--scale", "1,2,3"), "line.not-seven-numbers"),
+        (("--scale", "0,0,0,1,0,0,-2"), "number.not-positive"),
+        (("--scale", "0,0,0,0,0,0,2"), "usage"),
+        (("--bearing", "0,0,0,0,0,1,20"), "usage"),
+        (("--cameras",), "option.needs-cameras"),
+        (("--marks", "x.csv"), "option.needs-points"),
+    ],
+)
+def test_what_is_wrong_with_the_options_is_said(run, words: tuple[str, ...], code: str) -> None:
+    ran = run("register", "-", *words, "--json")
+    assert (ran.code, ran.json["error"]["code"]) == (2, code)
+    if words:
+        assert ran.json["error"]["field"] in (words[0], "MODEL")
 
 
 # --- another model --------------------------------------------------------------------------------

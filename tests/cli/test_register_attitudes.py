@@ -386,23 +386,30 @@ def test_angles_of_other_conventions_are_named(
 
 
 @pytest.mark.parametrize(
-    ("text", "line", "said"),
+    ("text", "line", "code"),
     [
-        ("photo,yaw,pitch\nIMG_00.jpg,1,2\n", 1, "roll"),
-        ("photo,yaw,pitch,roll\nIMG_00.jpg,1,120,0\n", 2, "subtract 90"),
-        ("photo,yaw,pitch,roll\nIMG_00.jpg,1,2,3\nIMG_00.jpg,1,2,3\n", 2, "also in"),
-        ("photo,yaw,pitch,roll\nIMG_00.jpg,500,2,3\n", 2, "between -360"),
-        ("photo,yaw,pitch,roll,north\nIMG_00.jpg,5,2,3,south\n", 2, "no north"),
-        ("photo;yaw;pitch;roll\nIMG_00.jpg;5,1;2.0;3,0\nA;5.1;2,0;1\n", 3, "mixed"),
+        ("photo,yaw,pitch\nIMG_00.jpg,1,2\n", 1, "table.missing-column"),
+        ("photo,yaw,pitch,roll\nIMG_00.jpg,1,120,0\n", 2, "cameras.pitch-from-nadir"),
+        (
+            "photo,yaw,pitch,roll\nIMG_00.jpg,1,2,3\nIMG_00.jpg,1,2,3\n",
+            3,
+            "table.repeated-label",
+        ),
+        ("photo,yaw,pitch,roll\nIMG_00.jpg,500,2,3\n", 2, "orientation.out-of-range"),
+        ("photo,yaw,pitch,roll,north\nIMG_00.jpg,5,2,3,south\n", 2, "table.unknown-word"),
+        (
+            "photo;yaw;pitch;roll\nIMG_00.jpg;5,1;2.0;3,0\nA;5.1;2,0;1\n",
+            3,
+            "table.mixed-decimals",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_table_of_attitudes_is_said(
-    run, write: Write, model: Path, text: str, line: int, said: str
+    run, write: Write, model: Path, text: str, line: int, code: str
 ) -> None:
-    ran = run("register", model, "--attitudes", write(text))
+    ran = run("register", model, "--attitudes", write(text), "--json")
     assert ran.code == 2
-    assert said in ran.said
-    assert f"line {line}" in ran.said
+    assert (ran.json["error"]["code"], ran.json["error"]["line"]) == (code, line)
 
 
 def test_photos_that_say_nothing_are_refused(run, model: Path) -> None:

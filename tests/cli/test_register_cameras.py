@@ -220,22 +220,22 @@ def test_longitude_and_latitude_exchanged_are_refused(run, write: Write, model: 
 
 
 @pytest.mark.parametrize(
-    ("text_", "line", "said"),
+    ("text_", "line", "code"),
     [
-        ("EPSG:32633\nIMG_00.jpg 1,5 2,5 3,5\n", 2, "decimal comma"),
-        ("EPSG:32633\nIMG_00.jpg 1\n", 2, "x and y behind it"),
-        ("EPSG:32633\nIMG_00.jpg 1 2 3 0 0 0 -1 1\n", 2, "must be positive"),
-        ("EPSG:32633\nA 1 2 3\nA 1 2 3\n", 3, "also in line 2"),
-        ("WGS84 UTM 99N\nA 1 2 3\n", 1, "not a UTM zone"),
-        ("EPSG:99999\nA 1 2 3\n", 1, "unknown"),
-        ("EPSG:32633\nA 1 2\n", None, "has a height"),
+        ("EPSG:32633\nIMG_00.jpg 1,5 2,5 3,5\n", 2, "table.decimal-comma"),
+        ("EPSG:32633\nIMG_00.jpg 1\n", 2, "table.column-count"),
+        ("EPSG:32633\nIMG_00.jpg 1 2 3 0 0 0 -1 1\n", 2, "table.not-positive"),
+        ("EPSG:32633\nA 1 2 3\nA 1 2 3\n", 3, "table.repeated-label"),
+        ("WGS84 UTM 99N\nA 1 2 3\n", 1, "frame.unknown-crs"),
+        ("EPSG:99999\nA 1 2 3\n", 1, None),
+        ("EPSG:32633\nA 1 2\n", None, None),
     ],
 )
 def test_what_is_wrong_with_geo_txt_is_said(
-    run, write: Write, model: Path, text_: str, line: int | None, said: str
+    run, write: Write, model: Path, text_: str, line: int | None, code: str | None
 ) -> None:
     colmap(model.parent)
-    ran = run("register", model, "--cameras", write(text_, "geo.txt"))
+    ran = run("register", model, "--cameras", write(text_, "geo.txt"), "--json")
     assert ran.code == 2
-    assert said in ran.said
-    assert line is None or f"line {line}" in ran.said
+    assert code is None or ran.json["error"]["code"] == code
+    assert line is None or ran.json["error"]["line"] == line

@@ -11,7 +11,7 @@ import pandas
 import pytest
 
 import vomstudio as vs
-from tests.messages import messages
+from tests.messages import codes
 from vomstudio.document import edits, repeats
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -102,7 +102,7 @@ def test_repeats_are_counted_nowhere(run, write, tmp_path, words: str) -> None:
         assert ran.code == 0, ran.err
         answers.append((ran.json, ran.err))
     (found, err), (wanted, _) = answers
-    left_out = [w for w in messages(found) if "4 repeated picks were left out" in w]
+    left_out = [w for w in found["warnings"] if w["code"] == "table.repeats-left-out"]
     found.pop("warnings")
     assert len(left_out) == 1
     assert "vomstudio repeats" in err
@@ -146,7 +146,7 @@ def test_a_repeated_trace_is_no_further_fracture(run, write) -> None:
     traces = write(layer(None, "", "t0"), "traces.geojson")
     found = run("fractures", traces, "--area", area, "--json").json
     assert (found["traces"], found["P21_1_per_m"]) == (2, pytest.approx(8 / 20))
-    assert any("1 repeated pick was left out" in w for w in messages(found))
+    assert "table.repeats-left-out" in codes(found)
     ran = run("fractures", write(layer("a", "b"), "again.geojson"), "--json")
     assert (ran.code, ran.json["error"]["field"]) == (2, "repeat_of")
 
@@ -209,8 +209,8 @@ def test_figures_say_how_many_repeats_are_not_on_them(run, write, tmp_path) -> N
     (tmp_path / "none.csv").write_text(HEAD + "a,90,40,3,,AB\nb,90,43,3,,AB\n")
     for words in (("stereonet",), ("rose", "--of", "strike")):
         for source, said in (
-            (table, "4 repeated picks not drawn: no further structures"),
-            (tmp_path / "one.csv", "1 repeated pick not drawn: no further structure "),
+            (table, "4 repeated picks are left out"),
+            (tmp_path / "one.csv", "1 repeated pick is left out"),
             (tmp_path / "none.csv", ""),
         ):
             figure = tmp_path / "figure.svg"
@@ -218,4 +218,4 @@ def test_figures_say_how_many_repeats_are_not_on_them(run, write, tmp_path) -> N
             texts = ElementTree.fromstring(figure.read_text("utf-8")).itertext()
             drawn = " ".join(" ".join(texts).split()) + " "
             assert said in drawn
-            assert bool(said) == ("not drawn" in drawn)
+            assert bool(said) == ("left out (see" in drawn)

@@ -10,7 +10,7 @@ import pandas
 import pytest
 
 import vomstudio as vs
-from tests.messages import messages
+from tests.messages import by_code, messages
 from vomstudio.geology.faults.kinematics import movements
 from vomstudio.geology.orientation import Plane, slip_from_rake
 from vomstudio.io.project.export import export_project
@@ -78,7 +78,7 @@ def test_r_beside_faultkins_letters_is_right_lateral(write) -> None:
     head = "strike,dip,rake,sense\n20,50,90,T\n" + "20,50,10,{}\n" * 2
     found = read_slips(write(head.format("L", "R")))
     assert found.slip_rake_deg.tolist() == [90.0, -10.0, 170.0]
-    assert any("right-lateral" in said for said in found.warnings)
+    assert "slip.right-lateral" in by_code(found.warnings)
     found = read_slips(write(head.replace(",T", ",N").format("S", "R")))
     assert found.slip_rake_deg.tolist() == [-90.0, -10.0, 170.0]
     found = read_slips(write("strike,dip,rake,sense\n20,50,60,T\n20,50,60,R\n"))
@@ -97,20 +97,21 @@ def test_letters_that_contradict_the_striae_are_refused_with_their_line(run, wri
 
 
 @pytest.mark.parametrize(
-    ("table", "words"),
+    ("table", "code", "words"),
     [
-        ("trend,plunge,sense\n1,2,N\n", "strike"),
-        ("strike,dip,sense\n1,2,N\n", "striae"),
-        ("strike,dip,rake\n1,2,3\n", "sense"),
-        ("strike,dip,rake,sense\n1,95,3,N\n", "95"),
-        ("strike,dip,rake,sense\n1,45,3,up\n", "no sense"),
-        ("strike,dip,rake,sense\n1,45,,N\n", "No row"),
+        ("trend,plunge,sense\n1,2,N\n", "slip.missing-columns", "strike"),
+        ("strike,dip,sense\n1,2,N\n", "slip.missing-columns", "striae"),
+        ("strike,dip,rake\n1,2,3\n", "slip.missing-columns", "sense"),
+        ("strike,dip,rake,sense\n1,95,3,N\n", None, "95"),
+        ("strike,dip,rake,sense\n1,45,3,up\n", "table.unknown-word", "up"),
+        ("strike,dip,rake,sense\n1,45,,N\n", "table.no-valid-rows", "slip"),
     ],
 )
-def test_tables_that_lack_something_are_refused(run, write, table, words) -> None:
-    ran = run("slip", write(table))
+def test_tables_that_lack_something_are_refused(run, write, table, code, words) -> None:
+    ran = run("slip", write(table), "--json")
     assert ran.code == 2
-    assert words in ran.said
+    assert code is None or ran.json["error"]["code"] == code
+    assert words in ran.json["error"]["message"]
 
 
 def test_rows_without_a_sense_are_left_out_and_named(run, write) -> None:

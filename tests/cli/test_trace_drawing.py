@@ -223,7 +223,7 @@ def test_a_drawing_of_another_picture_is_refused(run, scene: Path, tmp_path: Pat
     assert "another picture" in ran.err
     for drawing, sidecar, said in (
         (path, scene / "wall.obj", "not the sidecar"),
-        (scene / "wall.obj", scene / "o.json", "cannot be read as lines"),
+        (scene / "wall.obj", scene / "o.json", "cannot be read as a drawing"),
         (path, scene / "none.json", "cannot be read"),
     ):
         ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar", sidecar,

@@ -19,7 +19,8 @@ from vomstudio.jobs.serialisation import decode, encode
 
 ROOT = Path(__file__).resolve().parents[2]
 SENTENCE = re.compile(
-    r"(?:[\"“(]*[A-Z0-9{]|--|x and y |[a-z]+[_.][a-z]|vomstudio).*(?:[.?!…]['\"”’)]*|\})", re.DOTALL
+    r"(?:[\"'“(]*[A-Z0-9{]|--|x and y |[a-z]+[_.][a-z]|vomstudio).*(?:[.?!…]['\"”’)]*|\})",
+    re.DOTALL,
 )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import refused
 from vomstudio.errors import TargetError
 from vomstudio.files import atomic
 from vomstudio.files.atomic import atomic_group, atomic_write, check_target, write_bytes
@@ -59,7 +60,7 @@ def test_a_failure_keeps_the_older_file(tmp_path: Path) -> None:
 def test_an_existing_file_is_replaced_only_by_force(tmp_path: Path) -> None:
     target = tmp_path / "out.csv"
     target.write_text("old")
-    with pytest.raises(TargetError, match="--force") as caught:
+    with refused("output.exists", TargetError) as caught:
         write_bytes(target, b"new")
     assert caught.value.file == str(target)
     assert target.read_text() == "old"
@@ -72,31 +73,31 @@ def test_a_file_that_the_work_reads_is_not_replaced_even_by_force(tmp_path: Path
     source.write_text("measured")
     link.symlink_to(source)
     for target in (source, link):
-        with pytest.raises(TargetError, match="command reads this file"):
+        with refused("output.is-input", TargetError):
             check_target(target, force=True, inputs=[source])
     assert check_target(tmp_path / "out.csv", inputs=[source, tmp_path / "gone.csv"])
 
 
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(TargetError, match="does not exist"):
+    with refused("output.no-folder", TargetError):
         check_target(tmp_path / "missing" / "out.csv")
 
 
 def test_a_file_in_place_of_the_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
-    with pytest.raises(TargetError, match="file"):
+    with refused("output.unwritable", TargetError):
         check_target(tmp_path / "file" / "out.csv")
 
 
 @pytest.mark.parametrize("force", [False, True])
 def test_a_folder_is_no_target(tmp_path: Path, force: bool) -> None:
-    with pytest.raises(TargetError, match="folder"):
+    with refused("output.is-folder", TargetError):
         check_target(tmp_path, force=force)
 
 
 @pytest.mark.skipif(not Path("/dev/null").exists(), reason="no devices here")
 def test_a_device_is_never_replaced_by_a_file() -> None:
-    with pytest.raises(TargetError, match="device"):
+    with refused("output.is-device", TargetError):
         check_target("/dev/null", force=True)
     assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
 
@@ -108,7 +109,7 @@ def test_names_that_name_no_file_are_refused(path: str) -> None:
 
 
 def test_a_name_too_long_for_the_file_system_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(TargetError, match="long"):
+    with refused("disk.name-too-long", TargetError):
         write_bytes(tmp_path / ("x" * 300), b"")
     assert left_in(tmp_path) == []
 
@@ -128,7 +129,7 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
 def test_a_full_disk_says_so_and_leaves_nothing(tmp_path: Path, number: int) -> None:
-    with pytest.raises(TargetError, match="disk is full") as caught:
+    with refused("disk.full", TargetError) as caught:
         write_half(tmp_path / "out.csv", OSError(number, os.strerror(number)))
     assert caught.value.file == str(tmp_path / "out.csv")
     assert left_in(tmp_path) == []
@@ -141,7 +142,7 @@ def test_a_disk_that_fills_at_the_flush_says_so(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(atomic.os, "fsync", full)
-    with pytest.raises(TargetError, match="disk is full"):
+    with refused("disk.full", TargetError):
         write_bytes(tmp_path / "out.csv", b"data")
     assert left_in(tmp_path) == []
 
@@ -167,7 +168,7 @@ def test_refused_permission_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
     monkeypatch.setattr(atomic.os, "open", refuse)
-    with pytest.raises(TargetError, match="permission"):
+    with refused("disk.no-permission", TargetError):
         write_bytes(tmp_path / "out.csv", b"data")
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from vomstudio.errors import InputError, TargetError
+from tests.messages import refused
+from vomstudio.errors import TargetError
 from vomstudio.files.lock import ProjectLock
 
 
@@ -34,7 +35,7 @@ def test_a_damaged_lock_shuts_nobody_out(tmp_path: Path) -> None:
     for data in cases:
         path.write_bytes(data)
         lock = ProjectLock(path)
-        with pytest.raises(InputError, match="open in another window"):
+        with refused("project.locked"):
             ProjectLock(path)
         lock.release()
 
@@ -62,7 +63,7 @@ def test_a_lock_that_another_process_holds_is_kept_and_its_holder_named(tmp_path
     ) as other:  # fmt: skip
         assert other.stdout is not None
         other.stdout.readline()
-        with pytest.raises(InputError, match=f"process {other.pid}"):
+        with refused("project.locked"):
             ProjectLock(tmp_path / "lock")
         other.kill()
     # Whoever is killed holds nothing any more.
@@ -71,7 +72,7 @@ def test_a_lock_that_another_process_holds_is_kept_and_its_holder_named(tmp_path
 
 def test_a_lock_that_cannot_be_made_says_why(tmp_path: Path) -> None:
     (tmp_path / "lock").mkdir()
-    with pytest.raises(TargetError, match="cannot be written"):
+    with refused("project.unwritable", TargetError):
         ProjectLock(tmp_path / "lock")
 
 
@@ -90,7 +91,7 @@ def test_a_lock_with_a_program_in_it_is_made_anew(tmp_path: Path, words: str) ->
     with contextlib.closing(sqlite3.connect(path)) as db, db:
         db.execute(words)
     lock = ProjectLock(path)
-    with pytest.raises(InputError, match="open in another window"):
+    with refused("project.locked"):
         ProjectLock(path)
     lock.release()
     with contextlib.closing(sqlite3.connect(path)) as db:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import refused
 from vomstudio.errors import TargetError
 from vomstudio.io.settings import Settings, read_settings, write_settings
 
@@ -55,7 +56,10 @@ def test_what_cannot_be_read_is_said_and_has_its_default(tmp_path, text, named):
     path.write_text('projection = "angle"\n' + text if "=" in text else text)
     settings, problems = read_settings(path)
     assert len(problems) == 1
-    assert named in problems[0]
+    (problem,) = problems
+    expected = "settings.unreadable" if named == "settings" else "settings.invalid-value"
+    assert problem.code == expected
+    assert problem.values.get("setting", "settings") == named
     assert settings.notation == "dipdir/dip"
     assert settings.limits == {}
 
@@ -141,7 +145,7 @@ def test_recent_files_are_ten_the_newest_first_each_once():
 @pytest.mark.skipif(os.name != "posix", reason="a file where a folder should be")
 def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").write_text("x")
-    with pytest.raises(TargetError, match="file"):
+    with refused("output.unwritable", TargetError):
         write_settings(Settings(), tmp_path / "file" / "settings.toml")
 
 

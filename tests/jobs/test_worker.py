@@ -242,7 +242,7 @@ def test_a_library_that_ends_the_worker_over_a_full_disk(worker, tmp_path, capfd
     assert isinstance(end, Failed)
     assert end.exit_code == 2
     assert end.error["file"] == str(tmp_path)
-    assert "The disk does not take what is written" in end.message
+    assert end.error["code"] == "disk.failed"
     assert capfd.readouterr().err == ""
 
 

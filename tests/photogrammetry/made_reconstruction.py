@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.writing import write_model
@@ -119,7 +120,7 @@ def make(folder: Path) -> Made:
          (-0.95, *[float("nan")] * 2, 1.0)),
         NAMES,
         "freed",
-        "estimated: the directions of view spread by 12.0°",
+        (Finding("lens.focal-estimated", spread_deg=12.0),),
         297.0,
         12.0,
     )  # fmt: skip

@@ -113,7 +113,7 @@ def test_folders_in_use_are_not_touched_but_our_own_is_replaced(tmp_path: Path) 
     (target / "mine.txt").unlink()
     assert len(take_frames(video, target, fps=1).frames) == 2
     assert len(list(target.glob("*.jpg"))) == 2
-    with refused("folder.missing", TargetError):
+    with refused("output.no-folder", TargetError):
         take_frames(video, tmp_path / "no" / "out")
     with refused("folder.is-file", TargetError):
         take_frames(video, video)

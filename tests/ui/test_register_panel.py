@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
 from tests import driver
+from tests.messages import with_code
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.records import Frame, Model
@@ -220,8 +221,9 @@ def test_the_scale_of_a_model_is_kept_where_that_is_ticked(studio, pairs) -> Non
     assert box.isChecked()
     assert pairs.placed.scale == pytest.approx(1.0, abs=1e-3)
     # The points are twice as far from each other.
-    assert "The scale that is kept is contradicted" in pairs.said.text()
-    assert "2 times" in pairs.said.text()
+    (finding,) = with_code(pairs.placed.warnings, "registration.scale-contradicted")
+    assert finding.values["times"] == pytest.approx(2.0)
+    assert finding.message in pairs.said.text()
     QTest.mouseClick(pairs.register, Qt.MouseButton.LeftButton)
     model = studio.records["m9"]
     assert model.registration is not None

@@ -13,6 +13,7 @@ from vomstudio.api.checking import flag, naming, path_of, points, warn, words_of
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
+from vomstudio.core.findings import Message
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
 from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
@@ -427,5 +428,5 @@ def _settings() -> Settings:
     return settings
 
 
-def _warn_all(sentences: Iterable[str]) -> None:
+def _warn_all(sentences: Iterable[Message]) -> None:
     warn(sentences, 5)

@@ -21,7 +21,7 @@ from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message, as_finding
+from vomstudio.core.findings import Finding, Message, as_finding
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.words import tr
 
@@ -162,7 +162,7 @@ def _agreement_in_words(found: Agreement) -> str:
 
 def _written(
     args: argparse.Namespace, model: WorldModel, benchmark: WorldModel, found: Comparison
-) -> list[Message]:
+) -> list[Finding]:
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 

@@ -14,7 +14,7 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.core.findings import Finding, Message, as_finding, finding_of
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -91,7 +91,7 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
 
     found = read_photos(path, progress)
     photos = found.photos
-    warnings = list(found.warnings)
+    warnings: list[Message] = list(found.warnings)
     warnings += [
         tr("{photo} was left out: {reason}", photo=name, reason=reason)
         for name, reason in found.skipped
@@ -141,11 +141,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
 
     table = read_table(path)
     if not len(table):
-        raise InputError(
-            tr("There is nothing below the header. A table needs rows."),
-            file=path,
-            line=table.header_line,
-        )
+        raise InputError(Finding("table.no-rows"), file=path, line=table.header_line)
     warnings: list[Message] = list(table.notes)
     bounds = None
     try:
@@ -153,7 +149,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     except InputError as error:
         points = np.empty((0, 3))  # a table of something else
         if {name.strip().casefold() for name in table.names or ()} >= _NAMED:
-            warnings.append(str(InputError(error.message, line=error.line, field=error.field)))
+            warnings.append(finding_of(InputError(error)))
     sound = np.isfinite(points).all(axis=1)
     if sound.any():
         bounds = [points[sound].min(axis=0).tolist(), points[sound].max(axis=0).tolist()]
@@ -264,7 +260,7 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
         picture = _picture(path)
         if len(picture["fields"]) == 1 and picture["fields"][0] not in _GREY:
             # Heights, not a photograph: what is wrong with them is not kept back.
-            picture["warnings"].append(error.message)
+            picture["warnings"].append(finding_of(InputError(error)))
         return picture
     from vomstudio.io.gis.raster import size_and_bands
 

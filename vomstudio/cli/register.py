@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ def _fit_in_words(fitted: ReferenceFit) -> str:
     ).message
 
 
-def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any]) -> list[Message]:
+def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any]) -> list[Finding]:
     loaded = made.loaded
     if loaded is None:
         from vomstudio.cli.common.output import to_json

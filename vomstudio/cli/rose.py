@@ -15,6 +15,7 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.figure_look import add_look, colors_among, colors_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Message
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             style=style.of_net(),
             width_mm=args.width or SIZE_MM[0],
         )
-    warnings = list(table.warnings)
+    warnings: list[Message] = list(table.warnings)
     for name, rose in found.roses.items():
         if rose.left_out:
             warnings.append(

@@ -15,11 +15,11 @@ import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError, VomError
 from vomstudio.failures import asked_to_stop
 from vomstudio.files.disk_troubles import not_written, number_of_failure
 from vomstudio.files.inside import check_beside, check_in_project
-from vomstudio.words import tr
 
 _OF_THE_TARGET = {
     errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO,
@@ -41,7 +41,7 @@ def check_target(
     shown = Path(path)
     check_in_project(shown)
     if not shown.name:
-        raise TargetError(tr("This does not name a file. Give the output a file name."), file=shown)
+        raise TargetError(Finding("output.no-name"), file=shown)
     try:
         target = shown.resolve()
         mode = target.stat().st_mode
@@ -52,30 +52,23 @@ def check_target(
     parent = target.parent
     if not parent.is_dir():
         said = (
-            tr("{folder} is a file, not a folder. Choose another folder.", folder=parent)
+            Finding("output.folder-is-file", folder=parent)
             if parent.exists()
-            else tr(
-                "The folder {folder} does not exist. Create it, or choose another.", folder=parent
-            )
+            else Finding("output.no-folder", folder=parent)
         )
         raise TargetError(said, file=shown)
     if mode is None:
         return target
     if stat.S_ISDIR(mode):
-        raise TargetError(tr("This is a folder. Give the output a file name."), file=shown)
+        raise TargetError(Finding("output.is-folder"), file=shown)
     if not stat.S_ISREG(mode):
-        raise TargetError(
-            tr("This is a device or a pipe. Give the output a file name."), file=shown
-        )
+        raise TargetError(Finding("output.is-device"), file=shown)
     if any(_is_same_file(target, given) for given in inputs):
-        raise TargetError(tr("The command reads this file. Choose another output."), file=shown)
+        raise TargetError(Finding("output.is-input"), file=shown)
     if not force:
-        raise TargetError(
-            tr("This file exists already. Use --force to replace it, or choose another name."),
-            file=shown,
-        )
+        raise TargetError(Finding("output.exists"), file=shown)
     if not os.access(target, os.W_OK):
-        raise TargetError(tr("This file is write-protected. Choose another name."), file=shown)
+        raise TargetError(Finding("output.write-protected"), file=shown)
     return target
 
 
@@ -111,9 +104,7 @@ def atomic_group(
             check_beside(path)
     targets = [check_target(path, force=force, inputs=given) for path in paths]
     if len(set(targets)) < len(targets):
-        raise TargetError(
-            tr("Two of the outputs have the same name. Give each its own."), file=paths[0]
-        )
+        raise TargetError(Finding("output.same-names"), file=paths[0])
     # Short names of their own: the targets' may already be as long as the file system allows.
     key = secrets.token_hex(6)
     temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]

@@ -6,11 +6,11 @@ import contextlib
 import itertools
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.inside import check_beside
 from vomstudio.files.regular import read_whole
-from vomstudio.words import tr
 
 
 def set_aside(path: Path) -> Path:
@@ -21,14 +21,7 @@ def set_aside(path: Path) -> Path:
     try:
         data = read_whole(path)
     except OSError as error:
-        raise TargetError(
-            tr(
-                "The file cannot be set aside before it is replaced ({reason}). Check the "
-                "rights of its folder.",
-                reason=error.strerror,
-            ),
-            file=path,
-        ) from error
+        raise TargetError(Finding("output.no-backup", reason=error.strerror), file=path) from error
     for number in itertools.count(1):
         kept = path.with_name(f"{path.name}.bak{'' if number == 1 else number}")
         with contextlib.suppress(OSError, InputError):

@@ -13,11 +13,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.regular import read_small_text
 from vomstudio.paths import program_command, resource
-from vomstudio.words import tr
 
 NAME = "vomstudio"
 PROJECT_TYPE = "application/x-vomstudio-project"
@@ -48,9 +48,7 @@ def install() -> list[Path]:
         If the system has no such menu, or a file cannot be written.
     """
     if not sys.platform.startswith("linux"):
-        raise TargetError(
-            tr("Only Linux desktops have such a menu entry. Start VOM Studio by its command.")
-        )
+        raise TargetError(Finding("desktop.not-linux"))
     contents = {
         _data_folder() / path: text for path, text in desktop_files(program_command()).items()
     }
@@ -59,11 +57,7 @@ def install() -> list[Path]:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                tr(
-                    "The folder cannot be made ({reason}). Check its permissions.",
-                    reason=error.strerror,
-                ),
-                file=path.parent,
+                Finding("output.unwritable", reason=error.strerror), file=path.parent
             ) from error
         with atomic_write(path, force=True) as part:
             part.write_text(text, encoding="utf-8")
@@ -92,11 +86,7 @@ def uninstall() -> list[Path]:
             continue
         except OSError as error:
             raise TargetError(
-                tr(
-                    "This file cannot be removed ({reason}). Check its permissions.",
-                    reason=error.strerror,
-                ),
-                file=path,
+                Finding("file.not-removed", reason=error.strerror), file=path
             ) from error
         removed.append(path)
     if removed:

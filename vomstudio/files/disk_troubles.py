@@ -9,6 +9,7 @@ import secrets
 import sqlite3
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError
 from vomstudio.words import tr
 
@@ -98,16 +99,16 @@ def not_written(path: str | Path, error: BaseException) -> TargetError:
     shown = Path(path)
     number = _number(shown.parent, error)
     if number in _FULL or _sqlite_code(error) == sqlite3.SQLITE_FULL:
-        said = tr("The disk is full. Free some space, or write elsewhere.")
+        said = Finding("disk.full")
     elif number == errno.EROFS:
-        said = tr("The disk is read-only. Choose another folder.")
+        said = Finding("disk.read-only")
     elif number in _FORBIDDEN:
-        said = tr("There is no permission to write here. Choose another folder.")
+        said = Finding("disk.no-permission")
     elif number == errno.ENAMETOOLONG:
-        said = tr("This name is too long for the file system. Choose a shorter one.")
+        said = Finding("disk.name-too-long")
     else:
         reason = getattr(error, "strerror", None) or error
-        said = tr("The file cannot be written ({reason}). Choose another place.", reason=reason)
+        said = Finding("output.unwritable", reason=reason)
     return TargetError(said, file=shown)
 
 
@@ -115,11 +116,4 @@ def not_taken(folder: str | Path, error: BaseException) -> TargetError:
     """The sentence on a folder of results that a library could not write to; it can be gone on with
     once the disk is well."""
     shown = Path(folder)
-    return TargetError(
-        tr(
-            "The disk does not take what is written ({reason}). Finished results are kept. "
-            "Mend that, or choose another folder, and start again.",
-            reason=reason_of(shown, error),
-        ),
-        file=shown,
-    )
+    return TargetError(Finding("disk.failed", reason=reason_of(shown, error)), file=shown)

@@ -12,9 +12,9 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError
 from vomstudio.files.regular import is_folder, is_regular
-from vomstudio.words import tr
 
 PROJECT_SUFFIX = ".vom"
 
@@ -30,22 +30,12 @@ def place_inside(path: str | Path, root: str | Path) -> Path:
     except ValueError:
         parts = ("..",)
     if ".." in parts:
-        raise TargetError(
-            tr("This place is outside of {folder}. Nothing is written there.", folder=folder),
-            file=shown,
-        )
+        raise TargetError(Finding("output.outside-folder", folder=folder), file=shown)
     place = folder
     for part in parts:
         place = place / part
         if _is_link(place):
-            raise TargetError(
-                tr(
-                    "{link} is a link, and no link in this folder is written through. Put what it "
-                    "leads to in its place, or remove it.",
-                    link=place,
-                ),
-                file=shown,
-            )
+            raise TargetError(Finding("output.link", link=place), file=shown)
     return shown
 
 
@@ -83,13 +73,7 @@ def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
     project = project_of(path)
     if project is not None and not project.is_dir():
         # Made again with nothing but a cache in it, it would look like a project.
-        raise TargetError(
-            tr(
-                "The project's folder is no longer there: it was deleted or renamed, or its "
-                "drive was taken away."
-            ),
-            file=project,
-        )
+        raise TargetError(Finding("project.folder-missing"), file=project)
     made = Path(path)
     made.mkdir(parents=True, exist_ok=True)
     return made
@@ -101,9 +85,7 @@ def refuse_links(folder: str | Path) -> None:
         for name in (*folders, *names):
             place = place_inside(Path(here, name), here)
             if name in names and place.exists() and not is_regular(place):
-                raise TargetError(
-                    tr("This is a device or pipe, for which nobody waits. Remove it."), file=place
-                )
+                raise TargetError(Finding("file.device-in-folder"), file=place)
 
 
 def links_of(folder: str, names: Iterable[str]) -> set[str]:

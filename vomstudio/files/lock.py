@@ -12,19 +12,29 @@ import platform
 import sqlite3
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_beside
 from vomstudio.files.regular import is_regular
 from vomstudio.files.untrusted.databases import harden
-from vomstudio.words import to_translate, tr
+from vomstudio.words import tr
 
 _HOLDER = "CREATE TABLE holder (pid INTEGER, host TEXT)"
 
 
 class FolderLock:
-    """busy, unwritable : sentences that are translated here; {holder} holds it, {reason} is why not
-    patience_s : how long to wait for one that holds it, who may just be dying
+    """Lock of one folder.
+
+    Parameters
+    ----------
+    path : Path
+        The SQLite file of the lock.
+    busy, unwritable : str
+        Codes of the findings that another process has the lock (value ``holder``), and that it
+        cannot be written (value ``reason``).
+    patience_s : float
+        How long to wait for a process that has the lock and may be ending.
     """
 
     def __init__(self, path: Path, busy: str, unwritable: str, patience_s: float = 0.0) -> None:
@@ -48,13 +58,15 @@ class FolderLock:
                 holder = self._holder()
                 self.release()
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
-                    raise InputError(tr(busy, holder=holder), file=path.parent) from error
+                    raise InputError(Finding(busy, holder=holder), file=path.parent) from error
                 # A damaged lock protects nobody: whoever holds a sound one has it locked.
                 reason: str | None = reason_of(path.parent, error)
                 if attempt == 1 and _remove(path) is None:
                     reason = None
                 if reason is not None:
-                    raise TargetError(tr(unwritable, reason=reason), file=path.parent) from error
+                    raise TargetError(
+                        Finding(unwritable, reason=reason), file=path.parent
+                    ) from error
 
     def _require_plain(self) -> None:
         """Raises sqlite3.DatabaseError where whoever packed the folder has put more into the file
@@ -97,11 +109,4 @@ class ProjectLock(FolderLock):
 
     def __init__(self, path: Path) -> None:
         """Raises InputError that says who holds it."""
-        super().__init__(
-            path,
-            to_translate("The project is open in another window ({holder}). Close it there first."),
-            to_translate(
-                "The project folder cannot be written ({reason}). Copy it to a writable place and "
-                "open the copy."
-            ),
-        )
+        super().__init__(path, "project.locked", "project.unwritable")

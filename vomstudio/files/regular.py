@@ -16,6 +16,7 @@ from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.words import tr
 
@@ -59,7 +60,7 @@ def require_regular(path: str | Path) -> None:
     except (OSError, ValueError):
         return
     if not stat.S_ISREG(mode):
-        raise InputError(tr("This is no file with content (a folder, device or pipe)."), file=path)
+        raise InputError(Finding("file.not-regular"), file=path)
 
 
 def require_regular_beside(path: str | Path) -> None:
@@ -80,10 +81,7 @@ def require_regular_beside(path: str | Path) -> None:
         except OSError:
             continue
         if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-            raise InputError(
-                tr("This lies beside {file} and is a device or pipe. Remove it.", file=shown.name),
-                file=beside,
-            )
+            raise InputError(Finding("file.device-in-folder"), file=beside)
 
 
 def open_regular(path: str | Path) -> BufferedReader:
@@ -130,15 +128,11 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
             parts.append(part)
             got += len(part)
             if got > limit:
-                raise InputError(
-                    tr("More than {limit} GB come out of this pipe.", limit=limit >> 30), file=path
-                )
+                raise InputError(Finding("file.too-large", limit_mb=limit >> 20), file=path)
             if not part and got:
                 return b"".join(parts)
             if not part and time.monotonic() - begun > _NOBODY_S:
-                raise InputError(
-                    tr("This is a pipe, and nobody writes into it. Name a file."), file=path
-                )
+                raise InputError(Finding("file.silent-pipe"), file=path)
             if not part:
                 time.sleep(0.02)
     finally:
@@ -159,13 +153,7 @@ def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
         size = os.fstat(file.fileno()).st_size
         data = file.read(size + 1) if size <= limit else b""
     if max(size, len(data)) > limit:
-        raise InputError(
-            tr(
-                "The file is larger than {limit} MB, which no file of its kind is.",
-                limit=limit >> 20,
-            ),
-            file=path,
-        )
+        raise InputError(Finding("file.too-large", limit_mb=limit >> 20), file=path)
     return data
 
 

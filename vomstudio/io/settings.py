@@ -11,11 +11,11 @@ from dataclasses import Field, asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import start_thread
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.regular import read_small_text
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.profiles import Thresholds
@@ -101,8 +101,8 @@ def settings_path() -> Path:
     return user_config_path("vomstudio", appauthor=False) / "settings.toml"
 
 
-def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
-    """The settings, and a sentence for each one that could not be read and has its default."""
+def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
+    """Return the settings, and a finding for each that is not valid and has its default."""
     path = path or settings_path()
     settings, problems = Settings(), []
     try:
@@ -111,10 +111,10 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
         return settings, []
     except (InputError, OSError, ValueError, RecursionError) as error:
         return settings, [
-            tr(
-                "{file}: The settings cannot be read ({error}). The defaults are used.",
+            Finding(
+                "settings.unreadable",
                 file=path,
-                error=error.message if isinstance(error, InputError) else error,
+                reason=error.message if isinstance(error, InputError) else error,
             )
         ]
     for known in fields(Settings):
@@ -135,12 +135,7 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[str]]:
             setattr(settings, known.name, value)
         except (TypeError, ValueError, AttributeError) as error:
             problems.append(
-                tr(
-                    "{file}, {setting}: {error}. The default is used.",
-                    file=path,
-                    setting=known.name,
-                    error=error,
-                )
+                Finding("settings.invalid-value", file=path, setting=known.name, reason=error)
             )
     return settings, problems
 
@@ -167,9 +162,7 @@ def write_settings(settings: Settings, path: Path | None = None) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise TargetError(
-            tr("The settings cannot be saved ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise TargetError(Finding("output.unwritable", reason=error.strerror), file=path) from error
     text = _toml(asdict(settings), _text_there(path))
     with atomic_write(path, force=True) as part:
         Path(part).write_text(text, encoding="utf-8")

@@ -169,18 +169,22 @@ def error_findings(
     ]
     if lacking:
         findings.append(Finding("registration.not-known", parameters=lacking))
-    nowhere = points is not None and points.name != "cameras" and share >= _NOWHERE
-    if nowhere and not named:
-        findings.append(Finding("registration.points-nowhere", share_percent=100.0 * share))
+    weak = []
     up, east, north = error.about_up, error.about_east, error.about_north
     if up is not None and east is not None and north is not None:
         tilt = float(np.hypot(east, north))
-        if max(up, tilt) > _ANY_DEG:
-            findings.append(Finding("registration.rotation-unknown"))
-        elif max(up, east, north) > _WARN_DEG:
-            findings.append(Finding("registration.weak-rotation", azimuth_deg=up, tilt_deg=tilt))
+        if max(up, east, north) > _WARN_DEG:
+            weak.append(
+                Finding("registration.rotation-unknown")
+                if max(up, tilt) > _ANY_DEG
+                else Finding("registration.weak-rotation", azimuth_deg=up, tilt_deg=tilt)
+            )
     if scale95 is not None:
-        findings += scale_findings(scale95 / _Z95)
+        weak += scale_findings(scale95 / _Z95)
+    nowhere = points is not None and points.name != "cameras" and share >= _NOWHERE
+    if weak and nowhere and not named:
+        findings.append(Finding("registration.points-nowhere", share_percent=100.0 * share))
+    findings += weak
     return findings
 
 

@@ -21,12 +21,12 @@ class FolderCheck(Shown):
     """What the photos of a folder are worth.
 
     folder : as it was given; report : before the alignment; aligned : after it, where an alignment
-    was given; skipped : name and reason of pictures that are not used; warnings : sentences
+    was given; skipped : name of unused pictures and the finding why; warnings : findings
     """
 
     folder: str
     report: SurveyReport
-    skipped: tuple[tuple[str, str], ...]
+    skipped: tuple[tuple[str, Finding], ...]
     warnings: tuple[Message, ...]
     aligned: SurveyReport | None = None
 
@@ -75,7 +75,10 @@ class FolderCheck(Shown):
         result: dict[str, Any] = {
             "folder": self.folder,
             **self.report.as_dict(),
-            "skipped": [{"name": name, "reason": reason} for name, reason in self.skipped],
+            "skipped": [
+                {"name": name, "reason": reason.message, "reason_code": reason.code}
+                for name, reason in self.skipped
+            ],
             "warnings": list(self.warnings),
         }
         if self.aligned is not None:

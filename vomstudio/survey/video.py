@@ -362,7 +362,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
     check_in_project(target)
     if not target.parent.is_dir():
         raise TargetError(
-            Finding("folder.missing", folder=target.parent),
+            Finding("output.no-folder", folder=target.parent),
             file=folder,
         )
     if target.exists() and not target.is_dir():

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.messages import refused
 from vomstudio.errors import InputError, TargetError
 from vomstudio.io.control.control_files import agreed_crs, crs_of, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -74,30 +75,33 @@ def test_marks_are_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "code", "values"),
     [
-        ("label,x,y\nA,1,2\n", "no column 'z'"),
-        ("1,2,3\n5,6,7\n", "has no header"),
-        ("label,x,y,z\nA,1,2,\n", "line 2, z: The value is missing"),
-        ("label,x,y,z\nA,1,2,high\n", "'high' is not a number."),
-        ("label,x,y,z\nA,1,2,3\nA,1,2,4\n", "line 3, label: The label 'A' is also in line 2"),
-        ("label,x,y,z,sigma\nA,1,2,3,0\n", "must be positive"),
-        ("label,x,y,z,use\nA,1,2,3,maybe\n", "neither control nor check"),
-        ("label,x,y,z\n,1,2,3\n", "line 2, label: The cell is empty"),
+        ("label,x,y\nA,1,2\n", "table.missing-column", {"column": "z"}),
+        ("1,2,3\n5,6,7\n", "table.no-header", {}),
+        ("label,x,y,z\nA,1,2,\n", "table.value-missing", {"line": 2, "field": "z"}),
+        ("label,x,y,z\nA,1,2,high\n", "table.not-a-number", {"cell": "high"}),
+        (
+            "label,x,y,z\nA,1,2,3\nA,1,2,4\n",
+            "table.repeated-label",
+            {"line": 3, "field": "label", "label": "A", "first_line": 2},
+        ),
+        ("label,x,y,z,sigma\nA,1,2,3,0\n", "table.not-positive", {"field": "sigma"}),
+        ("label,x,y,z,use\nA,1,2,3,maybe\n", "table.unknown-word", {"cell": "maybe"}),
+        ("label,x,y,z\n,1,2,3\n", "table.value-missing", {"line": 2, "field": "label"}),
     ],
 )
 def test_what_is_wrong_in_a_table_is_named_with_its_place(
-    tmp_path: Path, text: str, message: str
+    tmp_path: Path, text: str, code: str, values: dict[str, object]
 ) -> None:
-    with pytest.raises(InputError) as caught:
-        read_control(written(tmp_path, text))
-    assert message in str(caught.value)
-    assert "table.csv" in str(caught.value)
+    path = written(tmp_path, text)
+    with refused(code, file=path, **values):
+        read_control(path)
 
 
 def test_a_point_marked_twice_in_a_photo_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path, "label,photo,x,y\nA,a.jpg,1,2\nA,b.jpg,1,2\nA,a.jpg,3,4\n")
-    with pytest.raises(InputError, match=r"already marked in a\.jpg in line 2"):
+    with refused("control.mark-repeated", photo="a.jpg", first_line=2):
         read_marks(path)
 
 
@@ -174,11 +178,11 @@ def test_a_table_that_cannot_be_removed_is_said(
     path = tmp_path / "control.csv"
     write_control(path, [ControlPoint("A", (1.0, 2.0, 3.0))])
 
-    def refused(self: Path, missing_ok: bool = False) -> None:
+    def deny(self: Path, missing_ok: bool = False) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "unlink", refused)
-    with pytest.raises(TargetError, match=r"control\.csv.*cannot be removed \(Permission denied"):
+    monkeypatch.setattr(Path, "unlink", deny)
+    with refused("file.not-removed", TargetError, file=path):
         write_control(path, [])
 
 

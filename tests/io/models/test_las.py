@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import laspy
 import numpy as np
 import pytest
 from pyproj import CRS
 
+from tests.messages import by_code, refused
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.opening import read_model
@@ -39,10 +41,10 @@ def make(folder: Path, name: str = "cloud.laz", n: int = N, crs: int | None = 32
     return path
 
 
-def cloud_of(path: Path) -> tuple[PointCloud, str]:
+def cloud_of(path: Path) -> tuple[PointCloud, dict[str, dict[str, Any]]]:
     loaded = read_model(path)
     assert isinstance(loaded.data, PointCloud)
-    return loaded.data, " ".join(map(str, loaded.warnings))
+    return loaded.data, by_code(loaded.warnings)
 
 
 @pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
@@ -81,7 +83,7 @@ def test_black_colours_and_no_reference_system(tmp_path: Path) -> None:
     loaded = read_model(path)
     assert loaded.crs is None
     assert loaded.data.colors is None
-    assert "black" in loaded.warnings[0]
+    assert loaded.warnings[0].code == "model.colors-black"
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
@@ -93,9 +95,9 @@ def test_a_file_cut_short_gives_sound_points_and_says_so(
     whole, _ = cloud_of(path)
     content = path.read_bytes()
     path.write_bytes(content[: int(len(content) * share)])
-    part, said = cloud_of(path)
+    part, findings = cloud_of(path)
     assert (share - 0.02) * N < len(part.points) < N
-    assert "cut short" in said
+    assert "model.incomplete" in findings
     assert np.array_equal(part.points, whole.points[: len(part.points)])
 
 
@@ -106,12 +108,12 @@ def test_a_las_cut_anywhere_gives_points_or_one_sentence(tmp_path: Path, name: s
     for n in [*range(0, min(len(content), 2000), 23), *range(2000, len(content), 97)]:
         path.write_bytes(content[:n])
         try:
-            _, said = cloud_of(path)
+            _, findings = cloud_of(path)
         except InputError as error:
             if error.file != str(path):
                 raise
         else:
-            assert "cut short" in said or n > len(content) - 60
+            assert "model.incomplete" in findings or n > len(content) - 60
 
 
 @pytest.mark.parametrize("name", ["cloud.las", "cloud.laz"])
@@ -123,13 +125,13 @@ def test_a_header_that_claims_more_points_than_there_are_is_not_believed(
     struct.pack_into("<I", content, 107, 2**32 - 1)
     path.write_bytes(content)
     try:
-        cloud, said = cloud_of(path)
+        cloud, findings = cloud_of(path)
     except InputError as error:
         if error.file != str(path):
             raise
     else:
         assert len(cloud.points) <= 300
-        assert "cut short" in said
+        assert "model.incomplete" in findings
 
 
 def test_damaged_headers_bring_points_or_one_sentence(tmp_path: Path) -> None:
@@ -263,8 +265,8 @@ def test_no_data_is_no_value_and_withheld_points_are_left_out(
     path = tmp_path / f"a.{ending}"
     las = marked(path, point_format, dtype, nothing, scaled)
     kept = np.arange(500) % 5 != 0
-    cloud, said = cloud_of(path)
-    assert "100 points left out" in said
+    cloud, findings = cloud_of(path)
+    assert findings["model.points-withheld"] == {"count": 100}
     assert np.allclose(cloud.points, las.xyz[kept])
     wanted = np.arange(500.0) * (0.5 if scaled else 1) + (10 if scaled else 0)
     wanted[::7] = np.nan
@@ -276,7 +278,7 @@ def test_a_cloud_of_which_all_is_withheld_is_refused(tmp_path: Path) -> None:
     las = marked(path, 6, np.int16, -9999, False)
     las.withheld[:] = 1
     las.write(path)
-    with pytest.raises(InputError, match="withheld"):
+    with refused("model.all-withheld"):
         read_model(path)
 
 
@@ -296,10 +298,10 @@ def test_fields_that_are_described_wrongly_do_not_cost_the_points(
     start = raw.index(b"rough" + bytes(27)) - 4 + at
     raw[start : start + len(content)] = content
     path.write_bytes(raw)
-    cloud, said = cloud_of(path)
+    cloud, findings = cloud_of(path)
     assert np.allclose(cloud.points, las.xyz[np.arange(500) % 5 != 0])
     assert not cloud.fields
-    assert "described wrongly" in said
+    assert "model.fields-damaged" in findings
 
 
 @pytest.mark.parametrize("length", [0, 10, 19])
@@ -309,6 +311,6 @@ def test_records_shorter_than_a_point_are_refused(tmp_path: Path, length: int) -
     raw = bytearray(path.read_bytes())
     struct.pack_into("<H", raw, 105, length)
     path.write_bytes(raw)
-    with pytest.raises(InputError, match=f"{length} bytes for a point"):
+    with refused("file.damaged", format="LAS", field="LAS header"):
         read_model(path)
     assert preview(path) is None

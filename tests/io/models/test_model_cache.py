@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.messages import refused
+from vomstudio.core.findings import uncoded
 from vomstudio.errors import InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -61,7 +63,9 @@ def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
     points = np.random.default_rng(0).random((7, 3))
     fields = {"scalar / odd name": np.arange(7, dtype=np.int16), "t": np.linspace(0, 1, 7)}
     cloud = PointCloud(points, None, points.astype(np.float32), fields)
-    loaded = LoadedModel(cloud, "cloud", "EPSG:32615", ("a warning",), tmp_path / "gone.laz", "abc")
+    loaded = LoadedModel(
+        cloud, "cloud", "EPSG:32615", (uncoded("A warning."),), tmp_path / "gone.laz", "abc"
+    )
     model_cache.save(loaded, tmp_path / "m")
     back = model_cache.open_cached(tmp_path / "m")
     assert isinstance(back.data, PointCloud)
@@ -150,7 +154,7 @@ def test_a_texture_that_has_gone_is_dropped_with_a_warning(model: Path, tmp_path
     back = model_cache.open_cached(tmp_path / "cache")
     assert isinstance(back.data, Mesh)
     assert [m.texture for m in back.data.materials] == [None, None]
-    assert "tex.png" in back.warnings[-1]
+    assert back.warnings[-1].code == "texture.unusable"
 
 
 def test_a_cache_that_cannot_be_written_is_refused_and_loading_goes_on(
@@ -173,7 +177,7 @@ def test_a_model_whose_cache_cannot_be_written_passes_through_the_temporary_file
     assert len(model_cache.hand_over(folder).data.faces) == len(loaded.data.faces)
     assert list((tmp_path / "temporary").iterdir()) == []
     (tmp_path / "temporary").rmdir()
-    with pytest.raises(TargetError, match="The cache cannot be written"):
+    with refused("model.cache-unwritable", TargetError):
         model_cache.load_into(model, tmp_path / "cache" / "model-1")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from vomstudio.errors import InputError
+from tests.messages import refused
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.model_copy import companions, copy_model, photos_of
@@ -71,7 +71,7 @@ def test_a_copy_that_fails_leaves_nothing(model, tmp_path):
     with pytest.raises(Stopped):
         copy_model(model, tmp_path / "m", Stopping())
     assert not list((tmp_path / "m").iterdir())
-    with pytest.raises(InputError, match="gone"):
+    with refused("file.unreadable", file=tmp_path / "gone.ply"):
         copy_model(tmp_path / "gone.ply", tmp_path / "m")
     assert not list((tmp_path / "m").iterdir())
 

@@ -9,16 +9,17 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from tests.messages import by_code
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.models.mtl import check_image, find_beside, map_name, read_library
 
 
-def library(folder: Path, text: str) -> tuple[dict[str, Material], str]:
+def library(folder: Path, text: str) -> tuple[dict[str, Material], list[Finding]]:
     path = folder / "lib.mtl"
     path.write_text(text)
-    materials, said = read_library(path, folder)
-    return materials, " ".join(said)
+    materials, findings = read_library(path, folder)
+    return materials, findings
 
 
 @pytest.mark.parametrize(
@@ -44,10 +45,10 @@ def test_case_backslashes_and_quotes_are_forgiven(tmp_path: Path, name: str) -> 
     (tmp_path / "sub").mkdir()
     for place in (tmp_path, tmp_path / "sub"):
         Image.new("RGB", (2, 2)).save(place / "tex.jpg")
-    materials, said = library(tmp_path, f"newmtl a\nmap_kd {name}\n")
+    materials, findings = library(tmp_path, f"newmtl a\nmap_kd {name}\n")
     assert materials["a"].texture is not None
     assert materials["a"].texture.name == "tex.jpg"
-    assert said == ""
+    assert findings == []
 
 
 @pytest.mark.parametrize(
@@ -70,10 +71,11 @@ def test_a_texture_outside_the_folder_is_never_opened(
     Image.new("RGB", (2, 2)).save(tmp_path / "secret.jpg")
     opened: list[str] = []
     monkeypatch.setattr(Image, "open", lambda p, *a: opened.append(str(p)))
-    materials, said = library(home, "newmtl a\nmap_Kd " + name.format(outside=tmp_path) + "\n")
+    materials, (finding,) = library(
+        home, "newmtl a\nmap_Kd " + name.format(outside=tmp_path) + "\n"
+    )
     assert materials["a"].texture is None
-    assert "secret.jpg" in said
-    assert "outside the model's folder" in said
+    assert finding.code == "texture.unusable"
     assert opened == []
 
 
@@ -81,17 +83,17 @@ def test_a_texture_that_lies_beside_the_model_is_taken_in_place_of_a_lost_path(
     tmp_path: Path,
 ) -> None:
     Image.new("RGB", (2, 2)).save(tmp_path / "wall.jpg")
-    materials, said = library(tmp_path, "newmtl a\nmap_Kd D:\\survey 3\\wall.jpg\n")
+    materials, (finding,) = library(tmp_path, "newmtl a\nmap_Kd D:\\survey 3\\wall.jpg\n")
     assert materials["a"].texture == tmp_path / "wall.jpg"
-    assert "wall.jpg" in said
+    assert finding.code == "texture.substituted"
 
 
 def test_what_is_no_image_is_named_and_not_used(tmp_path: Path) -> None:
     (tmp_path / "tex.jpg").write_text("no image at all")
-    materials, said = library(tmp_path, "newmtl a\nmap_Kd tex.jpg\nnewmtl b\nmap_Kd gone.png\n")
+    materials, findings = library(tmp_path, "newmtl a\nmap_Kd tex.jpg\nnewmtl b\nmap_Kd gone.png\n")
     assert materials["a"].texture is None
-    assert "'tex.jpg' is not an image" in said
-    assert "gone.png" in said
+    assert {each.code for each in findings} == {"texture.unusable"}
+    assert [each.values["material"] for each in findings] == ["a", "b"]
 
 
 def png_header(width: int, height: int) -> bytes:
@@ -119,24 +121,24 @@ def test_the_large_textures_of_surveys_pass(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", ".", "..", "a\0b", "/", "C:", "\\"])
 def test_strange_names_find_nothing(tmp_path: Path, name: str) -> None:
-    found, said = find_beside(tmp_path, name)
+    found, reason = find_beside(tmp_path, name)
     assert found is None
-    assert said
+    assert reason
 
 
 def test_a_broken_colour_is_told_and_the_rest_is_kept(tmp_path: Path) -> None:
-    materials, said = library(tmp_path, "Kd 9 9 9\nnewmtl a\nKd red\nnewmtl b b\nKd 2 0.5 -1\n")
+    materials, findings = library(tmp_path, "Kd 9 9 9\nnewmtl a\nKd red\nnewmtl b b\nKd 2 0.5 -1\n")
     assert materials["a"].diffuse is None
     assert materials["b b"].diffuse == (1.0, 0.5, 0.0)
-    assert "line 3" in said
+    assert by_code(findings)["material.color-invalid"]["line"] == 3
 
 
 def test_a_library_that_is_binary_is_told(tmp_path: Path) -> None:
     path = tmp_path / "lib.mtl"
     path.write_bytes(b"newmtl a\n\0\0")
-    materials, said = read_library(path, tmp_path)
+    materials, findings = read_library(path, tmp_path)
     assert materials == {}
-    assert "lib.mtl" in said[0]
+    assert [each.code for each in findings] == ["material.file-unusable"]
 
 
 def picture(path: Path) -> None:
@@ -164,10 +166,10 @@ def test_a_missing_texture_is_replaced_by_the_only_picture_of_that_name(
         picture(tmp_path / name) if not name.endswith(".txt") else (tmp_path / name).touch()
     others = "".join(f"newmtl {name}\n" for name in ("t_10", "t_2"))
     (tmp_path / "lib.mtl").write_text(f"newmtl {material}\nmap_Kd not_found\n{others}")
-    materials, said = read_library(tmp_path / "lib.mtl", tmp_path)
+    materials, findings = read_library(tmp_path / "lib.mtl", tmp_path)
     texture = materials[material].texture
     assert (None if texture is None else texture.name) == used
-    (message,) = said
+    (message,) = findings
     if used is not None:
         assert isinstance(message, Finding)
         assert message.code == "texture.by-name"

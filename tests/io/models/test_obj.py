@@ -6,6 +6,7 @@ import math
 import random
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from tests.messages import by_code
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -27,10 +29,10 @@ def write(folder: Path, text: str | bytes, name: str = "model.obj") -> Path:
     return path
 
 
-def read_mesh(folder: Path, text: str | bytes) -> tuple[Mesh, str]:
+def read_mesh(folder: Path, text: str | bytes) -> tuple[Mesh, dict[str, dict[str, Any]]]:
     loaded = read_model(write(folder, text))
     assert isinstance(loaded.data, Mesh), loaded.warnings
-    return loaded.data, " ".join(loaded.warnings)
+    return loaded.data, by_code(loaded.warnings)
 
 
 def naive(text: str) -> tuple[list, list, list]:
@@ -225,10 +227,12 @@ def test_a_weight_after_the_coordinates_is_no_colour(tmp_path: Path) -> None:
 
 
 def test_old_and_continued_lines_are_one_line(tmp_path: Path) -> None:
-    mesh, said = read_mesh(tmp_path, "v 0 0 \\\n 0\r\nv 1 0 0\nv 1 1 0\nf 1 \\\r\n 2 3\nf 1 2 9\n")
+    mesh, findings = read_mesh(
+        tmp_path, "v 0 0 \\\n 0\r\nv 1 0 0\nv 1 1 0\nf 1 \\\r\n 2 3\nf 1 2 9\n"
+    )
     assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
     assert len(mesh.faces) == 1
-    assert "line 7" in said
+    assert findings["model.faces-without-vertices"]["line"] == 7
     mesh, _ = read_mesh(tmp_path, "v 0 0 0\rv 1 0 0\rv 1 1 0\rf 1 2 3\r")
     assert len(mesh.faces) == 1
 
@@ -280,19 +284,21 @@ def test_the_triangles_of_a_polygon_cover_it_once(
 
 
 def test_unsound_vertices_and_faces_are_left_out_and_counted(tmp_path: Path) -> None:
-    mesh, said = read_mesh(
+    mesh, findings = read_mesh(
         tmp_path,
         "v 0 0 0\nv nan 0 0\nv 1 0 0\nv 1 1 0\nv x 1 2\nv 1\nv 2 inf 0\n"
         "f 1 3 4\nf 1 2 3\nf 1 3 99\nf 1 3 0\nf 3 3 4\nf 1 3\nf 1 a 3\n",
     )
     assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
     assert mesh.faces.tolist() == [[0, 1, 2], [1, 1, 2]]
-    assert "4 vertices without valid coordinates left out" in said
-    assert "1 value is not a number, in line 5" in said
-    assert "3 faces left out: they refer to vertices that the file does not have" in said
-    assert "first in line 10" in said
-    assert "1 face with fewer than 3 corners" in said
-    assert "1 face has no area" in said
+    assert findings == {
+        "model.points-invalid": {"count": 4},
+        "model.values-not-numbers": {"count": 1, "line": 5},
+        "model.faces-without-vertices": {"count": 3, "line": 10},
+        "model.faces-incomplete": {"count": 1},
+        "model.faces-invalid": {"count": 1},
+        "model.faces-without-area": {"count": 1},
+    }
 
 
 def test_materials_keep_their_faces_when_some_are_left_out(tmp_path: Path) -> None:
@@ -310,7 +316,7 @@ def test_points_without_faces_become_a_cloud_with_a_warning(tmp_path: Path) -> N
     loaded = read_model(write(tmp_path, "v 0 0 0\nv 1 2 3\n"))
     assert loaded.kind == "cloud"
     assert isinstance(loaded.data, PointCloud)
-    assert any("point cloud" in w for w in loaded.warnings)
+    assert "model.opened-as-cloud" in by_code(loaded.warnings)
 
 
 @pytest.mark.parametrize(
@@ -334,8 +340,8 @@ def test_a_file_without_a_model_is_refused_by_name(tmp_path: Path, content: byte
 
 
 def test_a_last_line_without_an_end_is_told(tmp_path: Path) -> None:
-    _, said = read_mesh(tmp_path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3")
-    assert "cut short" in said
+    _, findings = read_mesh(tmp_path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3")
+    assert "model.maybe-cut-short" in findings
 
 
 def test_an_obj_cut_anywhere_gives_a_model_or_one_sentence(tmp_path: Path) -> None:
@@ -379,7 +385,7 @@ def test_reading_stops_when_it_is_cancelled(tmp_path: Path) -> None:
 def test_textures_are_found_beside_the_model(tmp_path: Path) -> None:
     Image.new("RGB", (4, 4)).save(tmp_path / "my photo.jpg")
     (tmp_path / "two words.mtl").write_text("newmtl a\nKd .2 .4 .6\nmap_Kd -s 1 1 1 my photo.jpg\n")
-    mesh, said = read_mesh(
+    mesh, findings = read_mesh(
         tmp_path,
         "mtllib two words.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 3 2 1\n"
         "usemtl a\nf 1 2 3\nusemtl b\nf 2 3 1\n",
@@ -388,27 +394,27 @@ def test_textures_are_found_beside_the_model(tmp_path: Path) -> None:
     assert mesh.materials[1].texture == tmp_path / "my photo.jpg"
     assert mesh.materials[1].diffuse == (0.2, 0.4, 0.6)
     assert mesh.materials[2].texture is None
-    assert "'b'" in said
+    assert findings["material.missing"]["names"] == ("b",)
 
 
 def test_several_libraries_may_stand_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_text("newmtl a\nKd 1 0 0\n")
     (tmp_path / "b.mtl").write_text("newmtl b\nKd 0 1 0\n")
-    mesh, said = read_mesh(
+    mesh, findings = read_mesh(
         tmp_path,
         "mtllib a.mtl b.mtl gone.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
         "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n",
     )
     assert [m.diffuse for m in mesh.materials] == [(1, 0, 0), (0, 1, 0)]
-    assert "gone.mtl" in said
+    assert "material.file-unusable" in findings
 
 
 def test_an_absent_material_file_is_told_and_the_geometry_loads(tmp_path: Path) -> None:
-    mesh, said = read_mesh(
+    mesh, findings = read_mesh(
         tmp_path, "mtllib no.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
     )
     assert len(mesh.faces) == 1
-    assert "no.mtl" in said
+    assert "material.file-unusable" in findings
 
 
 def test_the_survey_model_keeps_its_millimetres_and_textures(data_dir: Path) -> None:
@@ -438,9 +444,9 @@ def test_the_survey_model_keeps_its_millimetres_and_textures(data_dir: Path) -> 
 
 
 def test_a_byte_order_mark_does_not_cost_the_first_vertex(tmp_path: Path) -> None:
-    mesh, said = read_mesh(tmp_path, b"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")
+    mesh, findings = read_mesh(tmp_path, b"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")
     assert mesh.vertices[0].tolist() == [0, 0, 0]
-    assert said == ""
+    assert findings == {}
 
 
 def test_a_polygon_of_very_many_corners_is_still_a_fan(tmp_path: Path) -> None:
@@ -465,7 +471,7 @@ def test_text_of_another_encoding_is_read_with_its_library(tmp_path: Path, encod
     text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl Schluff_ä\nf 1 2 3\n"
     library = "newmtl Schluff_ä\nKd 1 0.5 0\n"
     (tmp_path / "a.mtl").write_bytes(library.encode(encoding))
-    mesh, said = read_mesh(tmp_path, text.encode(encoding))
-    assert said == ""
+    mesh, findings = read_mesh(tmp_path, text.encode(encoding))
+    assert findings == {}
     assert [(m.name, m.diffuse) for m in mesh.materials] == [("Schluff_ä", (1.0, 0.5, 0.0))]
     assert len(mesh.faces) == 1

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pytest
 from PIL import Image
 
-from vomstudio.errors import GeometryError, InputError
+from tests.messages import refused
+from vomstudio.errors import GeometryError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.opening import read_model
@@ -46,7 +46,7 @@ def written(data, mask, tmp_path, name="A piece: 1", crs=None):
 
 def test_a_piece_keeps_textures_coordinates_and_fields(tmp_path):
     mesh = two_materials(tmp_path)
-    path, said = written(mesh, [False, True, False, True, False], tmp_path)
+    path, findings = written(mesh, [False, True, False, True, False], tmp_path)
     assert path.parent.parent == tmp_path / "models"
     back = read_model(path).data
     wanted = mesh.faces[[1, 3]]
@@ -59,7 +59,7 @@ def test_a_piece_keeps_textures_coordinates_and_fields(tmp_path):
     assert facts["piece_of"] == "cliff.obj"
     assert facts["content_hash"] == "hash"
     assert (facts["element"], facts["count"], facts["of"]) == ("face", 2, 5)
-    assert said == []
+    assert findings == []
     # Once more goes beside it.
     again, _ = written(mesh, [True, True, True, True, True], tmp_path)
     assert again.parent != path.parent
@@ -97,12 +97,12 @@ def test_points_keep_colours_normals_and_fields(tmp_path):
 
 def test_what_cannot_be_a_piece_is_said_and_leaves_nothing(tmp_path):
     mesh = two_materials(tmp_path)
-    with pytest.raises(GeometryError, match="Nothing is chosen"):
+    with refused("model.empty-selection", GeometryError):
         written(mesh, [False] * 5, tmp_path)
-    with pytest.raises(GeometryError, match="4 were chosen from a model of 5"):
+    with refused("model.other-selection", GeometryError, selected=4, count=5):
         piece_of(mesh, np.ones(4, bool))
     other = LoadedModel(mesh, "mesh", None, (), tmp_path / "cliff.obj", "another")
-    with pytest.raises(InputError, match="has changed"):
+    with refused("model.file-changed"):
         write_piece(
             other, np.packbits(np.ones(5, bool)), tmp_path / "cliff.obj", "hash", None,
             tmp_path / "models", "x", Silent(),

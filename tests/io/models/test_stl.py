@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
 
+from tests.messages import by_code
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
@@ -22,17 +24,17 @@ def sphere(folder: Path, kind: str) -> tuple[Path, trimesh.Trimesh]:
     return path, ball
 
 
-def mesh_of(path: Path) -> tuple[Mesh, str]:
+def mesh_of(path: Path) -> tuple[Mesh, dict[str, dict[str, Any]]]:
     loaded = read_model(path)
     assert isinstance(loaded.data, Mesh)
-    return loaded.data, " ".join(loaded.warnings)
+    return loaded.data, by_code(loaded.warnings)
 
 
 @pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
 def test_a_mesh_is_what_trimesh_wrote_and_closed_again(tmp_path: Path, kind: str) -> None:
     path, ball = sphere(tmp_path, kind)
-    mesh, said = mesh_of(path)
-    assert said == ""
+    mesh, findings = mesh_of(path)
+    assert findings == {}
     assert np.allclose(mesh.vertices[mesh.faces], ball.triangles, atol=1e-6)
     assert len(mesh.vertices) == len(ball.vertices)
 
@@ -60,9 +62,9 @@ def test_a_file_cut_short_gives_its_faces_and_says_so(tmp_path: Path) -> None:
         path, ball = sphere(tmp_path, kind)
         content = path.read_bytes()
         path.write_bytes(content[: len(content) // 2])
-        mesh, said = mesh_of(path)
+        mesh, findings = mesh_of(path)
         assert 0.4 * len(ball.faces) < len(mesh.faces) < 0.6 * len(ball.faces)
-        assert "cut short" in said
+        assert findings.keys() & {"model.incomplete", "model.maybe-cut-short"}
 
 
 def test_a_corner_too_few_costs_one_face_and_not_all_that_follow(tmp_path: Path) -> None:
@@ -70,8 +72,8 @@ def test_a_corner_too_few_costs_one_face_and_not_all_that_follow(tmp_path: Path)
     lines = path.read_text().splitlines()
     del lines[next(i for i, line in enumerate(lines) if "vertex" in line)]
     path.write_text("\n".join(lines))
-    mesh, said = mesh_of(path)
-    assert "1 face left out" in said
+    mesh, findings = mesh_of(path)
+    assert findings["model.faces-incomplete"] == {"count": 1}
     assert np.allclose(mesh.vertices[mesh.faces], ball.triangles[1:], atol=1e-6)
 
 
@@ -82,9 +84,9 @@ def test_words_for_numbers_cost_their_faces(tmp_path: Path) -> None:
         "endloop\nendfacet\n"
     )
     path.write_text("solid a\n" + loop.format("0") + loop.format("up") + "endsolid a\n")
-    mesh, said = mesh_of(path)
+    mesh, findings = mesh_of(path)
     assert len(mesh.faces) == 1
-    assert "without valid coordinates" in said
+    assert "model.points-invalid" in findings
 
 
 def test_a_count_that_the_file_cannot_hold_is_not_believed(tmp_path: Path) -> None:
@@ -92,9 +94,9 @@ def test_a_count_that_the_file_cannot_hold_is_not_believed(tmp_path: Path) -> No
     content = bytearray(path.read_bytes())
     struct.pack_into("<I", content, 80, 2**32 - 1)
     path.write_bytes(content)
-    mesh, said = mesh_of(path)
+    mesh, findings = mesh_of(path)
     assert len(mesh.faces) == len(ball.faces)
-    assert "cut short" in said
+    assert "model.incomplete" in findings
 
 
 @pytest.mark.parametrize(
@@ -131,8 +133,8 @@ def test_long_numbers_keep_their_exponent(tmp_path: Path) -> None:
     path = tmp_path / "a.stl"
     for content in (text, text.replace(huge, "0")):
         path.write_text(content)
-        mesh, said = mesh_of(path)
-        assert said == ""
+        mesh, findings = mesh_of(path)
+        assert findings == {}
         assert mesh.vertices[0].tolist() == [float(number), 0, 0.002 if huge in content else 0]
 
 

@@ -21,6 +21,8 @@ import pytest
 import trimesh
 from PIL import Image
 
+from tests.messages import by_code, refused
+from vomstudio.core.findings import uncoded
 from vomstudio.errors import Cancelled, GeometryError, TargetError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -99,7 +101,7 @@ def test_textured_meshes_come_back_as_they_were(tmp_path: Path, ending: str) -> 
     mesh = textured(tmp_path)
     (tmp_path / "out").mkdir()
     path = tmp_path / "out" / f"floor{ending}"
-    said = write_model(mesh, "EPSG:32615", path)
+    findings = by_code(write_model(mesh, "EPSG:32615", path))
     shutil.rmtree(tmp_path / "a")
     shutil.rmtree(tmp_path / "b")
     loaded = read_model(path)
@@ -123,11 +125,11 @@ def test_textured_meshes_come_back_as_they_were(tmp_path: Path, ending: str) -> 
     assert mesh.colors is not None
     assert np.array_equal(found.colors[found.faces], mesh.colors[mesh.faces])
     if ending == ".obj":
-        assert "rough ness" in " ".join(said)
+        assert "rough ness" in findings["model.fields-not-written"]["fields"]
     else:
         assert np.array_equal(found.fields["facet"][found.faces], mesh.fields["facet"][mesh.faces])
     if ending == ".ply":
-        assert "grey" in " ".join(said)
+        assert findings["model.materials-not-written"]["materials"]
     else:
         assert found.materials[1].diffuse == pytest.approx((1.0, 0.5, 0.25), abs=1e-6)
 
@@ -136,7 +138,7 @@ def test_textured_meshes_come_back_as_they_were(tmp_path: Path, ending: str) -> 
 def test_clouds_come_back_as_they_were_or_it_is_said(tmp_path: Path, ending: str) -> None:
     given = cloud()
     path = tmp_path / f"points{ending}"
-    said = " ".join(write_model(given, "EPSG:32615", path))
+    findings = write_model(given, "EPSG:32615", path)
     loaded = read_model(path)
     found = loaded.data
     assert isinstance(found, PointCloud)
@@ -150,12 +152,19 @@ def test_clouds_come_back_as_they_were_or_it_is_said(tmp_path: Path, ending: str
         assert given.normals is not None
         assert np.allclose(found.normals, given.normals, atol=1e-7)
     else:
-        assert "ormals" in said
+        assert {each.code for each in findings} & {
+            "model.normals-not-written",
+            "model.normals-as-fields",
+        }
     for name, values in given.fields.items():
         if name not in found.fields:
-            assert name in said
+            lost = by_code(findings)["model.fields-not-written"]["fields"]
+            assert name in lost
         elif not np.array_equal(found.fields[name].astype(values.dtype), values):
-            assert f"'{name}'" in said
+            assert any(
+                each.values.get("field") == name and each.code == "model.field-rounded"
+                for each in findings
+            )
     if ending in (".ply", ".las", ".laz", ".xyz", ".csv"):
         assert set(given.fields) <= set(found.fields)
 
@@ -217,13 +226,14 @@ def test_laspy_reads_a_laz_with_its_reference_system_and_fields(tmp_path: Path) 
 def test_a_laz_of_a_laz_keeps_its_scale(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     fine = rng.integers(0, 10**9, (100, 3)) * 1e-8 + [624000.123456789, 5_000_000.0, 0.0]
-    said = write_model(PointCloud(fine), None, tmp_path / "fine.laz")
+    findings = write_model(PointCloud(fine), None, tmp_path / "fine.laz")
     assert np.abs(back(tmp_path / "fine.laz").points - fine).max() < 2e-8  # type: ignore[union-attr]
-    assert said == []
+    assert findings == []
     wild = rng.random((100, 3)) * 100 + [624000.0, 5_000_000.0, 0.0]
-    said = write_model(PointCloud(wild), None, tmp_path / "wild.laz")
+    (finding,) = write_model(PointCloud(wild), None, tmp_path / "wild.laz")
     assert np.abs(back(tmp_path / "wild.laz").points - wild).max() <= 0.501e-5  # type: ignore[union-attr]
-    assert "0.01 mm" in said[0]
+    assert finding.code == "model.positions-rounded"
+    assert finding.values["rounding_mm"] == pytest.approx(0.01)
     wide = wild * [1e4, 1, 1]
     write_model(PointCloud(wide), None, tmp_path / "wide.laz")
     assert np.abs(back(tmp_path / "wide.laz").points - wide).max() < 0.06  # type: ignore[union-attr]
@@ -335,7 +345,7 @@ def test_what_is_there_is_kept_unless_forced(tmp_path: Path, ending: str) -> Non
     path = tmp_path / f"m{ending}"
     path.write_text("precious")
     mesh = textured(tmp_path)
-    with pytest.raises(TargetError, match="--force"):
+    with refused("output.exists", TargetError):
         write_model(mesh, None, path)
     assert path.read_text() == "precious"
     write_model(mesh, None, path, force=True)
@@ -355,9 +365,8 @@ def test_coordinates_that_are_not_finite_are_refused_before_anything_is_written(
     points = data.vertices if isinstance(data, Mesh) else data.points
     points[2, 1] = value
     path = tmp_path / f"m{ending}"
-    with pytest.raises(GeometryError, match=r"1 point has .* row 2") as told:
+    with refused("model.not-finite", GeometryError, count=1, first_row=2, file=path):
         write_model(data, "EPSG:32615", path)
-    assert told.value.file == str(path)
     assert [p.name for p in tmp_path.iterdir()] == ["in"]
 
 
@@ -365,7 +374,7 @@ def test_coordinates_that_are_not_finite_are_refused_before_anything_is_written(
 def test_a_file_beside_that_is_there_stops_all_of_it(tmp_path: Path, beside: str) -> None:
     (tmp_path / beside).write_text("precious")
     path = tmp_path / ("m.glb" if "offset" in beside else "m.obj")
-    with pytest.raises(TargetError, match="exists already"):
+    with refused("output.exists", TargetError):
         write_model(textured(tmp_path), "EPSG:32615", path)
     assert not path.exists()
     assert (tmp_path / beside).read_text() == "precious"
@@ -374,8 +383,8 @@ def test_a_file_beside_that_is_there_stops_all_of_it(tmp_path: Path, beside: str
 
 def test_a_prj_of_another_model_is_pointed_out(tmp_path: Path) -> None:
     write_model(cloud(5), "EPSG:32615", tmp_path / "m.ply")
-    (said,) = write_model(cloud(5), None, tmp_path / "m.ply", force=True)
-    assert "m.prj" in said
+    (finding,) = write_model(cloud(5), None, tmp_path / "m.ply", force=True)
+    assert (finding.code, finding.values["file"]) == ("frame.stale-crs-file", "m.prj")
 
 
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".glb", ".las", ".laz", ".xyz", ".dxf", ".shp"])
@@ -399,7 +408,7 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, ending: str) -> 
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
     try:
-        with pytest.raises(TargetError, match="disk is full"):
+        with refused("disk.full", TargetError):
             write_model(given, None, tmp_path / f"m{ending}")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
@@ -412,8 +421,10 @@ def test_a_texture_that_is_gone_stops_the_writing(tmp_path: Path) -> None:
     shutil.rmtree(tmp_path / "a")
     (tmp_path / "out").mkdir()
     for ending in (".obj", ".ply", ".glb"):
-        with pytest.raises(TargetError, match=r"rock\.png"):
+        with refused("texture.unreadable", TargetError) as error:
             write_model(mesh, None, tmp_path / "out" / f"m{ending}")
+        assert error.value.file is not None
+        assert error.value.file.endswith("rock.png")
     assert list((tmp_path / "out").iterdir()) == []
 
 
@@ -441,18 +452,20 @@ def test_odd_names_of_fields_are_kept_apart_and_said(tmp_path: Path) -> None:
     }  # fmt: skip
     given = PointCloud(np.eye(3), fields=fields)
     for ending in (".ply", ".laz", ".csv", ".glb"):
-        said = write_model(given, None, tmp_path / f"m{ending}")
+        findings = write_model(given, None, tmp_path / f"m{ending}")
         found = back(tmp_path / f"m{ending}")
         assert np.abs(found.bounds - [[0, 0, 0], [1, 1, 1]]).max() == 0
         first = sorted(float(v[0]) for v in found.fields.values())
         assert first == [0, 1, 2, 3, 4, 5, 6, 2**60]
         if ending != ".glb":
-            assert len(said) >= 4
+            assert len(findings) >= 4
 
 
 def test_an_unknown_ending_lists_what_can_be_written(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"\.glb.*\.laz.*\.obj.*\.ply.*\.xyz"):
+    with refused("output.unknown-format", UsageError, suffix=".docx") as error:
         write_model(cloud(3), None, tmp_path / "m.docx")
+    formats = error.value.values["formats"]
+    assert {".glb", ".laz", ".obj", ".ply", ".xyz"} <= set(formats.split(", "))
     assert len(find_writers()) == 7
 
 
@@ -460,10 +473,11 @@ def test_a_writer_of_another_package_writes_its_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "their_writers.py").write_text(
+        "from vomstudio.core.findings import uncoded\n"
         "from vomstudio.io.models.writer import Writer\n"
         "def write(out):\n"
         "    out.path.write_text(f'{len(out.data.points)} points')\n"
-        "    return ['Only their number is written.']\n"
+        "    return [uncoded('Only their number is written.')]\n"
         "WRITER = Writer('Made-up', ('.count',), write)\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
@@ -474,11 +488,13 @@ def test_a_writer_of_another_package_writes_its_files(
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points)
     writing.find_all.cache_clear()
     try:
-        said = write_model(cloud(3), None, tmp_path / "m.count")
-        assert said == ["Only their number is written."]
+        findings = write_model(cloud(3), None, tmp_path / "m.count")
+        assert findings == [uncoded("Only their number is written.")]
         assert (tmp_path / "m.count").read_text() == "3 points"
-        with pytest.raises(UsageError, match=r"\.count.*no_such_package"):
+        with refused("output.unknown-format", UsageError) as error:
             write_model(cloud(3), None, tmp_path / "m.docx")
+        assert ".count" in error.value.values["formats"]
+        assert "no_such_package" in error.value.values["formats"]
     finally:
         writing.find_all.cache_clear()
 
@@ -487,6 +503,6 @@ def test_coordinates_that_a_format_cannot_hold_are_refused_before_it_is_written(
     tmp_path: Path,
 ) -> None:
     far = PointCloud(np.array([[0.0, 0.0, 0.0], [1e200, 0.0, 0.0]]))
-    with pytest.raises(TargetError, match="float32"):
+    with refused("model.exceeds-format", TargetError, format="GLB"):
         write_model(far, None, tmp_path / "far.glb")
     assert list(tmp_path.iterdir()) == []

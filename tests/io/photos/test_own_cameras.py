@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.io.photos import camera_files as files
-from vomstudio.errors import InputError
+from tests.messages import by_code, refused
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras, write_cameras_csv
 from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
@@ -70,7 +70,7 @@ def test_colmap_as_it_writes_itself(tmp_path: Path, binary: bool) -> None:
     if binary:
         data = (folder / "images.bin").read_bytes()
         (folder / "images.bin").write_bytes(data[: len(data) // 2])
-        with pytest.raises(InputError, match="ends too early") as error:
+        with refused("file.damaged", format="COLMAP") as error:
             read_own_cameras(folder)
         assert error.value.field
 
@@ -84,7 +84,7 @@ def test_metashape_with_the_transform_of_its_chunk(tmp_path: Path) -> None:
     middle = TURN.T @ -np.array([90.0, 8, -5]) / 3.0
     found = read_own_cameras(path, middle + BOX / 3.0)
     same(found.views, inner)
-    assert any("inner frame" in said for said in found.warnings)
+    assert "cameras.frame" in by_code(found.warnings)
 
 
 def test_metashape_on_earth(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_opensfm_and_opendronemap(tmp_path: Path) -> None:
     path = files.opensfm_json(tmp_path / "reconstruction.json", VIEWS)
     found = read_own_cameras(path, BOX)
     same(found.views, VIEWS)
-    assert any("2 parts" in said for said in found.warnings)
+    assert by_code(found.warnings)["cameras.several-parts"] == {"count": 2}
     origin = np.array([500_000.0, 4_000_000.0, 0.0])
     on_map = [v.moved(1.0, np.eye(3), origin) for v in VIEWS]
     shots = files.shots_geojson(tmp_path / "odm_report" / "shots.geojson", on_map)
@@ -136,7 +136,7 @@ def test_opensfm_and_opendronemap(tmp_path: Path) -> None:
     )
     found = read_own_cameras(shots, BOX)
     same(found.views, VIEWS, lens=False)
-    assert any("offset" in said for said in found.warnings)
+    assert "cameras.frame" in by_code(found.warnings)
 
 
 def test_tables_of_centres(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_they_are_found_beside_the_model(tmp_path: Path) -> None:
 def test_cameras_that_look_elsewhere_are_doubted(tmp_path: Path) -> None:
     path = files.opensfm_json(tmp_path / "reconstruction.json", VIEWS)
     far = read_own_cameras(path, BOX + 1000.0)
-    assert any("do not look at the model" in said for said in far.warnings)
+    assert "cameras.not-looking" in by_code(far.warnings)
 
 
 XML = '<document><chunk><sensors><sensor id="0"><resolution width="{0}" height="3"/>{1}</sensor>' \
@@ -182,58 +182,57 @@ FLAT = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "line", "field", "said"),
+    ("name", "text", "line", "field", "code"),
     [
-        ("c.xml", XML.format(4, "", "1 2 3"), 3, "transform", "16 numbers"),
-        ("c.xml", XML.format(4, "", "1 2 x"), 3, "transform", "not a number"),
-        ("c.xml", XML.format("no", "", FLAT), 1, "resolution", "whole numbers"),
-        ("c.xml", XML.format(4, "", FLAT.replace("1", "2")), 2, "camera A", "no rotation"),
-        ("c.xml", "<document><a/></document>", 1, "document", "no cameras of Metashape"),
-        ("r.json", SHOT.format('{"camera": "b"}'), None, "shots/A", "its camera"),
-        ("r.json", SHOT.format('{"camera": "a"}'), None, "shots/A/rotation", "missing"),
+        ("c.xml", XML.format(4, "", "1 2 3"), 3, "transform", "file.damaged"),
+        ("c.xml", XML.format(4, "", "1 2 x"), 3, "transform", "file.damaged"),
+        ("c.xml", XML.format("no", "", FLAT), 1, "resolution", "file.damaged"),
+        ("c.xml", XML.format(4, "", FLAT.replace("1", "2")), 2, "camera A", "file.damaged"),
+        ("c.xml", "<document><a/></document>", 1, "document", "file.other-format"),
+        ("r.json", SHOT.format('{"camera": "b"}'), None, "shots/A", "file.damaged"),
+        ("r.json", SHOT.format('{"camera": "a"}'), None, "shots/A/rotation", "file.damaged"),
         (
             "r.json",
             SHOT.format('{"camera": "a", "rotation": [1, 2], "translation": [0, 0, 0]}'),
             None,
             "shots/A/rotation",
-            "three numbers",
+            "file.damaged",
         ),
-        ("r.json", "[1, 2", None, None, "not JSON"),
-        ("t.csv", "photo,x,y,z\nA,1,2,\n", 2, "z", "missing"),
-        ("t.csv", "photo,longitude,latitude,altitude\nA,1,2,3\n", 1, "photo", "longitude"),
+        ("r.json", "[1, 2", None, None, "file.damaged"),
+        ("t.csv", "photo,x,y,z\nA,1,2,\n", 2, "z", "table.value-missing"),
+        (
+            "t.csv",
+            "photo,longitude,latitude,altitude\nA,1,2,3\n",
+            1,
+            "photo",
+            "cameras.centres-in-degrees",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_with_its_place(
-    tmp_path: Path, name: str, text: str, line: int | None, field: str | None, said: str
+    tmp_path: Path, name: str, text: str, line: int | None, field: str | None, code: str
 ) -> None:
     path = tmp_path / name
     path.write_text(text)
-    with pytest.raises(InputError, match=said) as error:
+    with refused(code, line=line, field=field) as error:
         read_own_cameras(path)
     assert error.value.file is not None
-    assert error.value.line == line
-    assert error.value.field == field
 
 
 def test_what_is_wrong_with_files_of_colmap_is_said(tmp_path: Path) -> None:
     folder = files.colmap_text(tmp_path / "0", VIEWS)
     images = folder / "images.txt"
     whole = images.read_text().split("\n")
-    for cells, said in (
-        (["1", "0", "0"], "not as COLMAP"),
-        ((["1", *"9999000", "1", "A"]), "length"),
-    ):
+    for cells in (["1", "0", "0"], ["1", *"9999000", "1", "A"]):
         images.write_text("\n".join([whole[0], " ".join(cells), "", *whole[3:]]))
-        with pytest.raises(InputError, match=said) as error:
+        with refused("file.damaged", format="COLMAP", file=images, line=2):
             read_own_cameras(folder)
-        assert (error.value.file, error.value.line) == (str(images), 2)
     (folder / "cameras.txt").write_text("1 OPENCV 40 30 1 2 3\n")
-    with pytest.raises(InputError, match="8 parameters") as error:
+    with refused("file.damaged", format="COLMAP", line=1):
         read_own_cameras(folder)
-    assert error.value.line == 1
     (folder / "cameras.bin").write_bytes(struct.pack("<Qii", 1, 1, 99) + bytes(16))
     (folder / "images.bin").write_bytes(bytes(8))
-    with pytest.raises(InputError, match="no camera model"):
+    with refused("file.damaged", format="COLMAP"):
         read_own_cameras(folder)
 
 
@@ -243,4 +242,5 @@ def test_lenses_that_are_not_known_are_named(tmp_path: Path, model: str) -> None
     (folder / "cameras.txt").write_text(f"1 {model}\n")
     found = read_own_cameras(folder)
     assert len(found.views) == len(VIEWS)
-    assert any("FOV" in said for said in found.warnings) == model.startswith("FOV")
+    unknown = by_code(found.warnings).get("cameras.unknown-lens")
+    assert (unknown is not None and unknown["model"] == "FOV") == model.startswith("FOV")

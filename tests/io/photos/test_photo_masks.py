@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 from PIL import Image
 
 from tests.io.photos.photo_maker import write_photo
+from tests.messages import refused
 from vomstudio.errors import TargetError
 from vomstudio.geometry.pixel_areas import Area, Change, changed_by
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place, write_mask
@@ -101,7 +101,7 @@ def test_a_mask_that_hides_nothing_is_no_file(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_gone_is_said(tmp_path: Path) -> None:
-    with pytest.raises(TargetError, match="does not exist"):
+    with refused("output.no-folder", TargetError):
         write_mask(tmp_path / "gone" / "one_mask.png", drawn())
 
 

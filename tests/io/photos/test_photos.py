@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 from tests.io.photos import photo_maker as maker
+from tests.messages import by_code, refused
 from vomstudio.errors import InputError
 from vomstudio.io.photos.camera_table import camera_models, find_camera, similar_cameras
 from vomstudio.io.photos.photo import Photo
@@ -107,7 +108,8 @@ def test_a_cut_photo_keeps_the_focal_length_of_its_pixels_and_says_so(tmp_path: 
     )
     folder = read_photos(tmp_path)
     assert folder.photos[0].focal_px == pytest.approx(400)
-    assert "cropped to 200 x 200 from 400 x 300" in folder.warnings[0]
+    values = by_code(folder.warnings)["photo.cropped"]
+    assert (values["size"], values["original"]) == ("200 x 200", "400 x 300")
 
 
 def test_a_photo_without_exif_is_welcome(tmp_path: Path) -> None:
@@ -139,23 +141,31 @@ def test_numbers_that_are_none_are_left_out(tmp_path: Path, value) -> None:
 
 
 @pytest.mark.parametrize(
-    ("gps", "words"),
+    ("gps", "code"),
     [
-        ({1: maker.text("N"), 2: NONSENSE["nothing over nothing"], 3: maker.text("E")}, "number"),
-        ({**maker.at(46, 7), 1: maker.text("E"), 3: maker.text("N")}, "marked 'E'"),
-        ({2: maker.at(46, 7)[2], 4: maker.at(46, 7)[4]}, "N or S"),
-        (maker.at(0, 0), "0, 0"),
-        ({**maker.at(46, 7), 2: maker.rationals((460, 1), (0, 1), (0, 1))}, "not on Earth"),
-        ({**maker.at(46, 7), 9: maker.text("V")}, "without a fix"),
+        (
+            {1: maker.text("N"), 2: NONSENSE["nothing over nothing"], 3: maker.text("E")},
+            "photo.position-invalid",
+        ),
+        (
+            {**maker.at(46, 7), 1: maker.text("E"), 3: maker.text("N")},
+            "photo.position-invalid",
+        ),
+        ({2: maker.at(46, 7)[2], 4: maker.at(46, 7)[4]}, "photo.position-invalid"),
+        (maker.at(0, 0), "photo.position-without-fix"),
+        (
+            {**maker.at(46, 7), 2: maker.rationals((460, 1), (0, 1), (0, 1))},
+            "photo.position-invalid",
+        ),
+        ({**maker.at(46, 7), 9: maker.text("V")}, "photo.position-without-fix"),
     ],
 )
-def test_a_position_that_cannot_be_is_dropped_in_words(tmp_path: Path, gps, words: str) -> None:
+def test_a_position_that_cannot_be_is_dropped_in_words(tmp_path: Path, gps, code: str) -> None:
     maker.write_photo(tmp_path / "a.jpg", gps=gps)
     folder = read_photos(tmp_path)
     assert folder.photos[0].latitude_deg is None
     assert folder.photos[0].longitude_deg is None
-    assert words in folder.warnings[0]
-    assert "a.jpg" in folder.warnings[0]
+    assert by_code(folder.warnings)[code]["photos"] == ("a.jpg",)
 
 
 @pytest.mark.parametrize(
@@ -177,7 +187,7 @@ def test_an_orientation_that_does_not_exist_is_said_and_ignored(tmp_path: Path) 
     maker.write_photo(tmp_path / "a.jpg", main={0x0112: maker.short(9)})
     folder = read_photos(tmp_path)
     assert folder.photos[0].orientation == 1
-    assert "orientation tag 9" in folder.warnings[0]
+    assert by_code(folder.warnings)["photo.unknown-orientation"]["tag"] == 9
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -348,8 +358,9 @@ def test_a_panorama_is_not_taken_for_a_photo(tmp_path: Path) -> None:
         "<GPano:ProjectionType>equirectangular</GPano:ProjectionType>",
     )
     maker.write_photo(tmp_path / "pano.jpg", xmp=packet.encode())
-    with pytest.raises(NoPhotos, match="panorama"):
+    with refused("photo.none-usable", NoPhotos) as error:
         read_photos(tmp_path)
+    assert "panorama" in error.value.values["reason"]
 
 
 # -- folders -------------------------------------------------------------------------------------
@@ -379,17 +390,17 @@ def test_what_cannot_be_used_is_named_with_its_reason(tmp_path: Path) -> None:
     assert [p.name for p in folder.photos] == ["again.jpg"]
     assert folder.duplicates == [("good.jpg", "again.jpg")]
     reasons = dict(folder.skipped)
-    for name, words in {
-        "good.jpg": "same photo as again.jpg",
-        "half.jpg": "truncated",
-        "empty.jpg": "0 bytes",
-        "text.png": "no picture",
-        "phone.HEIC": "JPEG",
-        "walk.mp4": "vomstudio frames",
-        "print.jpg": "CMYK",
-        "dem.tif": "heights",
+    for name, code in {
+        "good.jpg": "photo.duplicate",
+        "half.jpg": "photo.truncated",
+        "empty.jpg": "file.empty",
+        "text.png": "picture.unknown-kind",
+        "phone.HEIC": "photo.heif",
+        "walk.mp4": "photo.video",
+        "print.jpg": "photo.colors",
+        "dem.tif": "photo.raster",
     }.items():
-        assert words in reasons[name]
+        assert reasons[name].code == code
     assert "notes.txt" not in reasons
     assert "good.CR2" not in reasons
 
@@ -401,7 +412,7 @@ def test_links_to_nothing_are_named_and_left_out(tmp_path: Path) -> None:
     assert [photo.name for photo in found.photos] == ["写真 1.jpg"]
     ((name, reason),) = found.skipped
     assert name == "gone.jpg"
-    assert "link" in reason
+    assert reason.code == "file.missing"
 
 
 def test_names_that_are_no_text_are_named_and_left_out(tmp_path: Path) -> None:
@@ -413,7 +424,7 @@ def test_names_that_are_no_text_are_named_and_left_out(tmp_path: Path) -> None:
     found = read_photos(tmp_path)
     assert [photo.name for photo in found.photos] == ["a.jpg"]
     ((other, reason),) = found.skipped
-    assert "Rename" in reason
+    assert reason.code == "file.name-encoding"
     assert other.encode()
 
 
@@ -459,17 +470,17 @@ def test_masks_are_found_under_every_usual_name(tmp_path: Path, name: str) -> No
 
 
 @pytest.mark.parametrize(
-    ("size", "kept", "words"),
-    [((80, 60), True, "scaled"), ((30, 40), False, "another aspect ratio")],
+    ("size", "kept", "code"),
+    [((80, 60), True, "mask.scaled"), ((30, 40), False, "mask.other-shape")],
 )
 def test_a_mask_of_another_size_is_stretched_or_refused_in_words(
-    tmp_path: Path, size, kept: bool, words: str
+    tmp_path: Path, size, kept: bool, code: str
 ) -> None:
     maker.write_photo(tmp_path / "a.jpg", (40, 30))
     Image.new("L", size, 255).save(tmp_path / "a_mask.png")
     folder = read_photos(tmp_path)
     assert (folder.photos[0].mask is not None) == kept
-    assert words in folder.warnings[0]
+    assert code in by_code(folder.warnings)
     if kept:
         mask = read_mask(folder.photos[0])
         assert mask is not None
@@ -479,16 +490,17 @@ def test_a_mask_of_another_size_is_stretched_or_refused_in_words(
 def test_a_mask_without_a_photo_is_said(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "a.jpg")
     Image.new("L", (9, 9)).save(tmp_path / "other_mask.png")
-    assert read_photos(tmp_path).skipped == [("other_mask.png", "This is a mask without its photo")]
+    ((name, reason),) = read_photos(tmp_path).skipped
+    assert (name, reason.code) == ("other_mask.png", "mask.without-photo")
 
 
 def test_no_folder_no_photo_and_a_file_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such folder"):
+    with refused("folder.missing"):
         read_photos(tmp_path / "missing")
     (tmp_path / "file.txt").write_text("x")
-    with pytest.raises(InputError, match="This is a file"):
+    with refused("folder.not-a-folder"):
         read_photos(tmp_path / "file.txt")
-    with pytest.raises(NoPhotos, match="1 other file"):
+    with refused("photo.only-other-files", NoPhotos, count=1):
         read_photos(tmp_path)
 
 
@@ -557,7 +569,7 @@ def test_damaged_pixels_are_an_error_that_names_the_file(tmp_path: Path) -> None
     half = len(data) // 2
     path.write_bytes(data[:half] + bytes(255 - b for b in data[half : half + 200]))
     for function in (thumbnail, grey):
-        with pytest.raises(InputError, match=r"a\.png"):
+        with refused("file.damaged", file=path):
             function(path)
 
 

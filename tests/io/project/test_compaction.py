@@ -304,7 +304,7 @@ def test_a_file_that_cannot_be_brought_back_keeps_all_as_it_is_until_it_can(
     place = project.folder / first.path
     assert not place.exists()
     (place / "in the way").mkdir(parents=True)
-    with refused("file.not-written", TargetError):
+    with refused("output.unwritable", TargetError):
         project.take_back_compaction()
     note_before = rows(project)
     (place / "in the way").rmdir()

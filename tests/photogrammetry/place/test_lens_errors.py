@@ -45,7 +45,7 @@ def exact(views: list[View], points: np.ndarray) -> SparseScene:
 
 def calibrated(scene: SparseScene, focal: str, exif: float | None = 1500.0) -> list[Calibration]:
     names = tuple(view.name for view in scene.views)
-    return [Calibration("SIMPLE_RADIAL", (), (), (), (), names, focal, "", exif, 0.0)]
+    return [Calibration("SIMPLE_RADIAL", (), (), (), (), names, focal, (), exif, 0.0)]
 
 
 def effect(scene: SparseScene, focal: str = "held", exif: float | None = 1500.0) -> LensEffect:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import progress_of
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +22,7 @@ def write_labelled(
     model: WorldModel,
     fields: Mapping[str, npt.NDArray[np.generic]],
     target: str | None = None,
-) -> list[Message]:
+) -> list[Finding]:
     """The model in World with these fields, to `target`, else to `args.labels`; returns warnings.
     Raises TargetError."""
     from vomstudio.io.models.model_copy import companions

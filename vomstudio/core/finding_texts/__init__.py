@@ -27,6 +27,7 @@ from vomstudio.core.finding_texts import (
     sets,
     structures,
     survey,
+    tables,
     tools,
     workspace,
 )
@@ -54,6 +55,7 @@ SUBJECTS = (
     sets,
     structures,
     survey,
+    tables,
     tools,
     workspace,
 )

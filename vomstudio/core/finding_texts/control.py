@@ -306,4 +306,91 @@ TEXTS: dict[str, Entry] = {
             " {y:.0f}, and the others."
         ),
     ),
+    "control.no-points": (
+        "error",
+        to_translate(
+            "The file has no control points with coordinates. Add some, or choose another file."
+        ),
+    ),
+    "control.no-marks": (
+        "error",
+        to_translate(
+            "The file has no marks of control points in photos. Add some, or choose another file."
+        ),
+    ),
+    "control.only-marks": (
+        "error",
+        to_translate(
+            "The file has marks in photos and no control points. Use it as the file of marks."
+        ),
+    ),
+    "control.only-points": (
+        "error",
+        to_translate(
+            "The file has control points and no marks in photos. Use it as the file of control"
+            " points."
+        ),
+    ),
+    "control.unknown-format": (
+        "error",
+        to_translate("This is not a file of control points. Supported: {formats}."),
+    ),
+    "control.no-chunk": (
+        "error",
+        to_translate("The file has no chunk with markers. Export the markers in Metashape."),
+    ),
+    "control.several-chunks": (
+        "error",
+        to_translate("The file has {count} chunks with markers. Export the one that is needed."),
+    ),
+    "control.unknown-key": (
+        "error",
+        to_translate("{name} {key} is not in the file. Export it again."),
+    ),
+    "control.no-projection": (
+        "error",
+        to_translate(
+            "The file does not begin with its projection, such as EPSG:32633 or WGS84 UTM 33N. Add"
+            " it as the first line."
+        ),
+    ),
+    "control.mark-repeated": (
+        "error",
+        to_translate(
+            "'{label}' is already marked in {photo} (line {first_line}). Remove one of the marks."
+        ),
+    ),
+    "control.other-coordinates": (
+        "error",
+        to_translate("'{label}' has other coordinates in line {first_line}. Correct one of them."),
+    ),
+    "control.repeated-point": (
+        "error",
+        to_translate("The point {label} is given twice. Leave one of them out."),
+    ),
+    "control.not-on-earth": (
+        "error",
+        to_translate(
+            "{label} is not at a longitude and latitude. Correct its coordinates, or the CRS."
+        ),
+    ),
+    "control.bar-of-one-point": (
+        "error",
+        to_translate("The scale bar begins and ends at {label}. Name two points."),
+    ),
+    "control.line-without-length": (
+        "error",
+        to_translate("Both ends of the line are at one place. Correct it."),
+    ),
+    "control.no-model-direction": (
+        "error",
+        to_translate(
+            "Columns model_x, model_y and model_z must contain the normal of a plane, or the"
+            " direction of a line, in the frame of the model."
+        ),
+    ),
+    "control.no-photos": (
+        "error",
+        to_translate("There is no photo below the coordinate system. Add lines."),
+    ),
 }

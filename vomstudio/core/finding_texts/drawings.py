@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "drawing.unchanged": (
@@ -29,6 +29,98 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "The drawing has no such lines, only {count} bodies and surfaces ({entities}). Extract"
             " their edges as lines in CAD."
+        ),
+    ),
+    "drawing.unreadable": (
+        "error",
+        to_translate(
+            "The file cannot be read as a drawing. Save it as GeoPackage, GeoJSON, shapefile, DXF"
+            " or SVG."
+        ),
+    ),
+    "drawing.splines": (
+        "error",
+        *to_translate_n(
+            "{count} spline has only the points that it goes through. Turn it into a polyline and"
+            " save the drawing again.",
+            "{count} splines have only the points that they go through. Turn them into polylines"
+            " and save the drawing again.",
+        ),
+    ),
+    "drawing.nested-blocks": (
+        "error",
+        to_translate(
+            "Blocks of the drawing contain each other so often that they become {count} entities."
+            " Save it without nested blocks (exploded)."
+        ),
+    ),
+    "drawing.no-polygons": (
+        "error",
+        to_translate("The file contains no polygons. Draw one around the area."),
+    ),
+    "drawing.no-traces": (
+        "error",
+        to_translate("The file contains no lines. Save the traces as lines, one for each trace."),
+    ),
+    "drawing.zero-length": (
+        "error",
+        to_translate("All lines have zero length. Pass at least one line with a length."),
+    ),
+    "drawing.several-layers": (
+        "error",
+        to_translate("The file has several layers: {layers}. Name one of them."),
+    ),
+    "drawing.paper-space": (
+        "warning",
+        *to_translate_n(
+            "{count} shape of a sheet (paper space) is left out.",
+            "{count} shapes of sheets (paper space) are left out.",
+        ),
+    ),
+    "drawing.hidden": (
+        "warning",
+        *to_translate_n(
+            "{count} shape that is hidden (off, frozen) is left out.",
+            "{count} shapes that are hidden (off, frozen) are left out.",
+        ),
+    ),
+    "drawing.dimensions": (
+        "warning",
+        to_translate("The dimensions and leaders of the drawing are left out."),
+    ),
+    "drawing.other-shapes": (
+        "warning",
+        *to_translate_n(
+            "{count} shape of another kind is left out.",
+            "{count} shapes of another kind are left out.",
+        ),
+    ),
+    "drawing.invalid-shapes": (
+        "warning",
+        *to_translate_n(
+            "{count} shape without length or area, or without finite coordinates, is left out.",
+            "{count} shapes without length or area, or without finite coordinates, are left out.",
+        ),
+    ),
+    "drawing.lines-as-area": (
+        "info",
+        *to_translate_n(
+            "{count} closed line was taken as the outline of the area.",
+            "{count} closed lines were taken as outlines of the area.",
+        ),
+    ),
+    "drawing.separate-parts": (
+        "warning",
+        to_translate(
+            "Parts of features that do not join count as separate traces: {count} more than"
+            " features."
+        ),
+    ),
+    "drawing.duplicates": (
+        "warning",
+        *to_translate_n(
+            "{count} shape that is drawn twice counts once.",
+            "{count} shapes that are drawn twice count once.",
         ),
     ),
 }

@@ -122,8 +122,8 @@ TEXTS: dict[str, Entry] = {
     "frame.other-axes": (
         "error",
         to_translate(
-            "The axes of the stated CRS point west or south, so azimuths would be wrong. Use a"
-            " CRS with axes east and north."
+            "The axes of the stated CRS point west or south, so azimuths would be wrong. Use a CRS"
+            " with axes east and north."
         ),
     ),
     "frame.swapped-axes": (
@@ -137,6 +137,86 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "{file} is in {crs}; the data that it belongs to state no CRS. Its coordinates are used"
             " as they are."
+        ),
+    ),
+    "frame.two-crs": (
+        "warning",
+        to_translate("The file states two different CRS: {one}, and {other}. The first is used."),
+    ),
+    "frame.up-by-format": (
+        "error",
+        to_translate(
+            "This format defines Y as up, so the model is turned when read. For another axis,"
+            " convert it to another format with --up z first."
+        ),
+    ),
+    "frame.stale-crs-file": (
+        "warning",
+        to_translate("{file} states a CRS that this model does not have. Remove that file."),
+    ),
+    "frame.unknown-crs": (
+        "error",
+        to_translate(
+            "'{crs}' is not a known CRS. Write a code such as EPSG:32633, or a zone such as UTM"
+            " 33N."
+        ),
+    ),
+    "frame.not-projected": (
+        "error",
+        to_translate(
+            "{crs} has no east and north in metres. Choose a projected CRS, such as a UTM zone."
+        ),
+    ),
+    "frame.other-height-unit": (
+        "error",
+        to_translate(
+            "{crs} has heights in another unit than x and y. Convert the heights, and choose the"
+            " CRS of x and y alone."
+        ),
+    ),
+    "frame.other-crs": (
+        "error",
+        to_translate(
+            "{crs} is not the CRS of {control}, which is in {stated}. Leave it out, or convert the"
+            " points."
+        ),
+    ),
+    "frame.no-crs": (
+        "error",
+        to_translate("The file states no CRS to convert from. State it with --crs."),
+    ),
+    "frame.unit-contradiction": (
+        "error",
+        to_translate("The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit."),
+    ),
+    "frame.damaged-keys": (
+        "error",
+        to_translate("The keys of the CRS in the file are damaged. State the CRS yourself."),
+    ),
+    "north.unknown-year": (
+        "error",
+        to_translate(
+            "The magnetic declination is known from {first} to {last}, not in {year}. Give it as a"
+            " number."
+        ),
+    ),
+    "north.near-pole": (
+        "error",
+        to_translate(
+            "A compass does not show north so near to a magnetic pole. Use another reference."
+        ),
+    ),
+    "kml.no-crs": (
+        "error",
+        to_translate(
+            "KML needs longitude and latitude, and some models of the project have no CRS. Register"
+            " them, or export another format."
+        ),
+    ),
+    "kml.outside-area": (
+        "error",
+        to_translate(
+            "Some features are outside the area of use of {crs}. Check the CRS of their models."
         ),
     ),
 }

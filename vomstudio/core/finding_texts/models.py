@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "model.entities-left-out": (
@@ -46,6 +46,461 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "{file}: the texture '{missing}' of material '{material}' is missing. '{picture}' is"
             " used because of its name. Check it."
+        ),
+    ),
+    "model.unsupported": (
+        "error",
+        to_translate(
+            "The file uses {feature}, which this program does not read. Export it again without, or"
+            " in another format."
+        ),
+    ),
+    "model.extension-unsupported": (
+        "warning",
+        to_translate(
+            "The file uses the extension '{extension}', which is not supported. Check whether the"
+            " model is complete."
+        ),
+    ),
+    "model.part-missing": (
+        "error",
+        to_translate(
+            "A file that belongs to the model is missing: {reason}. Put it beside the model."
+        ),
+    ),
+    "model.no-points": (
+        "error",
+        to_translate("The file has no points with valid coordinates. Export the model again."),
+    ),
+    "model.no-faces": (
+        "error",
+        to_translate("The file has no faces. Export the model again."),
+    ),
+    "model.no-coordinates": (
+        "error",
+        to_translate("The points of the file have no x, y and z. Export the model again."),
+    ),
+    "model.all-withheld": (
+        "error",
+        to_translate(
+            "All points are marked as withheld. Export the file again with those to be used."
+        ),
+    ),
+    "model.too-many-elements": (
+        "error",
+        to_translate("The model has more than {limit:,} vertices or faces. Divide it into tiles."),
+    ),
+    "model.incomplete": (
+        "warning",
+        to_translate(
+            "The file is cut short: it has {count:,} of the {promised:,} {element} that its header"
+            " promises. Copy it again."
+        ),
+    ),
+    "model.maybe-cut-short": (
+        "warning",
+        to_translate(
+            "The file does not end with {end}, so it may be cut short. Compare its number of faces"
+            " with the program that wrote it."
+        ),
+    ),
+    "model.trailing-bytes": (
+        "warning",
+        *to_translate_n(
+            "The bytes after the {count:,} face that the header promises are not read.",
+            "The bytes after the {count:,} faces that the header promises are not read.",
+        ),
+    ),
+    "model.opened-as-cloud": (
+        "warning",
+        to_translate("The file has no valid faces. It is opened as a point cloud."),
+    ),
+    "model.points-invalid": (
+        "warning",
+        *to_translate_n(
+            "{count:,} point without valid coordinates is left out.",
+            "{count:,} points without valid coordinates are left out.",
+        ),
+    ),
+    "model.points-withheld": (
+        "warning",
+        *to_translate_n(
+            "{count:,} point that the file marks as withheld or invalid is left out.",
+            "{count:,} points that the file marks as withheld or invalid are left out.",
+        ),
+    ),
+    "model.withheld-hidden": (
+        "warning",
+        to_translate("Points that the file marks as withheld are not shown."),
+    ),
+    "model.points-far-away": (
+        "warning",
+        *to_translate_n(
+            "{count:,} point is too far away to be in metres and is left out.",
+            "{count:,} points are too far away to be in metres and are left out.",
+        ),
+    ),
+    "model.loose-points-left-out": (
+        "warning",
+        *to_translate_n(
+            "{count:,} point that belongs to no face is left out.",
+            "{count:,} points that belong to no face are left out.",
+        ),
+    ),
+    "model.scan-left-out": (
+        "warning",
+        to_translate("Scan {number} has no coordinates and is left out."),
+    ),
+    "model.faces-without-vertices": (
+        "warning",
+        *to_translate_n(
+            "{count:,} face is left out: it refers to vertices that the file does not have.",
+            "{count:,} faces are left out: they refer to vertices that the file does not have.",
+        ),
+    ),
+    "model.faces-incomplete": (
+        "warning",
+        *to_translate_n(
+            "{count:,} face without three corners is left out.",
+            "{count:,} faces without three corners are left out.",
+        ),
+    ),
+    "model.faces-invalid": (
+        "warning",
+        *to_translate_n(
+            "{count:,} face is left out: a corner of it has no valid coordinates.",
+            "{count:,} faces are left out: a corner of each has no valid coordinates.",
+        ),
+    ),
+    "model.faces-without-area": (
+        "warning",
+        *to_translate_n(
+            "{count:,} face has no area: two of its corners are the same vertex.",
+            "{count:,} faces have no area: two of their corners are the same vertex.",
+        ),
+    ),
+    "model.no-face-indices": (
+        "warning",
+        to_translate("The faces have no list 'vertex_indices' and are left out."),
+    ),
+    "model.lines-left-out": (
+        "warning",
+        *to_translate_n(
+            "{count:,} line or point element of the file is left out.",
+            "{count:,} line or point elements of the file are left out.",
+        ),
+    ),
+    "model.values-not-numbers": (
+        "warning",
+        *to_translate_n(
+            "{count:,} value is not a number (line {line}).",
+            "{count:,} values are not numbers (the first in line {line}).",
+        ),
+    ),
+    "model.text-lines-left-out": (
+        "warning",
+        *to_translate_n(
+            "{count:,} line was not understood and is left out.",
+            "{count:,} lines were not understood and are left out.",
+        ),
+    ),
+    "model.short-lines": (
+        "warning",
+        *to_translate_n(
+            "{count:,} line has too few values.",
+            "{count:,} lines have too few values.",
+        ),
+    ),
+    "model.columns-as-colors": (
+        "warning",
+        to_translate(
+            "Columns {first} to {last} have no names. They are taken as red, green and blue."
+        ),
+    ),
+    "model.columns-as-normals": (
+        "warning",
+        to_translate("Columns {first} to {last} have no names. They are taken as normals."),
+    ),
+    "model.colors-not-numbers": (
+        "warning",
+        to_translate("The colours are not used: some of them are not numbers."),
+    ),
+    "model.normals-not-numbers": (
+        "warning",
+        to_translate("The normals are not used: some of them are not numbers."),
+    ),
+    "model.colors-black": (
+        "warning",
+        to_translate("All colours are black. They are not used."),
+    ),
+    "model.face-colors-unused": (
+        "warning",
+        to_translate("The faces have colours or attributes of their own, which are not used."),
+    ),
+    "model.fields-left-out": (
+        "warning",
+        to_translate("These fields of the points are not read: {fields}."),
+    ),
+    "model.fields-limited": (
+        "warning",
+        to_translate("The file has {count:,} values per point; the first {limit:,} are read."),
+    ),
+    "model.fields-damaged": (
+        "warning",
+        to_translate("The fields of the points are described wrongly. They are not read."),
+    ),
+    "model.elements-left-out": (
+        "warning",
+        to_translate("These elements of the file are not read: {elements}."),
+    ),
+    "model.attributes-unused": (
+        "warning",
+        to_translate(
+            "The attribute table (.dbf) does not match the shapes and is not used. Copy all files"
+            " of the shapefile."
+        ),
+    ),
+    "model.pose-unused": (
+        "warning",
+        to_translate("The file has a skeleton. The model is shown without its pose."),
+    ),
+    "model.origin-invalid": (
+        "warning",
+        to_translate("{file} has no valid origin (offset x y z). No origin is added."),
+    ),
+    "model.origin-unused": (
+        "warning",
+        to_translate(
+            "{file} has another origin than the model file. The origin in the model file is used."
+        ),
+    ),
+    "model.maybe-lying": (
+        "warning",
+        to_translate(
+            "The surface faces along Z, but the format defines Y as up. If the model lies on its"
+            " side, convert it with --up z."
+        ),
+    ),
+    "model.cache-unwritable": (
+        "error",
+        to_translate("The cache cannot be written ({reason}). Free its disk or move the project."),
+    ),
+    "model.cache-damaged": (
+        "error",
+        to_translate("The cache is damaged: {reason}. Open the model's own file."),
+    ),
+    "model.file-changed": (
+        "error",
+        to_translate(
+            "The file has changed since the piece was selected, so nothing was cut. Open the model"
+            " again."
+        ),
+    ),
+    "model.other-selection": (
+        "error",
+        to_translate(
+            "The selection has {selected:,} elements, the model {count:,}. Select the piece in this"
+            " model."
+        ),
+    ),
+    "model.empty-selection": (
+        "error",
+        to_translate("Nothing is selected. Select a piece of the model."),
+    ),
+    "model.exceeds-format": (
+        "error",
+        to_translate(
+            "The model is too large for the format {format}. Write another one ({alternatives}), or"
+            " divide the model."
+        ),
+    ),
+    "model.not-finite": (
+        "error",
+        *to_translate_n(
+            "{count} point has a coordinate that is not finite (row {first_row}, counted from 0)."
+            " Correct it or leave it out.",
+            "{count} points have coordinates that are not finite (the first in row {first_row},"
+            " counted from 0). Correct them or leave them out.",
+        ),
+    ),
+    "model.field-renamed": (
+        "warning",
+        to_translate("The field '{field}' is named '{new}' in this format."),
+    ),
+    "model.field-rounded": (
+        "warning",
+        to_translate("The field '{field}' is rounded to {precision}."),
+    ),
+    "model.positions-rounded": (
+        "warning",
+        to_translate("Coordinates are rounded by up to {rounding_mm:.2g} mm."),
+    ),
+    "model.normals-as-fields": (
+        "warning",
+        to_translate("Normals are written as the fields normal_x, normal_y and normal_z."),
+    ),
+    "model.fields-not-written": (
+        "warning",
+        to_translate("This format has no fields. Left out: {fields}."),
+    ),
+    "model.textures-not-written": (
+        "warning",
+        to_translate("This format has no textures. Left out: {images}."),
+    ),
+    "model.materials-not-written": (
+        "warning",
+        to_translate("This format has no materials without a texture. Left out: {materials}."),
+    ),
+    "model.normals-not-written": (
+        "warning",
+        to_translate("This format has no normals of points. They are left out."),
+    ),
+    "model.colors-not-written": (
+        "warning",
+        to_translate("This format has no colours of mesh vertices. They are left out."),
+    ),
+    "model.colors-reduced": (
+        "warning",
+        to_translate("Colours are reduced to the 255 colours of DXF release 12."),
+    ),
+    "model.faces-not-written": (
+        "warning",
+        *to_translate_n(
+            "This format has no faces. The {count:,} face of the mesh is left out, its vertices"
+            " are written.",
+            "This format has no faces. The {count:,} faces of the mesh are left out, its vertices"
+            " are written.",
+        ),
+    ),
+    "texture.unusable": (
+        "warning",
+        to_translate("The texture of material '{material}' is not used: {reason}."),
+    ),
+    "texture.substituted": (
+        "warning",
+        to_translate("The texture of material '{material}' is replaced: {reason}. Check it."),
+    ),
+    "texture.only-colors": (
+        "warning",
+        to_translate(
+            "Only the colour textures are used. Normal, occlusion and emission maps are not."
+        ),
+    ),
+    "texture.no-coordinates": (
+        "warning",
+        *to_translate_n(
+            "{count:,} corner of a face has no texture: it refers to texture coordinates that the"
+            " file does not have (line {line}).",
+            "{count:,} corners of faces have no texture: they refer to texture coordinates that"
+            " the file does not have (first in line {line}).",
+        ),
+    ),
+    "texture.unknown-number": (
+        "warning",
+        *to_translate_n(
+            "{count:,} face has no texture: the header has no texture of its number.",
+            "{count:,} faces have no texture: the header has no textures of their numbers.",
+        ),
+    ),
+    "texture.no-numbers": (
+        "warning",
+        to_translate("There are several textures but no 'texnumber' per face. The first is used."),
+    ),
+    "texture.shift-unused": (
+        "warning",
+        to_translate(
+            "The shift or scale of the texture of material '{material}' ({statement}) is not"
+            " applied."
+        ),
+    ),
+    "texture.unreadable": (
+        "error",
+        to_translate(
+            "The texture cannot be read ({reason}). Put it back, or save it as JPEG or PNG."
+        ),
+    ),
+    "material.too-many-files": (
+        "warning",
+        to_translate("The file names {count:,} material files; the first {limit:,} are read."),
+    ),
+    "material.no-file": (
+        "warning",
+        to_translate("The file uses materials but names no material file (mtllib). They are grey."),
+    ),
+    "material.missing": (
+        "warning",
+        to_translate("These materials are in no material file and are grey: {names}."),
+    ),
+    "material.file-unusable": (
+        "warning",
+        to_translate("A material file is not used: {reason}."),
+    ),
+    "material.file-substituted": (
+        "warning",
+        to_translate("A material file is replaced: {reason}."),
+    ),
+    "material.color-invalid": (
+        "warning",
+        to_translate("{file}, line {line}: the colour '{color}' cannot be read and is not used."),
+    ),
+    "dem.picture": (
+        "error",
+        to_translate(
+            "This is a picture ({bands} bands of {kind}), not a height model. Open the model that"
+            " it shows."
+        ),
+    ),
+    "dem.depths": (
+        "error",
+        to_translate(
+            "These are depths behind an oblique picture, not heights. Open the model that it shows."
+        ),
+    ),
+    "dem.not-heights": (
+        "error",
+        to_translate("The values are {kind}, which are not heights. Export the file as Float32."),
+    ),
+    "dem.too-small": (
+        "error",
+        to_translate("One row of pixels is not a surface. Export a larger part."),
+    ),
+    "dem.no-place": (
+        "error",
+        to_translate(
+            "The raster has no valid position and pixel size. Export it as a GeoTIFF with both."
+        ),
+    ),
+    "dem.first-band": (
+        "warning",
+        to_translate("Only the first of {count} bands is read as heights."),
+    ),
+    "dem.reduced": (
+        "warning",
+        to_translate(
+            "Of {width:,} x {height:,} pixels, {columns:,} x {rows:,} are read (one in {step} in"
+            " both directions). Open a part of the file to read all."
+        ),
+    ),
+    "dem.scale-unused": (
+        "warning",
+        to_translate("The stated scale of the heights is 0. It is not used."),
+    ),
+    "dem.no-data-value": (
+        "warning",
+        *to_translate_n(
+            "{count:,} pixel with the value {value:g} is taken as no data.",
+            "{count:,} pixels with the value {value:g} are taken as no data.",
+        ),
+    ),
+    "dem.unit-unknown": (
+        "warning",
+        to_translate("The unit of the heights ({unit}) is not known. The unit of the CRS is used."),
+    ),
+    "dem.pixels-left-out": (
+        "warning",
+        *to_translate_n(
+            "{count:,} pixel beyond 100 km cannot be a height and is left out.",
+            "{count:,} pixels beyond 100 km cannot be heights and are left out.",
         ),
     ),
 }

@@ -167,10 +167,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("There is already a file of this name. Choose another name."),
     ),
-    "file.not-written": (
-        "error",
-        to_translate("The file cannot be written ({reason}). Check the drive and its permissions."),
-    ),
     "folder.not-empty": (
         "error",
         to_translate("The folder is not empty. Choose another name."),
@@ -182,10 +178,6 @@ TEXTS: dict[str, Entry] = {
     "folder.of-photos": (
         "error",
         to_translate("This is the folder of the photos themselves. Choose another folder."),
-    ),
-    "table.no-rows": (
-        "error",
-        to_translate("The table has no rows. Add at least one."),
     ),
     "table.other-cell-count": (
         "error",

@@ -293,10 +293,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("This does not name a folder. Name one."),
     ),
-    "folder.missing": (
-        "error",
-        to_translate("The folder {folder} does not exist. Create it, or name another one."),
-    ),
     "folder.other-files": (
         "error",
         to_translate(

@@ -16,7 +16,6 @@ from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.text.named_columns import PHOTO, NamedTable
 from vomstudio.io.text.rows import shortened
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -97,12 +96,7 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     unstated = bool(yaws.any()) and not np.isfinite(sigma[yaws, 0]).any()
     notes: tuple[Message, ...] = ()
     if unstated and "magnetic" not in norths:
-        notes = (
-            tr(
-                "The yaws state no accuracy (sigma_yaw): as they may rest on a compass, they are "
-                "doubted by as much as one. State it, or how far north may be off."
-            ),
-        )
+        notes = (Finding("cameras.yaw-accuracy-unknown"),)
     doubted = unstated or "magnetic" in norths
     return attitude_table(photos, angles, sigma, norths, doubted=doubted, notes=notes)
 
@@ -134,7 +128,7 @@ def attitude_table(
     )
 
 
-def without_attitudes(notes: Sequence[Message]) -> AttitudeTable:
+def without_attitudes(notes: Sequence[Finding]) -> AttitudeTable:
     """Return a table without photos, with the reasons."""
     return attitude_table((), np.empty((0, 3)), notes=tuple(notes))
 
@@ -157,14 +151,15 @@ def _require_angles(table: NamedTable, angles: Array) -> None:
         beyond = _SWING if column == 1 else 0.0
         outside = (angles[:, column] < lowest - beyond) | (angles[:, column] > highest + beyond)
         for row in np.flatnonzero(outside):
-            said = tr("{name} is between {lowest:g} and {highest:g} degrees. Correct it.",
-                      name=_NAMES[column], lowest=lowest, highest=highest)  # fmt: skip
+            finding = Finding(
+                "orientation.out-of-range",
+                value=angles[row, column],
+                lowest=lowest,
+                highest=highest,
+            )
             if column == 1 and (angles[:, 1] >= -1e-9).all() and angles[row, 1] <= 180.0:
-                said = tr(
-                    "pitch is between -90 (straight down) and 90 degrees. These seem to be counted "
-                    "from straight down: subtract 90."
-                )
-            raise table.at(int(row), said, _NAMES[column])
+                finding = Finding("cameras.pitch-from-nadir")
+            raise table.at(int(row), finding, _NAMES[column])
 
 
 def _norths(table: NamedTable, n: int, usual: str) -> tuple[str, ...]:
@@ -173,10 +168,10 @@ def _norths(table: NamedTable, n: int, usual: str) -> tuple[str, ...]:
         for row, word in enumerate(table.words(("north",), "north", empty=True)):
             north = _NORTHS.get(word.casefold())
             if north is None:
-                said = tr(
-                    "'{word}' is no north. Write grid, true or magnetic.", word=shortened(word)
+                finding = Finding(
+                    "table.unknown-word", cell=shortened(word), words=("grid", "true", "magnetic")
                 )
-                raise table.at(row, said, "north")
+                raise table.at(row, finding, "north")
             found.append(north if word else usual)
         return tuple(found)
     if table.has(("magnetic heading",)):
@@ -193,22 +188,13 @@ def _of_geo(path: Path) -> AttitudeTable:
     geo = read_geo(path)
     rows = np.flatnonzero(np.isfinite(geo.angles).all(axis=1))
     if not len(rows):
-        raise InputError(
-            tr("The lines of the file have no yaw, pitch and roll behind x, y and z. Add them."),
-            file=path,
-            line=geo.lines[0],
-            field="yaw",
-        )
+        raise InputError(Finding("cameras.no-angles"), file=path, line=geo.lines[0], field="yaw")
     photos = tuple(geo.photos[i] for i in rows)
     if not geo.angles[rows].any():
         return without_attitudes(
             [Finding("photo.angles-not-measured", photos=len(photos), photo=photos[0])]
         )
-    note = tr(
-        "Yaw, pitch and roll of {file} were taken as OpenDroneMap has them: pitch 0 looks straight "
-        "down, 90 ahead.",
-        file=path.name,
-    )
+    note = Finding("cameras.opendronemap-angles", file=path.name)
     angles = of_nadir_body(geo.angles[rows])
     norths = ("true",) * len(rows)
     return attitude_table(photos, angles, None, norths, doubted=True, notes=(note,))

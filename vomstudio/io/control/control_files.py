@@ -9,7 +9,6 @@ from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.control.registry import choose_format, find_formats
-from vomstudio.words import tr
 
 
 def read_control(path: str | Path) -> list[ControlPoint]:
@@ -96,13 +95,6 @@ def agreed_crs(control: Path, crs: str | None) -> str | None:
         if (exchanged := _first_exchanged(control, stated, code)) is not None:
             raise InputError(exchanged, file=control)
         raise UsageError(
-            tr(
-                "{code} is not the coordinate reference system of {file}, which is in "
-                "{stated}. Leave it out, or convert the points.",
-                code=code,
-                file=control.name,
-                stated=stated,
-            ),
-            field="CRS",
+            Finding("frame.other-crs", crs=code, control=control.name, stated=stated), field="CRS"
         )
     return code

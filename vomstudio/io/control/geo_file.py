@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
 from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
 from vomstudio.io.text.rows import is_comma_number, shortened
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -64,11 +64,7 @@ def read_geo(path: Path) -> GeoFile:
         name = " ".join(cells[:at]).replace("\\", "/")
         if name in first:
             raise InputError(
-                tr(
-                    "{photo} is also in line {line}. Leave one of them out.",
-                    photo=shortened(name),
-                    line=first[name],
-                ),
+                Finding("table.repeated-label", label=shortened(name), first_line=first[name]),
                 file=path,
                 line=number,
                 field="image",
@@ -77,7 +73,7 @@ def read_geo(path: Path) -> GeoFile:
         given = cells[at : at + len(_COLUMNS)]
         if len(given) < 2:
             raise InputError(
-                tr("The line needs a photo and x and y behind it.") + _commas(cells),
+                _too_few_cells(cells),
                 file=path,
                 line=number,
                 field="x",
@@ -88,13 +84,11 @@ def read_geo(path: Path) -> GeoFile:
         lines.append(number)
         values.append(found)
     if not photos:
-        raise InputError(
-            tr("There is no photo below the coordinate system. Add lines."), file=path, line=line
-        )
+        raise InputError(Finding("control.no-photos"), file=path, line=line)
     table = np.array(values, np.float64)
     for row, column in np.argwhere(table[:, 6:] <= 0):
         raise InputError(
-            tr("An accuracy must be positive. Correct it."),
+            Finding("table.not-positive"),
             file=path,
             line=lines[int(row)],
             field=_COLUMNS[6 + int(column)],
@@ -116,16 +110,13 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
     ]
 
 
-def _commas(cells: list[str]) -> str:
-    """A sentence, after a blank, where a line is cut by other signs than blanks."""
+def _too_few_cells(cells: list[str]) -> Finding:
+    """Return the finding about a line without coordinates, or with another delimiter."""
     text = " ".join(cells)
     sign = next((sign for sign in ",;" if text.count(sign) >= 2), None)
-    return (
-        ""
-        if sign is None
-        else " "
-        + tr("Its cells are parted by “{sign}”: in geo.txt blanks or tabs part them.", sign=sign)
-    )
+    if sign is not None:
+        return Finding("table.other-delimiter", delimiter=sign)
+    return Finding("table.column-count", count=len(cells), columns=("image", "x", "y"))
 
 
 def _end_of_name(cells: list[str]) -> int:
@@ -151,7 +142,7 @@ def _value(path: Path, line: int, name: str, cell: str) -> float:
     if name not in ("x", "y") and not is_comma_number(cell):
         # What stands behind the numbers is for others.
         return float("nan")
-    said = tr("'{cell}' is not a number. Correct it.", cell=shortened(cell))
+    said = Finding("table.not-a-number", cell=shortened(cell))
     if is_comma_number(cell):
-        said = tr("'{cell}' has a decimal comma. Write a point.", cell=shortened(cell))
+        said = Finding("table.decimal-comma", cell=shortened(cell))
     raise InputError(said, file=path, line=line, field=name)

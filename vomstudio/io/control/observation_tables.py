@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 from vomstudio.io.control.control_files import read_control
@@ -24,7 +24,6 @@ from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import orientations_of
 from vomstudio.io.text.rows import shortened
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -50,7 +49,7 @@ class Pairs:
     world: Array
     sigma: Array
     check: npt.NDArray[np.bool_]
-    notes: tuple[Message, ...] = ()
+    notes: tuple[Finding, ...] = ()
     crs: str | None = None
     covariance: Array | None = None
 
@@ -64,9 +63,7 @@ class Pairs:
     def with_more(self, other: Pairs) -> Pairs:
         """These and others. Raises UsageError where a label is in both."""
         for label in set(self.labels) & set(other.labels):
-            raise UsageError(
-                tr("The point {label} is given twice. Leave one of them out.", label=label)
-            )
+            raise UsageError(Finding("control.repeated-point", label=label))
         return Pairs(
             (*self.labels, *other.labels),
             np.concatenate([self.model, other.model]),
@@ -124,7 +121,7 @@ class Positions:
     heights: tuple[str, ...] = ()
     file: Path | None = None
     line: int | None = None
-    notes: tuple[Message, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,12 +228,12 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
     second = table.words(("to", "second", "end", "label 2", "point 2"), "to")
     (lengths,) = table.columns((("length", "length m", "distance", "distance m"),), ("length_m",)).T
     for row in np.flatnonzero(~(lengths > 0)):
-        raise table.at(int(row), tr("A length must be positive. Correct it."), "length_m")
+        raise table.at(int(row), Finding("table.not-positive"), "length_m")
     for bar, (one, other) in enumerate(zip(first, second, strict=True)):
         if one == other:
             raise table.at(
                 bar,
-                tr("The bar begins and ends at {label}. Name two points.", label=shortened(one)),
+                Finding("control.bar-of-one-point", label=shortened(one)),
                 "to",
             )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
@@ -290,7 +287,7 @@ def read_level_lines(path: str | Path) -> LevelTable:
     names = ("x1", "y1", "x2", "y2")
     ends = table.columns(tuple((n,) for n in names), names).reshape(-1, 2, 2)
     for row in np.flatnonzero(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) < 1.0):
-        raise table.at(int(row), tr("Both ends of the line are at one place. Correct it."), "x2")
+        raise table.at(int(row), Finding("control.line-without-length"), "x2")
     return LevelTable(photos, ends)
 
 
@@ -301,12 +298,7 @@ def read_compass(path: str | Path) -> CompassTable:
     table = NamedTable(path, ())
     if not all(table.has(names) for names in _MODEL):
         raise InputError(
-            tr(
-                "The table has no columns model_x, model_y and model_z. They hold the normal of "
-                "each plane, or the direction of each line, in the frame of the model."
-            ),
-            file=table.path,
-            line=table.table.header_line,
+            Finding("control.no-model-direction"), file=table.path, line=table.table.header_line
         )
     read = orientations_of(table.table)
     vectors = table.columns(_MODEL, ("model_x", "model_y", "model_z"))[read.kept]
@@ -314,17 +306,14 @@ def read_compass(path: str | Path) -> CompassTable:
     for place in np.flatnonzero(~(length > 0)):
         raise table.at(
             int(read.kept[place]),
-            tr(
-                "A direction of no length. model_x, model_y and model_z are not a place: they are "
-                "the normal of the plane, or the direction of the line, in the frame of the model."
-            ),
+            Finding("control.no-model-direction"),
             "model_x",
         )
     sigma = table.positive(("sigma", "sigma deg", "accuracy", "accuracy deg"), "sigma_deg")
     for row in np.flatnonzero(sigma > 90.0):
         raise table.at(
             int(row),
-            tr("More than 90 degrees say nothing of a direction. Correct it, or leave it empty."),
+            Finding("orientation.out-of-range", value=sigma[row], lowest=0.0, highest=90.0),
             "sigma_deg",
         )
     labels = read.ids

@@ -9,7 +9,6 @@ from pathlib import Path
 from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.control.points import ControlPoint
-from vomstudio.words import tr
 
 
 def in_metres(
@@ -34,14 +33,7 @@ def in_metres(
         horizontal = crs.sub_crs_list[0] if crs.is_compound else crs
         if horizontal.is_geographic and not points:
             raise InputError(
-                tr(
-                    "{crs} is in degrees, but a table is read in metres. Give the points in "
-                    "metres, such as those of their UTM zone, and its code.",
-                    crs=crs.name,
-                ),
-                file=path,
-                line=line,
-                field="CRS",
+                Finding("frame.not-projected", crs=crs.name), file=path, line=line, field="CRS"
             )
         if horizontal.is_geographic:
             for point in points:
@@ -61,20 +53,11 @@ def in_metres(
         if isinstance(error, InputError) and error.file is not None:
             raise
         raise InputError(
-            tr(
-                "The projection '{text}' is unknown. Write a code such as EPSG:32633.",
-                text=text[:60],
-            ),
-            file=path,
-            line=line,
-            field="CRS",
+            Finding("frame.unknown-crs", crs=text[:60]), file=path, line=line, field="CRS"
         ) from error
     if unit != 1.0:
         raise InputError(
-            tr("{crs} is not in metres. Convert the points.", crs=crs.name),
-            file=path,
-            line=line,
-            field="CRS",
+            Finding("frame.not-in-metres", crs=crs.name), file=path, line=line, field="CRS"
         )
     return list(points), code
 
@@ -87,6 +70,4 @@ def _nowhere(path: Path, line: int | None, point: ControlPoint) -> InputError:
             file=path,
             line=line,
         )
-    return InputError(
-        tr("{label} is not at a longitude and latitude.", label=point.label), file=path, line=line
-    )
+    return InputError(Finding("control.not-on-earth", label=point.label), file=path, line=line)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.plugins import Found, find_plugins
@@ -37,8 +38,5 @@ def choose_format(path: Path) -> ControlFormat:
     for format_ in sorted(found.all, key=lambda one: not one.certain):
         if format_.matches(path):
             return format_
-    known = ", ".join(tr(one.name) for one in found.all)
-    sentence = tr("This is no file of control points. Supported: {formats}.", formats=known)
-    if found.broken:
-        sentence += f" ({'; '.join(found.broken)})"
-    raise InputError(sentence, file=path)
+    known = [*(tr(one.name) for one in found.all), *found.broken]
+    raise InputError(Finding("control.unknown-format", formats=known), file=path)

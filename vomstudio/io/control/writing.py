@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.backup import set_aside
@@ -19,7 +20,6 @@ from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
-from vomstudio.words import tr
 
 _CRS = re.compile(r"# (?:EPSG:\d+|[A-Z]+CRS\[.*\])")
 
@@ -96,11 +96,7 @@ def _write(
             path.unlink(missing_ok=True)
         except OSError as error:
             raise TargetError(
-                tr(
-                    "The file cannot be removed ({reason}). Check its rights.",
-                    reason=error.strerror,
-                ),
-                file=path,
+                Finding("file.not-removed", reason=error.strerror), file=path
             ) from error
         return kept
     text = io.StringIO()

@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.plain_characters import plain
 from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
 from vomstudio.io.exchange.geojson import properties_of
 from vomstudio.io.gis.crs import to_degrees
 from vomstudio.tables.project_layers import Layer
-from vomstudio.words import tr
 
 _SPACE = "http://www.opengis.net/kml/2.2"
 _WHITE = "#ffffff"
@@ -33,13 +33,7 @@ def kml_text(
     """colors : of the types of features, by their names in lower case, as "#rrggbb". Raises
     InputError where the project has no CRS, or a place is outside what it covers."""
     if crs is None:
-        raise InputError(
-            tr(
-                "KML needs longitude and latitude, and the project has no coordinate reference "
-                "system for all of its models. Register them, or export another format."
-            ),
-            file=out,
-        )
+        raise InputError(Finding("kml.no-crs"), file=out)
     places = [shape for layer in layers for shape in layer.shapes]
     size = symbol_size(np.concatenate(places)) if places else 1.0
     root = ElementTree.Element("kml", xmlns=_SPACE)
@@ -106,14 +100,7 @@ def _placemark(
 def _coordinates(parent: ElementTree.Element, points: Floats, crs: str, out: Path) -> None:
     degrees = to_degrees(crs, points[:, 0], points[:, 1])
     if degrees is None:
-        raise InputError(
-            tr(
-                "Some features are outside of what {crs} covers; check the coordinate reference "
-                "system of their models.",
-                crs=crs[:60],
-            ),
-            file=out,
-        )
+        raise InputError(Finding("kml.outside-area", crs=crs[:60]), file=out)
     _add(parent, "altitudeMode", "absolute")
     told = zip(*degrees, points[:, 2], strict=True)
     _add(parent, "coordinates", " ".join(f"{x:.9f},{y:.9f},{z:.4f}" for x, y, z in told))

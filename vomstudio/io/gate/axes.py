@@ -13,7 +13,6 @@ from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
 from vomstudio.io.gis.crs import crs_name, typed_crs
-from vomstudio.words import tr
 
 MAX_SHOWN_CHARACTERS = 80
 _SAME_UNIT = 2e-7
@@ -85,11 +84,7 @@ def unreadable(file: Path, text: str) -> Finding:
 def require_crs(axes: StatedAxes, file: Path) -> str:
     """Return the CRS to convert from. Raise UsageError if neither file nor options name one."""
     if axes.crs is None:
-        raise UsageError(
-            tr("The file states no CRS to convert from. Give --crs too."),
-            file=file,
-            field="--to-crs",
-        )
+        raise UsageError(Finding("frame.no-crs"), file=file, field="--to-crs")
     return axes.crs
 
 
@@ -126,7 +121,7 @@ def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> S
     try:
         return stated_axes(options.crs, height_unit)
     except InputError as error:
-        raise UsageError(error.message, file=file, field="--crs") from error
+        raise UsageError(error, file=file, field="--crs") from error
 
 
 def _with_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
@@ -138,12 +133,7 @@ def _with_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
     if np.isclose(METRES[unit], axes.unit_m, rtol=_SAME_UNIT, atol=0.0):
         return axes
     raise UsageError(
-        tr(
-            "The unit of {crs} is {metres:g} m, not {unit}. Leave out --crs or --unit.",
-            crs=crs_name(axes.crs),
-            metres=axes.unit_m,
-            unit=unit,
-        ),
+        Finding("frame.unit-contradiction", crs=crs_name(axes.crs), metres=axes.unit_m, unit=unit),
         file=file,
         field="--unit",
     )

@@ -28,7 +28,6 @@ from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
 
 Shapes = npt.NDArray[np.object_]
 
@@ -71,12 +70,12 @@ class DrawnLayer:
         key = next((c for c in self.columns if c.casefold() == name.casefold()), None)
         if key is None:
             raise UsageError(
-                tr(
-                    "Attribute '{name}' is missing. The layer has: {columns}. Name one of these.",
-                    name=name, columns=", ".join(self.fields or self.columns) or "-",
+                Finding(
+                    "table.unknown-column", column=name, columns=self.fields or tuple(self.columns)
                 ),
-                file=self.path, field=field,
-            )  # fmt: skip
+                file=self.path,
+                field=field,
+            )
         return ["" if _is_empty(v) else str(v).strip() for v in self.columns[key]]
 
 
@@ -105,8 +104,8 @@ class RawLayer:
     feature: npt.NDArray[np.int64]
     columns: Mapping[str, npt.NDArray[Any]]
     crs: str | None
-    warnings: tuple[Message, ...] = ()
-    left_out: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
+    left_out: tuple[Finding, ...] = ()
     fields: tuple[str, ...] = ()
     field: str | None = None
 
@@ -227,7 +226,7 @@ def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
 
 
 def _build_layer(
-    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Message], with_rings: bool
+    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], with_rings: bool
 ) -> DrawnLayer:
     import shapely
 
@@ -254,7 +253,7 @@ def _read(
     import shapely
 
     if not is_there(path) or is_folder(path):
-        raise InputError(tr("There is no such file. Check its name."), file=path)
+        raise InputError(Finding("file.missing"), file=path)
     layer = layer or _find_layer(path, kinds, progress)
     names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
     read = next(
@@ -264,7 +263,7 @@ def _read(
     # A table without geometry has no layer of shapes.
     shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
-    left_out: list[Message] = []
+    left_out: list[Finding] = []
     keep = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
         keep, left_out = select_lines(path, columns, surfaces)
@@ -291,25 +290,17 @@ def _read(
 
 def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
     if raw.field is not None:
-        return InputError(
-            tr("All lines have zero length. Pass at least one line with a length."), field=raw.field
-        )
+        return InputError(Finding("drawing.zero-length"), field=raw.field)
     for finding in raw.left_out:
         if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
             return InputError(Finding("drawing.only-bodies", **finding.values), file=raw.path)
-    if kinds is _AREAS:
-        text = tr("The file contains no polygons. Draw one around the area that is meant.")
-    else:
-        text = tr("The file contains no lines. Save the traces as lines, one for each trace.")
-    return InputError(text, file=raw.path)
+    code = "drawing.no-polygons" if kinds is _AREAS else "drawing.no-traces"
+    return InputError(Finding(code), file=raw.path)
 
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        why_unreadable(path)
-        or tr(
-            "This cannot be read as a drawing. Save it as GeoPackage, GeoJSON, shapefile or DXF."
-        ),
+        why_unreadable(path) or Finding("drawing.unreadable"),
         file=path,
     )
 
@@ -329,12 +320,7 @@ def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -
     ]
     if len(candidates) > 1:
         raise UsageError(
-            tr(
-                "The file has several layers: {names}. Name one of them.",
-                names=", ".join(candidates),
-            ),
-            file=path,
-            field="--layer",
+            Finding("drawing.several-layers", layers=candidates), file=path, field="--layer"
         )
     return candidates[0] if candidates else None
 
@@ -406,7 +392,7 @@ def _convert_to_world(
     return converted, placed
 
 
-def _close_outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
+def _close_outlines(shapes: Shapes) -> tuple[Shapes, list[Finding]]:
     """Convert closed lines to polygons if there are none, and return a message about them.
 
     CAD drawings have no polygons.
@@ -423,13 +409,7 @@ def _close_outlines(shapes: Shapes) -> tuple[Shapes, list[str]]:
         return shapes, []
     polygons = shapes.copy()
     polygons[closed] = [shapely.Polygon(shapely.get_coordinates(shapes[i])) for i in closed]
-    return polygons, [
-        tr_n(
-            "{count} closed line was taken as the outline of the area.",
-            "{count} closed lines were taken as outlines of the area.",
-            len(closed),
-        )
-    ]
+    return polygons, [Finding("drawing.lines-as-area", count=len(closed))]
 
 
 def _parts(
@@ -437,7 +417,7 @@ def _parts(
     numbers: npt.NDArray[np.int64],
     kinds: tuple[str, ...],
     with_rings: bool,
-) -> tuple[Shapes, npt.NDArray[np.int64], list[Message]]:
+) -> tuple[Shapes, npt.NDArray[np.int64], list[Finding]]:
     """Return single parts of the requested kinds, the row of each, and messages about others.
 
     numbers : (n,) row of each shape in its file, for the messages
@@ -458,30 +438,17 @@ def _parts(
         size = shapely.area(shapely.make_valid(parts))
     has_size = kind & (size > 0)
     feature = finite.astype(np.int64)[at]
-    messages: list[Message] = []
+    messages: list[Finding] = []
     if infinite := len(shapes) - len(finite):
-        messages.append(
-            tr_n(
-                "{count} feature without finite coordinates was ignored.",
-                "{count} features without finite coordinates were ignored.",
-                infinite,
-            )
-        )
+        messages.append(Finding("drawing.invalid-shapes", count=infinite))
     if other := int(np.sum(~kind)):
-        messages.append(
-            tr_n(
-                "{count} shape of another kind was ignored.",
-                "{count} shapes of another kind were ignored.",
-                other,
-            )
-        )
+        messages.append(Finding("drawing.other-shapes", count=other))
     if short := int(np.sum(kind & ~has_size)):
         messages.append(
-            tr_n(
-                "{count} shape without length or area was ignored: feature {first}.",
-                "{count} shapes without length or area were ignored, the first is feature {first}.",
-                short,
-                first=int(numbers[feature[kind & ~has_size][0]]) + 1,
+            Finding(
+                "drawing.invalid-shapes",
+                count=short,
+                first_feature=int(numbers[feature[kind & ~has_size][0]]) + 1,
             )
         )
     parts, feature = parts[has_size], feature[has_size]
@@ -492,24 +459,10 @@ def _parts(
         parts, feature = parts[~closed], feature[~closed]
     extra_parts = len(feature) - len(np.unique(feature))
     if extra_parts and "Polygon" not in kinds:
-        messages.append(
-            tr_n(
-                "Parts of a feature that do not join are counted as separate traces: {count} "
-                "more than features.",
-                "Parts of features that do not join are counted as separate traces: {count} "
-                "more than features.",
-                extra_parts,
-            )
-        )
+        messages.append(Finding("drawing.separate-parts", count=extra_parts))
     unique = _unique_rows(parts)
     if duplicates := len(parts) - len(unique):
-        messages.append(
-            tr_n(
-                "{count} shape that is drawn twice is counted once.",
-                "{count} shapes that are drawn twice are counted once.",
-                duplicates,
-            )
-        )
+        messages.append(Finding("drawing.duplicates", count=duplicates))
     return parts[unique], feature[unique], messages
 
 

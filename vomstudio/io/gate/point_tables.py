@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
@@ -46,12 +46,12 @@ class PairsInWorld:
     names : list of str
     points : (n, 6) float64
         East, north, up in metres on the hanging wall, then on the footwall.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     """
 
     names: list[str]
     points: Array
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def read_points(

@@ -94,14 +94,7 @@ def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
     try:
         crs = CRS.from_user_input(f"EPSG:{plain}" if plain.isdigit() else plain)
     except CRSError as error:
-        raise InputError(
-            tr(
-                "“{crs}” is not a known coordinate reference system. Write a code such as "
-                "EPSG:32633.",
-                crs=plain[:80],
-            ),
-            field="CRS",
-        ) from error
+        raise InputError(Finding("frame.unknown-crs", crs=plain[:80]), field="CRS") from error
     parts = [_bare(part) for part in crs.sub_crs_list] if crs.is_compound else [_bare(crs)]
     flat = next((part for part in parts if not part.is_vertical), None)
     axes = [] if flat is None else flat.axis_info

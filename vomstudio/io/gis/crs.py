@@ -46,42 +46,14 @@ def parse_crs(text: str) -> tuple[str, float]:
     try:
         crs = CRS.from_user_input(plain)
     except (CRSError, UnicodeError) as error:
-        raise InputError(
-            tr(
-                "“{crs}” is not a known coordinate reference system. Write a code such as "
-                "EPSG:32633, or a zone such as “UTM 33N”.",
-                crs=text.strip(),
-            ),
-            field="CRS",
-        ) from error
+        raise InputError(Finding("frame.unknown-crs", crs=text.strip()), field="CRS") from error
     if not crs.is_projected:
-        raise InputError(
-            tr(
-                "{crs} has no east and north in metres. Choose a projected coordinate "
-                "reference system, such as a UTM zone.",
-                crs=crs.name,
-            ),
-            field="CRS",
-        )
+        raise InputError(Finding("frame.not-projected", crs=crs.name), field="CRS")
     axes = stated_axes(plain)
     if axes.grows:
-        raise InputError(
-            tr(
-                "The axes of {crs} are not east, north and up. Choose a projected coordinate "
-                "reference system with such axes, for example a UTM zone.",
-                crs=crs.name,
-            ),
-            field="CRS",
-        )
+        raise InputError(Finding("frame.other-axes", crs=crs.name), field="CRS")
     if axes.height_factor != 1.0 or axes.crs is None or axes.unit_m is None:
-        raise InputError(
-            tr(
-                "{crs} has heights in another unit than x and y. Convert the heights, and choose "
-                "the coordinate reference system of x and y alone.",
-                crs=crs.name,
-            ),
-            field="CRS",
-        )
+        raise InputError(Finding("frame.other-height-unit", crs=crs.name), field="CRS")
     return axes.crs, axes.unit_m
 
 
@@ -149,7 +121,7 @@ def typed_crs(text: str, field: str = "--crs") -> tuple[str, float]:
     try:
         return parse_crs(text)
     except InputError as error:
-        raise UsageError(error.message, field=field) from error
+        raise UsageError(error, field=field) from error
 
 
 def metric_crs(text: str, field: str) -> str:
@@ -157,9 +129,7 @@ def metric_crs(text: str, field: str) -> str:
     UsageError."""
     code, unit = typed_crs(text, field)
     if unit != 1.0:
-        raise UsageError(
-            tr("The coordinate reference system is not in metres. Choose one that is."), field=field
-        )
+        raise UsageError(Finding("frame.not-in-metres", crs=crs_name(code)), field=field)
     return code
 
 

@@ -11,9 +11,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.gis.dxf_pieces import DxfPiece, dxf_pieces, text_of
-from vomstudio.words import tr
 
 MOST_UNFOLDED = 1_000_000
 _NO_ENTITIES = {b"SECTION", b"ENDSEC", b"BLOCK", b"ENDBLK", b"TABLE", b"ENDTAB", b"EOF"}
@@ -25,11 +25,7 @@ def refuse_endless_blocks(path: Path) -> float:
     total = _Drawing(dxf_pieces(path)).unfolded()
     if total > MOST_UNFOLDED:
         raise InputError(
-            tr(
-                "The blocks of this drawing hold each other so often that it becomes {count} "
-                "entities. Save it without nested blocks (exploded).",
-                count=f"{total:.0e}" if math.isfinite(total) else "∞",
-            ),
+            Finding("drawing.nested-blocks", count=f"{total:.0e}" if math.isfinite(total) else "∞"),
             file=path,
         )
     return total

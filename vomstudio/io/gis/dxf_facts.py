@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.io.gis.dxf_pieces import DxfPiece, Groups, Value, dxf_pieces, text_of
 from vomstudio.io.gis.layer_reading import symbol_layers
-from vomstudio.words import tr, tr_n
 
-Left = tuple[npt.NDArray[np.bool_], list[Message]]
+Left = tuple[npt.NDArray[np.bool_], list[Finding]]
 
 _UNITS = {1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144}
 _UNITS |= {14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937}
@@ -82,7 +81,7 @@ def select_lines(
     Returns
     -------
     keep : (n,) array of bool
-    messages : list of Message
+    messages : list of Finding
         About excluded sheets (paper space), hidden layers, dimensions and bodies.
     """
     count = len(surfaces)
@@ -99,31 +98,20 @@ def select_lines(
     hidden |= np.array([handle in facts.unseen for handle in handles], bool)
     is_note = np.array([handle in facts.notes for handle in handles], bool)
     is_note |= np.array(["AcDbLeader" in c or "AcDbMLeader" in c for c in classes], bool)
-    messages: list[Message] = []
-    for excluded, text in (
+    messages: list[Finding] = []
+    for excluded, finding in (
         (
             paper,
-            tr_n(
-                "{count} shape of a sheet (paper space) is left out.",
-                "{count} shapes of sheets (paper space) are left out.",
-                int((keep & paper).sum()),
-            ),
+            Finding("drawing.paper-space", count=int((keep & paper).sum())),
         ),
         (
             hidden & ~paper,
-            tr_n(
-                "{count} shape that is hidden (off, frozen) is left out.",
-                "{count} shapes that are hidden (off, frozen) are left out.",
-                int((keep & hidden & ~paper).sum()),
-            ),
+            Finding("drawing.hidden", count=int((keep & hidden & ~paper).sum())),
         ),
-        (
-            is_note & ~hidden & ~paper,
-            tr("The dimensions and leaders of the drawing are left out."),
-        ),
+        (is_note & ~hidden & ~paper, Finding("drawing.dimensions")),
     ):
         if (keep & excluded).any():
-            messages.append(text)
+            messages.append(finding)
             keep = keep & ~excluded
     bodies = dict(facts.bodies)
     if number_of_surfaces := int(surfaces[keep].sum()):
@@ -134,17 +122,11 @@ def select_lines(
     return keep, messages
 
 
-def why_unreadable(path: Path) -> str | None:
+def why_unreadable(path: Path) -> Finding | None:
     """Return the reason why GDAL cannot read a drawing, None if it is not known."""
     if path.suffix.lower() != ".dxf" or not (count := dxf_facts(path).fit_only):
         return None
-    return tr_n(
-        "{count} spline has only the points that it goes through. Turn it into a polyline and save "
-        "the drawing again.",
-        "{count} splines have only the points that they go through. Turn them into polylines and "
-        "save the drawing again.",
-        count,
-    )
+    return Finding("drawing.splines", count=count)
 
 
 def _collect_facts(pieces: Iterator[DxfPiece]) -> DxfFacts:

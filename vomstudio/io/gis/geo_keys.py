@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.words import tr
 
 COMPOUND = {"GTIFF_REPORT_COMPD_CS": "YES"}
 """GDAL leaves the vertical part out of files of GeoTIFF 1.0 unless it is asked for."""
@@ -46,7 +45,7 @@ class NamedKeys:
 
     crs: str | None = None
     height_unit: str | None = None
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def name_keys(keys: Keys) -> NamedKeys:
@@ -145,10 +144,7 @@ def _rows(directory: bytes) -> list[tuple[int, int, int, int]]:
 
 
 def _damaged() -> InputError:
-    return InputError(
-        tr("The keys of the coordinate reference system are damaged. Declare the system yourself."),
-        field="CRS",
-    )
+    return InputError(Finding("frame.damaged-keys"), field="CRS")
 
 
 def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:

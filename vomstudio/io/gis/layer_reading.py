@@ -108,10 +108,7 @@ def _refuse_lost_line_feed(path: Path, head: bytes) -> None:
         last = file.read(1)
     if last == b"\r":
         raise InputError(
-            tr(
-                "The drawing ends in the middle of a line: it was cut off, or has the line ends of "
-                "an old Macintosh. Save it again."
-            ),
+            Finding("file.damaged", format="DXF", reason=tr("it ends in the middle of a line")),
             file=path,
         )
 
@@ -127,14 +124,7 @@ def _refuse_zeros(path: Path, head: bytes) -> None:
             at = block.find(b"\0")
             before = (before + (block if at < 0 else block[:at])[-_LAST_WORD:])[-_LAST_WORD:]
             if at >= 0 and before.split()[-1:] != [b"EOF"]:
-                raise InputError(
-                    tr(
-                        "A part of the drawing is blank (from byte {place}). Copy or save it "
-                        "again.",
-                        place=begin + at + 1,
-                    ),
-                    file=path,
-                )
+                raise InputError(Finding("file.blank", byte=begin + at + 1), file=path)
             if at >= 0:
                 return
             begin += len(block)
@@ -154,11 +144,7 @@ def _refuse_names_without_end(path: Path) -> None:
             names.update(_JSON_NAME.findall(block))
             if len(names) > _MOST_NAMES:
                 raise InputError(
-                    tr(
-                        "The shapes of this file have more than {limit} different attributes, more "
-                        "than any layer has. Save it with fewer.",
-                        limit=_MOST_NAMES,
-                    ),
+                    Finding("file.too-many-parts", limit=_MOST_NAMES, parts=tr("attributes")),
                     file=path,
                 )
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError
 from vomstudio.files.names import writable
 from vomstudio.geometry.units import WORLD
-from vomstudio.words import tr
 
 VERSION = "1.2"
 """Of GeoPackage. QGIS 3.22 warns of 1.4, and opens its layers without their styles."""
@@ -53,8 +53,7 @@ def write_layer(
         )
     except (DataSourceError, FieldError, GeometryError, RuntimeError) as error:
         raise TargetError(
-            tr("The layer {layer} cannot be written ({error}).", layer=layer, error=error),
-            file=part,
+            Finding("output.unwritable", layer=layer, reason=error), file=part
         ) from error
 
 

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.gis.dxf_facts import ENTITY_COLUMNS, select_lines, why_unreadable
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -84,7 +83,7 @@ class ReadLines:
     lines: tuple[ReadLine, ...]
     systems: tuple[str, ...]
     described: Mapping[str, str]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 @np.errstate(all="ignore")
@@ -104,7 +103,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     found: list[ReadLine] = []
     described: dict[str, str] = {}
     systems: list[str] = []
-    warnings: list[Message] = []
+    warnings: list[Finding] = []
     skipped = 0
 
     def unreadable() -> InputError:
@@ -143,24 +142,10 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
             shape is None for shape, count in zip(geometries, surfaces, strict=True) if count
         )
     if skipped:
-        warnings.append(
-            tr_n(
-                "{count} shape is neither a line nor a polygon.",
-                "{count} shapes are neither lines nor polygons.",
-                skipped,
-            )
-        )
+        warnings.append(Finding("drawing.other-shapes", count=skipped))
     valid = tuple(line for line in found if _is_sound(line.points))
     if len(valid) < len(found):
-        warnings.append(
-            tr_n(
-                "{count} line without length, or with coordinates that are no numbers, is left "
-                "out.",
-                "{count} lines without length, or with coordinates that are no numbers, are left "
-                "out.",
-                len(found) - len(valid),
-            )
-        )
+        warnings.append(Finding("drawing.invalid-shapes", count=len(found) - len(valid)))
     return ReadLines(valid, tuple(systems), described, tuple(warnings))
 
 
@@ -173,11 +158,7 @@ def _is_sound(points: Array) -> bool:
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        why_unreadable(path)
-        or tr(
-            "The file cannot be read as lines. Save them as GeoPackage, GeoJSON, shapefile, DXF or "
-            "SVG."
-        ),
+        why_unreadable(path) or Finding("drawing.unreadable"),
         file=path,
     )
 

@@ -11,8 +11,8 @@ from datetime import date, datetime, time
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
-from vomstudio.words import tr
 
 FIRST_YEAR, LAST_YEAR = 1900, 2029
 """The years of the model."""
@@ -33,20 +33,12 @@ def declination_deg(
 
     if not FIRST_YEAR <= when.year <= LAST_YEAR:
         raise InputError(
-            tr(
-                "The magnetic declination is known from {first} to {last}, not in {year}. Give it "
-                "as a number.",
-                first=FIRST_YEAR,
-                last=LAST_YEAR,
-                year=when.year,
-            )
+            Finding("north.unknown-year", first=FIRST_YEAR, last=LAST_YEAR, year=when.year)
         )
     latitude = float(np.clip(latitude_deg, -_HIGHEST_LATITUDE, _HIGHEST_LATITUDE))
     noon = datetime.combine(when, time(12))
     east, north, _ = igrf(longitude_deg, latitude, height_m / 1000.0, noon)
     x, y = float(np.ravel(north)[0]), float(np.ravel(east)[0])
     if np.hypot(x, y) < _LEAST_NT:
-        raise InputError(
-            tr("So near to a magnetic pole a compass does not show north. Use another reference.")
-        )
+        raise InputError(Finding("north.near-pole"))
     return float(np.degrees(np.arctan2(y, x)))

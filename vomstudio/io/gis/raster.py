@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import require_regular_beside
@@ -139,10 +140,7 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
                 return dataset.width, dataset.height, [_BANDS.get(k.kind, k.name) for k in kinds]
     except RasterioError as error:
         raise InputError(
-            tr(
-                "The GeoTIFF cannot be read: it is damaged, cut short, or of a kind that this "
-                "program does not know. Copy or export it again."
-            ),
+            Finding("file.damaged", format="GeoTIFF", reason=tr("its data cannot be decoded")),
             file=path,
         ) from error
 
@@ -200,7 +198,8 @@ def _window(column: int, row: int, width: int, height: int) -> Any:
 
 def _not_whole(path: str | Path) -> TargetError:
     return TargetError(
-        tr("The file cannot be written completely. Check whether the disk is full."), file=path
+        Finding("output.unwritable", reason=tr("it is not complete, the disk may be full")),
+        file=path,
     )
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_small
 from vomstudio.io.gis.line_reading import FeatureWords, ReadLine
@@ -93,7 +94,7 @@ def read_svg(path: str | Path) -> SvgDrawing:
     path = Path(path)
     root = parse_xml(_plain_svg(_content(path), path), path)
     if _tag(root) != "svg":
-        raise InputError(tr("This is not an SVG drawing."), file=path)
+        raise InputError(Finding("file.other-format", format="SVG"), file=path)
     lines: list[ReadLine] = []
     images: list[SvgImage] = []
     marks = [str(element.text or "") for element in root.iter() if _tag(element) == "desc"]
@@ -107,11 +108,7 @@ def read_svg(path: str | Path) -> SvgDrawing:
                 room -= numbers_in(element)
                 if room < 0:
                     raise InputError(
-                        tr(
-                            "The drawing has more than {limit} numbers, more than anybody draws. "
-                            "Simplify its paths.",
-                            limit=_MOST_NUMBERS,
-                        ),
+                        Finding("file.too-many-parts", limit=_MOST_NUMBERS, parts=tr("numbers")),
                         file=path,
                     )
                 name = str(element.get(_LABEL) or _title(element) or element.get("id") or at.name)
@@ -123,7 +120,9 @@ def read_svg(path: str | Path) -> SvgDrawing:
                 ]
     except (ValueError, IndexError, OverflowError) as error:
         raise InputError(
-            tr("The drawing has a shape whose coordinates cannot be read; save it again."),
+            Finding(
+                "file.damaged", format="SVG", reason=tr("the coordinates of a shape cannot be read")
+            ),
             file=path,
         ) from error
     return SvgDrawing(tuple(lines), tuple(images), _page(root), tuple(marks))
@@ -131,9 +130,7 @@ def read_svg(path: str | Path) -> SvgDrawing:
 
 def _content(path: Path) -> bytes:
     """Of a file that may be packed (.svgz)."""
-    too_large = InputError(
-        tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path
-    )
+    too_large = InputError(Finding("file.too-large", limit_mb=_LARGEST >> 20), file=path)
     try:
         data = read_small(path, _LARGEST)
         if not data.startswith(b"\x1f\x8b"):
@@ -142,9 +139,7 @@ def _content(path: Path) -> bytes:
             data = packed.read(_LARGEST + 1)
     except (OSError, EOFError, zlib.error) as error:
         said = getattr(error, "strerror", None) or str(error)
-        raise InputError(tr("The file cannot be read ({reason}).", reason=said), file=path) from (
-            error
-        )
+        raise InputError(Finding("file.unreadable", reason=said), file=path) from (error)
     if len(data) > _LARGEST:
         raise too_large
     return data
@@ -171,9 +166,7 @@ def _plain_svg(data: bytes, path: Path) -> bytes:
     for name, double, single in said:
         body = body.replace(b"&" + name + b";", double or single)
         if len(body) > _LARGEST:
-            raise InputError(
-                tr("The file is larger than {limit} MB.", limit=_LARGEST >> 20), file=path
-            )
+            raise InputError(Finding("file.too-large", limit_mb=_LARGEST >> 20), file=path)
     return data[: head.start()] + body
 
 

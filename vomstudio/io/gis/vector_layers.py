@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular, require_regular
 from vomstudio.files.untrusted import reader_process
@@ -173,11 +174,7 @@ def read_named_layers(path: Path, named: Path, request: Mapping[str, Any]) -> li
         remaining -= 0 if shapes is None else len(shapes)
         if remaining < 0:
             raise InputError(
-                tr(
-                    "The layers have more than {most:,} entries, which is more than can be read. "
-                    "Divide them, or leave out what is not needed.",
-                    most=request["most"],
-                ),
+                Finding("file.too-many-parts", limit=request["most"], parts=tr("entries")),
                 file=path,
             )
         name = str(info.get("layer_name") or layer or (listed[0][0] if listed else ""))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.models.frames import stored_registration
 from vomstudio.io.models.opening import read_model
@@ -14,7 +14,7 @@ from vomstudio.progress import Progress
 
 def write_converted(
     path: Path, folder: Path, options: FrameOptions, progress: Progress
-) -> tuple[Path, tuple[Message, ...]]:
+) -> tuple[Path, tuple[Finding, ...]]:
     """Write a model in another CRS into a folder, in the format of its file.
 
     Parameters
@@ -31,7 +31,7 @@ def write_converted(
     -------
     path : Path
         The copy, named after the model and the CRS.
-    messages : tuple of Message
+    messages : tuple of Finding
 
     Raises
     ------

@@ -23,6 +23,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular, require_regular
 from vomstudio.geometry.cloud import PointCloud
@@ -49,7 +50,6 @@ from vomstudio.io.models.formats._las_records import (
     choose,
     cloud_of,
     layout_of,
-    withheld_hidden,
     withheld_of,
 )
 from vomstudio.io.models.formats._las_reference import las_reference
@@ -101,9 +101,7 @@ class CopcFile:
         self.path = Path(path)
         require_regular(self.path)
         if not is_copc(path):
-            raise InputError(
-                tr("This is not a COPC file: it has no octree. Read it as a LAZ file."), file=path
-            )
+            raise InputError(Finding("file.other-format", format="COPC"), file=path)
         self.top: Top = read_top(self.path)
         self._settle_axes()
         info = self.top.records.get(("copc", 1), b"")
@@ -228,8 +226,7 @@ class CopcFile:
                 chunk = self._file.read(int(size))
             except OSError as error:
                 raise InputError(
-                    tr("The file cannot be read ({reason}).", reason=error.strerror),
-                    file=self.path,
+                    Finding("file.unreadable", reason=error.strerror), file=self.path
                 ) from error
             if len(chunk) != size or not is_sound_chunk(chunk, int(points), self.top):
                 raise self._damaged(tr("a node does not agree with the hierarchy"))
@@ -289,10 +286,7 @@ class CopcFile:
         return cubes
 
     def _damaged(self, why: str) -> InputError:
-        return InputError(
-            tr("The COPC file is damaged ({reason}). Copy or export it again.", reason=why),
-            file=self.path,
-        )
+        return InputError(Finding("file.damaged", reason=why, format="COPC"), file=self.path)
 
 
 def nodes(path: str | Path, levels: range | None = None, bounds: Array | None = None) -> Nodes:
@@ -307,7 +301,7 @@ def crs_of(path: str | Path) -> tuple[str | None, tuple[str, ...]]:
     with CopcFile(path) as file:
         if file.refused is not None:
             raise InputError(file.refused, file=path, field="CRS")
-        hidden = (withheld_hidden(),) if file.has_withheld() else ()
+        hidden = (Finding("model.withheld-hidden"),) if file.has_withheld() else ()
         return file.crs, (*file.warnings, *hidden)
 
 
@@ -335,7 +329,7 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
         if file.refused is not None:
             raise InputError(file.refused, file=path, field="CRS")
         if not len(found) or not np.isfinite(file.bounds).all():
-            raise InputError(tr("The file holds no points that can be read."), file=path)
+            raise InputError(Finding("model.no-points"), file=path)
         order = np.argsort(found.offsets)
         starts = np.empty(len(found), np.int64)
         starts[order] = np.concatenate([[0], np.cumsum(found.points[order])[:-1]])

@@ -26,7 +26,6 @@ from vomstudio.io.models.registration_file import (
     registration_path,
 )
 from vomstudio.io.photos.cameras_file import scale_known
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -280,14 +279,7 @@ def _up_axis(loaded: LoadedModel, options: FrameOptions) -> UpAxis:
     if loaded.turned_about is None:
         return options.up or "z"
     if options.up == "z":
-        raise UsageError(
-            tr(
-                "This format is Y-up by definition and is rotated to Z-up when it is read. To "
-                "declare another up axis, first write the model in another format with "
-                "vomstudio convert --up z."
-            ),
-            field="--up",
-        )
+        raise UsageError(Finding("frame.up-by-format"), field="--up")
     return "z"
 
 

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import thread_pool
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
@@ -82,9 +82,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
         "version": VERSION,
         "kind": loaded.kind,
         "crs": loaded.crs,
-        "warnings": [
-            each.to_dict() if isinstance(each, Finding) else each for each in loaded.warnings
-        ],
+        "warnings": [each.to_dict() for each in loaded.warnings],
         "path": os.fspath(Path(loaded.path).absolute()),
         "content_hash": loaded.content_hash,
         "materials": materials,
@@ -129,11 +127,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
 
 def _unwritable(folder: Path, error: OSError) -> TargetError:
     return TargetError(
-        tr(
-            "The cache cannot be written ({reason}). Free its disk or move the project.",
-            reason=reason_of(folder.parent, error),
-        ),
-        file=folder,
+        Finding("model.cache-unwritable", reason=reason_of(folder.parent, error)), file=folder
     )
 
 
@@ -278,9 +272,7 @@ def _fitting(path: Path, folder: Path) -> LoadedModel | None:
 
 
 def _damaged(folder: Path, why: str) -> InputError:
-    return InputError(
-        tr("The cache is damaged ({reason}). Open the model's own file.", reason=why), file=folder
-    )
+    return InputError(Finding("model.cache-damaged", reason=why), file=folder)
 
 
 def _read_meta(folder: Path) -> dict[str, Any]:
@@ -305,9 +297,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
         if kind.hasobject:
             raise _damaged(folder, tr("{file} holds Python objects", file=file.name))
         arrays[name] = _read_array(folder, file, shape, kind)
-    warnings: list[Message] = [
-        row if isinstance(row, str) else Finding.from_dict(row) for row in meta["warnings"]
-    ]
+    warnings = [Finding.from_dict(row) for row in meta["warnings"]]
     fields = {str(name): arrays[f"field_{i}"] for i, name in enumerate(meta["fields"])}
     data: Mesh | PointCloud
     if meta["kind"] == "mesh":
@@ -402,7 +392,7 @@ def _mesh(
     meta: dict[str, Any],
     arrays: dict[str, npt.NDArray[Any]],
     fields: dict[str, npt.NDArray[Any]],
-    warnings: list[Message],
+    warnings: list[Finding],
 ) -> Mesh:
     vertices = _checked(folder, arrays, "vertices", np.float64, 3)
     faces = _checked(folder, arrays, "faces", np.int32, 3)
@@ -414,10 +404,10 @@ def _mesh(
         texture = None if record["texture"] is None else Path(record["texture"])
         if texture is not None and not texture.is_file():
             warnings.append(
-                tr(
-                    "Texture of material '{name}': '{texture}' was not found.",
-                    name=record["name"],
-                    texture=texture.name,
+                Finding(
+                    "texture.unusable",
+                    material=record["name"],
+                    reason=tr("'{file}' was not found", file=texture.name),
                 )
             )
             texture = None

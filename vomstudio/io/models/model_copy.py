@@ -7,6 +7,7 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Registration
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.inside import check_in_project, make_folder, place_inside
@@ -108,12 +109,9 @@ def copy_model(
         place = Path(error.filename2 or error.filename or target)
         if place.is_relative_to(folder):
             raise TargetError(
-                tr("The model cannot be copied here ({reason}).", reason=error.strerror),
-                file=target,
+                Finding("output.unwritable", reason=error.strerror), file=target
             ) from error
-        raise InputError(
-            tr("The file cannot be copied ({reason}).", reason=error.strerror), file=place
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=place) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
     return target / model.name

@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import is_regular, read_small
 from vomstudio.files.untrusted.pictures import open_picture
@@ -149,6 +149,12 @@ def _moves_the_image(option: str) -> bool:
     return key in neutral and any(float(n) != neutral[key] for n in numbers)
 
 
+def texture_finding(material: str | int, texture: Path | None, reason: str) -> Finding:
+    """Return the finding about a texture that is not used, or replaced by another file."""
+    code = "texture.unusable" if texture is None else "texture.substituted"
+    return Finding(code, material=material, reason=reason)
+
+
 def check_image(path: Path) -> str | None:
     """Why the file is no image that can be used, from its header alone; None where it is one."""
     from PIL import UnidentifiedImageError
@@ -171,25 +177,30 @@ def check_image(path: Path) -> str | None:
     return None
 
 
-def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Message]]:
+def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Finding]]:
     """Read the materials of an MTL file by name, and messages about it.
 
     Images are searched in the folder of the MTL file, then in `folder`, that of the OBJ file, and
     never outside `folder`.
     """
-    messages: list[Message] = []
+    messages: list[Finding] = []
     try:
         raw = as_utf8(read_small(path, MAX_LIBRARY_BYTES))
         if b"\0" in raw:
-            raise InputError(tr("It is binary."))
-    except InputError:
-        return {}, [tr("'{file}' is not a material file (MTL). It is not used.", file=path.name)]
+            raise ValueError
+    except (InputError, ValueError):
+        return {}, [
+            Finding(
+                "material.file-unusable", reason=tr("'{file}' is not an MTL file", file=path.name)
+            )
+        ]
     except OSError as error:
         return {}, [
-            tr(
-                "The material file '{file}' cannot be read ({reason}).",
-                file=path.name,
-                reason=error.strerror,
+            Finding(
+                "material.file-unusable",
+                reason=tr(
+                    "'{file}' cannot be read ({reason})", file=path.name, reason=error.strerror
+                ),
             )
         ]
     textures: dict[str, str] = {}
@@ -214,13 +225,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
                 r, g, b = (min(max(float(n), 0.0), 1.0) for n in numbers[:3])
             except ValueError:
                 messages.append(
-                    tr(
-                        "'{file}', line {line}: The colour '{color}' cannot be read and is not "
-                        "used.",
-                        file=path.name,
-                        line=number,
-                        color=value,
-                    )
+                    Finding("material.color-invalid", file=path.name, line=number, color=value)
                 )
                 continue
             colors[current] = (r, g, b)
@@ -248,22 +253,9 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Me
                     )
                 )
             elif problem:
-                messages.append(
-                    tr(
-                        "Texture of material '{material}': {problem}.",
-                        material=name,
-                        problem=problem,
-                    )
-                )
+                messages.append(texture_finding(name, texture, problem))
             if texture is not None and any(map(_moves_the_image, map_name(value)[1])):
-                messages.append(
-                    tr(
-                        "Texture of material '{material}': the shift or scale in '{statement}' is "
-                        "not applied.",
-                        material=name,
-                        statement=value,
-                    )
-                )
+                messages.append(Finding("texture.shift-unused", material=name, statement=value))
         materials[name] = Material(name, texture, colors.get(name))
     return materials, messages
 

@@ -11,12 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_small
 from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.text.encodings import text_of
-from vomstudio.words import tr
 
 LONGEST_BYTES = 100_000
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
@@ -35,7 +35,7 @@ class Offset:
 
     origin: tuple[float, float, float] | None = None
     crs: str | None = None
-    problem: str | None = None
+    problem: Finding | None = None
 
 
 def offset_path(model: Path) -> Path:
@@ -50,24 +50,14 @@ def read_offset(model: Path) -> Offset:
     except FileNotFoundError:
         return Offset()
     except (InputError, OSError, UnicodeDecodeError):
-        return Offset(
-            problem=tr("'{file}' cannot be read as text. No origin is added.", file=path.name)
-        )
+        return Offset(problem=Finding("model.origin-invalid", file=path.name))
     found = _OFFSET.search(text) or _BARE.fullmatch(text)
     crs, said = crs_or_problem(named_crs(text), path.name)
     if found is None:
-        return Offset(
-            None,
-            crs,
-            tr("'{file}' has no 'offset x y z'. No origin is added.", file=path.name),
-        )
+        return Offset(None, crs, Finding("model.origin-invalid", file=path.name))
     origin = checked_origin([float(number) for number in found.groups()])
     if origin is None:
-        return Offset(
-            None,
-            crs,
-            tr("The offset in '{file}' is not a position. No origin is added.", file=path.name),
-        )
+        return Offset(None, crs, Finding("model.origin-invalid", file=path.name))
     return Offset(origin, crs, said)
 
 
@@ -78,7 +68,7 @@ def named_crs(text: str) -> str | None:
     return None if code is None else f"EPSG:{code.group(1)}"
 
 
-def crs_or_problem(text: object, where: str) -> tuple[str | None, str | None]:
+def crs_or_problem(text: object, where: str) -> tuple[str | None, Finding | None]:
     """A CRS that a file names, checked; else None and the sentence to say."""
     if text is None:
         return None, None
@@ -87,11 +77,7 @@ def crs_or_problem(text: object, where: str) -> tuple[str | None, str | None]:
             return parse_crs(text)[0], None
         except InputError:
             pass
-    return None, tr(
-        "The coordinate reference system (CRS) in '{file}' is not a known projected one. "
-        "Declare it yourself.",
-        file=where,
-    )
+    return None, Finding("frame.crs-unreadable", file=where, crs=str(text)[:60])
 
 
 def checked_origin(numbers: object) -> tuple[float, float, float] | None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import run_in_thread
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
@@ -39,7 +39,6 @@ from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registry import choose_reader, read_head
 from vomstudio.io.photos.cameras_file import scale_known
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 HASH_BLOCK_BYTES = 4 * 1024 * 1024
 SAMPLED_FACES = 200_000
@@ -94,9 +93,7 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
             loaded = reader.read(path, progress)
     except MemoryError:
         is_stopped.set()
-        raise InputError(
-            tr("The model is larger than the free memory. Divide it into tiles."), file=path
-        ) from None
+        raise InputError(Finding("file.exceeds-memory"), file=path) from None
     except BaseException:
         is_stopped.set()
         raise
@@ -109,11 +106,7 @@ def _with_fields_that_are_meant(loaded: LoadedModel) -> LoadedModel:
     fields = loaded.data.fields
     if len(fields) <= MOST_FIELDS:
         return loaded
-    said = tr(
-        "The file has {count:,} values per point; the first {kept:,} are read.",
-        count=len(fields),
-        kept=MOST_FIELDS,
-    )
+    said = Finding("model.fields-limited", count=len(fields), limit=MOST_FIELDS)
     kept = dict(itertools.islice(fields.items(), MOST_FIELDS))
     return replace(
         loaded, data=replace(loaded.data, fields=kept), warnings=(*loaded.warnings, said)
@@ -131,9 +124,7 @@ def file_hash(path: Path, wanted: Callable[[], bool] = lambda: True) -> str:
             while wanted() and (block := file.read(HASH_BLOCK_BYTES)):
                 total.update(block)
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     return total.hexdigest()
 
 
@@ -282,7 +273,7 @@ def with_axes(
     refused : Finding or None
         Why the data cannot be used as a model.
     """
-    messages: list[Message] = list(loaded.warnings)
+    messages: list[Finding] = list(loaded.warnings)
     axes = _axes(loaded, options, messages)
     if axes.kind == "none" and loaded.units != UNKNOWN:
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
@@ -301,7 +292,7 @@ def with_axes(
     return settled, refused
 
 
-def _axes(loaded: LoadedModel, options: FrameOptions, messages: list[Message]) -> StatedAxes:
+def _axes(loaded: LoadedModel, options: FrameOptions, messages: list[Finding]) -> StatedAxes:
     """Return the axes by the options, else the file, else the file beside it."""
     text = loaded.crs
     if text is None:
@@ -314,7 +305,7 @@ def _axes(loaded: LoadedModel, options: FrameOptions, messages: list[Message]) -
 
 
 def _reprojected(
-    loaded: LoadedModel, axes: StatedAxes, options: FrameOptions, messages: list[Message]
+    loaded: LoadedModel, axes: StatedAxes, options: FrameOptions, messages: list[Finding]
 ) -> LoadedModel:
     """Return the model with its coordinates converted to another CRS, in metres."""
     assert options.to_crs is not None

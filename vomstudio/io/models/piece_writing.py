@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Registration
 from vomstudio.errors import GeometryError, InputError, TargetError
 from vomstudio.files.inside import check_in_project
@@ -22,7 +22,6 @@ from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.writing import write_model
 from vomstudio.progress import Progress
 from vomstudio.version import __version__
-from vomstudio.words import tr
 
 
 def write_piece(
@@ -35,7 +34,7 @@ def write_piece(
     name: str,
     progress: Progress,
     registration: Registration | None = None,
-) -> tuple[Path, list[Message]]:
+) -> tuple[Path, list[Finding]]:
     """Write the chosen faces or points of a model into a new folder below `folder`; its path, and
     sentences on what the format cannot hold.
 
@@ -48,9 +47,7 @@ def write_piece(
     source has changed, TargetError or Cancelled.
     """
     if loaded.content_hash != content_hash:
-        raise InputError(
-            tr("The file has changed since the piece was chosen, so nothing was cut."), file=source
-        )
+        raise InputError(Finding("model.file-changed"), file=source)
     data = loaded.data
     count = len(data.faces) if isinstance(data, Mesh) else len(data.points)
     mask = np.unpackbits(bits, count=count).view(np.bool_)
@@ -89,7 +86,7 @@ def write_piece(
         part.rename(target)
     except OSError as error:
         raise TargetError(
-            tr("The piece cannot be written here ({reason}).", reason=error.strerror), file=target
+            Finding("output.unwritable", reason=error.strerror), file=target
         ) from error
     finally:
         shutil.rmtree(part, ignore_errors=True)
@@ -102,11 +99,9 @@ def piece_of(data: Mesh | PointCloud, mask: npt.NDArray[np.bool_]) -> Mesh | Poi
     is none, or the mask is of another model."""
     count = len(data.faces) if isinstance(data, Mesh) else len(data.points)
     if len(mask) != count:
-        raise GeometryError(
-            tr("{given} were chosen from a model of {count}.", given=len(mask), count=count)
-        )
+        raise GeometryError(Finding("model.other-selection", selected=len(mask), count=count))
     if not mask.any():
-        raise GeometryError(tr("Nothing is chosen."))
+        raise GeometryError(Finding("model.empty-selection"))
     return _faces_of(data, mask) if isinstance(data, Mesh) else data.of_rows(mask)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import UNKNOWN, Units
@@ -42,7 +42,7 @@ class LoadedModel:
     data: Mesh | PointCloud
     kind: Literal["mesh", "cloud"]
     crs: str | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     path: Path
     content_hash: str = ""
     turned_about: tuple[float, float, float] | None = None
@@ -61,7 +61,7 @@ class Reference:
 
     text: str | None = None
     height_unit: str | None = None
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True)

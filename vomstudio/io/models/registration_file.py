@@ -109,13 +109,7 @@ def check_registration_target(
     if registration is None or force or not is_there(path):
         return
     if _files_of_same(path, registration) is None:
-        raise TargetError(
-            tr(
-                "This file contains the registration of another model. Choose another name for "
-                "the output."
-            ),
-            file=path,
-        )
+        raise TargetError(Finding("output.other-registration"), file=path)
 
 
 def write_registration(

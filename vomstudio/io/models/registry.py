@@ -10,6 +10,7 @@ import functools
 import importlib
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
@@ -45,26 +46,24 @@ def extensions() -> tuple[str, ...]:
 
 def what_can_be_read() -> str:
     """For sentences: 'LAS/LAZ point cloud (.las, .laz), ...'."""
-    return ", ".join(f"{tr(r.name)} ({', '.join(r.extensions)})" for r in find_readers().all)
+    readers = find_readers()
+    formats = [f"{tr(r.name)} ({', '.join(r.extensions)})" for r in readers.all]
+    return ", ".join([*formats, *readers.broken])
 
 
 def read_head(path: Path) -> bytes:
     """The first bytes of a file. Raises InputError when it is not a file that can be read."""
     try:
         if path.is_dir():
-            raise InputError(tr("This is a folder. Name a model file in it."), file=path)
+            raise InputError(Finding("file.is-folder"), file=path)
         with open_regular(path) as file:
             return file.read(HEAD_BYTES)
     except FileNotFoundError:
-        raise InputError(tr("There is no such file. Check its name."), file=path) from None
+        raise InputError(Finding("file.missing"), file=path) from None
     except PermissionError:
-        raise InputError(
-            tr("There is no permission to read this file. Change its permissions."), file=path
-        ) from None
+        raise InputError(Finding("file.no-permission"), file=path) from None
     except (OSError, ValueError) as error:
-        raise InputError(
-            tr("The file cannot be opened ({error}).", error=error), file=str(path)
-        ) from None
+        raise InputError(Finding("file.unreadable", reason=error), file=str(path)) from None
 
 
 def choose_reader(path: Path, head: bytes) -> Reader:
@@ -73,7 +72,7 @@ def choose_reader(path: Path, head: bytes) -> Reader:
     Raises InputError that lists what can be read.
     """
     if not head:
-        raise InputError(tr("The file is empty. Export or copy it again."), file=path)
+        raise InputError(Finding("file.empty"), file=path)
     extension = path.suffix.lower()
     usual = usual_reader(extension)
     if usual is not None and usual.matches(path, head):
@@ -88,18 +87,5 @@ def choose_reader(path: Path, head: bytes) -> Reader:
             return reader
     if by_extension:
         return by_extension[0]
-    sentence = (
-        tr(
-            "Files of type '{suffix}' cannot be read. Supported: {formats}.",
-            suffix=path.suffix,
-            formats=what_can_be_read(),
-        )
-        if path.suffix
-        else tr(
-            "A file without an extension cannot be read. Supported: {formats}.",
-            formats=what_can_be_read(),
-        )
-    )
-    if found.broken:
-        sentence += f" ({'; '.join(found.broken)})"
-    raise InputError(sentence, file=path)
+    finding = Finding("file.unknown-type", suffix=path.suffix, formats=what_can_be_read())
+    raise InputError(finding, file=path)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import WORLD, Axes
@@ -42,4 +42,4 @@ class Writer:
 
     name: str
     extensions: tuple[str, ...]
-    write: Callable[[Outgoing], list[Message]]
+    write: Callable[[Outgoing], list[Finding]]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Registration
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import check_target
@@ -27,7 +27,6 @@ from vomstudio.io.models.registration_file import (
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.plugins import Found, find_plugins
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr, tr_n
 
 GROUP = "vomstudio.writers"
 
@@ -49,15 +48,8 @@ def choose_writer(path: Path) -> Writer:
     for writer in find_writers():
         if ending in writer.extensions:
             return writer
-    known = ", ".join(e for w in find_writers() for e in w.extensions)
-    sentence = tr(
-        "The format follows from the name of the file, and '{ending}' is not one of {known}.",
-        ending=ending,
-        known=known,
-    )
-    if broken := find_all().broken:
-        sentence += f" ({'; '.join(broken)})"
-    raise UsageError(sentence, file=path)
+    known = ", ".join([*(e for w in find_writers() for e in w.extensions), *find_all().broken])
+    raise UsageError(Finding("output.unknown-format", suffix=ending, formats=known), file=path)
 
 
 def write_model(
@@ -70,7 +62,7 @@ def write_model(
     progress: Progress | None = None,
     axes: Axes = WORLD,
     registration: Registration | None = None,
-) -> list[Message]:
+) -> list[Finding]:
     """Write a model in World by the ending of `path`, whole or not at all.
 
     axes : what is known of x, y and z, which the file says
@@ -100,13 +92,5 @@ def _require_places(data: Mesh | PointCloud, path: Path) -> None:
     bad = np.flatnonzero(~np.logical_and.reduce([np.isfinite(column) for column in points.T]))
     if len(bad):
         raise GeometryError(
-            tr_n(
-                "{count} point has a coordinate that is not finite: row {first}, counted from 0. "
-                "Leave it out, or correct it, before the model is saved.",
-                "{count} points have coordinates that are not finite, the first in row {first}, "
-                "counted from 0. Leave them out, or correct them, before the model is saved.",
-                len(bad),
-                first=bad[0],
-            ),
-            file=path,
+            Finding("model.not-finite", count=len(bad), first_row=bad[0]), file=path
         )

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.regular import read_json
 from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.geometry.places import no_places
-from vomstudio.words import tr
 
 FILE_NAME = "cameras.json"
 """Its name beside the model."""
@@ -120,24 +120,13 @@ def read_cameras(path: str | Path) -> Cameras:
     try:
         head = read_json(path)
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except ValueError as error:
-        raise InputError(tr("The file is not JSON ({error}).", error=error), file=path) from error
+        raise InputError(Finding("file.damaged", reason=error, format="JSON"), file=path) from error
     if not isinstance(head, dict) or head.get("format") != _FORMAT:
-        raise InputError(
-            tr(
-                "The file holds no cameras of a reconstruction. Choose the cameras.json "
-                "beside the model."
-            ),
-            file=path,
-        )
+        raise InputError(Finding("file.other-format", format="cameras.json"), file=path)
     if head.get("version", 0) > _VERSION:
-        raise InputError(
-            tr("The file was written by a newer version of this program. Update the program."),
-            file=path,
-        )
+        raise InputError(Finding("file.newer-version"), file=path)
     try:
         x, y, z = (int(value) for value in head["origin"])
         return Cameras(
@@ -149,10 +138,8 @@ def read_cameras(path: str | Path) -> Cameras:
         )
     except (KeyError, TypeError, ValueError, GeometryError) as error:
         raise InputError(
-            tr(
-                "The file is damaged ({kind}: {error}). Reconstruct again.",
-                kind=type(error).__name__,
-                error=error,
+            Finding(
+                "file.damaged", format="cameras.json", reason=f"{type(error).__name__}: {error}"
             ),
             file=path,
         ) from error

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_write
 from vomstudio.files.backup import set_aside
@@ -18,7 +19,6 @@ from vomstudio.files.inside import check_beside
 from vomstudio.files.untrusted.pictures import MASK_BYTES
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
-from vomstudio.words import tr
 
 Flags = npt.NDArray[np.bool_]
 
@@ -96,8 +96,5 @@ def keep_mask(place: Path, used: Flags, found: Path | None) -> tuple[Path | None
     try:
         place.unlink()
     except OSError as error:
-        raise TargetError(
-            tr("The file cannot be removed ({reason}). Check its rights.", reason=error.strerror),
-            file=place,
-        ) from error
+        raise TargetError(Finding("file.not-removed", reason=error.strerror), file=place) from error
     return None, kept

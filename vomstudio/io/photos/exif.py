@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.io.photos.apple_maker_note import Vector, acceleration
 from vomstudio.io.photos.user_comment import comment_text
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -60,17 +60,17 @@ class Exif:
     direction_north: str | None = None
     acceleration: Vector | None = None
     comment: str | None = None
-    problems: tuple[str, ...] = field(default=())
+    problems: tuple[Finding, ...] = field(default=())
 
 
 def read_exif(image: Image.Image) -> Exif:
-    """Never raises: what cannot be read is a problem in words."""
+    """Never raises: what cannot be read is a finding."""
     import warnings
 
     if image.format == "PNG" and not {"exif", "Raw profile type exif"} & image.info.keys():
         # Pillow would decode the whole picture to see whether some comes after it.
         return Exif()
-    problems: list[str] = []
+    problems: list[Finding] = []
     groups: list[Mapping[int, Any]] = [{}, {}, {}]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -80,12 +80,7 @@ def read_exif(image: Image.Image) -> Exif:
             groups[1] = dict(exif.get_ifd(_EXIF_IFD))
             groups[2] = dict(exif.get_ifd(_GPS_IFD))
         except Exception as error:  # noqa: BLE001 - Pillow's parser raises whatever it meets
-            problems.append(
-                tr(
-                    "its EXIF is damaged ({name__}) and was read in part",
-                    name__=type(error).__name__,
-                )
-            )
+            problems.append(Finding("photo.exif-damaged", reason=type(error).__name__))
     return from_tags(groups[0], groups[1], groups[2], problems)
 
 
@@ -93,18 +88,18 @@ def from_tags(
     main: Mapping[int, Any],
     exif: Mapping[int, Any],
     gps: Mapping[int, Any],
-    problems: list[str] | None = None,
+    problems: list[Finding] | None = None,
 ) -> Exif:
     """From the values of the three directories, by tag number."""
-    said = [] if problems is None else problems
+    problems = [] if problems is None else problems
     tags = {**main, **exif}
     orientation = _whole(tags.get(0x0112))
     if orientation not in range(1, 9):
         # 0 and what is missing mean as stored.
         if orientation not in (None, 0):
-            said.append(tr("unknown orientation tag {tag}, taken as stored", tag=orientation))
+            problems.append(Finding("photo.unknown-orientation", tag=orientation))
         orientation = 1
-    latitude, longitude = _position(gps, said)
+    latitude, longitude = _position(gps, problems)
     altitude, reference = _altitude(gps) if latitude is not None else (None, None)
     zoom = _positive(tags.get(0xA404))
     return Exif(
@@ -127,44 +122,37 @@ def from_tags(
         altitude_m=altitude,
         altitude_reference=reference,
         gps_accuracy_m=_positive(gps.get(0x1F)),
-        direction_deg=_direction(gps, said),
+        direction_deg=_direction(gps, problems),
         direction_north={"T": "true", "M": "magnetic"}.get((_text(gps.get(0x10)) or "").upper()),
         acceleration=acceleration(tags.get(0x927C)),
         comment=comment_text(tags.get(0x9286)),
-        problems=tuple(said),
+        problems=tuple(problems),
     )
 
 
-def _position(gps: Mapping[int, Any], said: list[str]) -> tuple[float | None, float | None]:
+def _position(gps: Mapping[int, Any], problems: list[Finding]) -> tuple[float | None, float | None]:
     if 2 not in gps and 4 not in gps:
         return None, None
     status = _text(gps.get(9))
     if status == "V":
-        said.append(tr("GPS position without a fix, not used"))
+        problems.append(Finding("photo.position-without-fix"))
         return None, None
     north, east = (_text(gps.get(tag)) or "" for tag in (1, 3))
     latitude, longitude = _sexagesimal(gps.get(2)), _sexagesimal(gps.get(4))
     if latitude is None or longitude is None:
-        said.append(tr("GPS position is not a number, not used"))
+        problems.append(
+            Finding("photo.position-invalid", position=f"{gps.get(2)}, {gps.get(4)}"[:60])
+        )
     elif north[:1].upper() not in ("N", "S") or east[:1].upper() not in ("E", "W"):
-        said.append(
-            tr(
-                "GPS position marked '{latitude}' for latitude and '{longitude}' for longitude "
-                "instead of N or S and E or W, not used",
-                latitude=north,
-                longitude=east,
+        problems.append(
+            Finding(
+                "photo.position-invalid", position=f"{latitude:g} {north}, {longitude:g} {east}"
             )
         )
     elif abs(latitude) > 90 or abs(longitude) > 180:
-        said.append(
-            tr(
-                "GPS position {latitude:g}, {longitude:g} is not on Earth, not used",
-                latitude=latitude,
-                longitude=longitude,
-            )
-        )
+        problems.append(Finding("photo.position-invalid", position=f"{latitude:g}, {longitude:g}"))
     elif latitude == 0 and longitude == 0:
-        said.append(tr("GPS position 0, 0, which receivers write without a fix, not used"))
+        problems.append(Finding("photo.position-without-fix"))
     else:
         return (
             -latitude if north[:1].upper() == "S" else latitude,
@@ -185,14 +173,12 @@ def _altitude(gps: Mapping[int, Any]) -> tuple[float | None, str | None]:
     return (-value if below else value), reference
 
 
-def _direction(gps: Mapping[int, Any], said: list[str]) -> float | None:
+def _direction(gps: Mapping[int, Any], problems: list[Finding]) -> float | None:
     value = _number(gps.get(0x11))
     if value is None:
         return None
     if not 0 <= value <= 360:
-        said.append(
-            tr("direction of the view {value:g}, which is no azimuth, not used", value=value)
-        )
+        problems.append(Finding("photo.direction-invalid", value=value))
         return None
     return value % 360.0
 

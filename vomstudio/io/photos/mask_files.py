@@ -8,10 +8,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.untrusted.pictures import MASK_BYTES
 from vomstudio.io.photos.pixels import opened
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -42,7 +42,7 @@ class MaskFinder:
     def _key(path: Path) -> tuple[Path, str]:
         return path.parent, path.name.casefold()
 
-    def of(self, photo: Photo) -> tuple[Path | None, str | None]:
+    def of(self, photo: Photo) -> tuple[Path | None, Finding | None]:
         """The photo's mask, or why the one that is there is not used. Of several the first counts,
         which is the one that is drawn here."""
         path = photo.path
@@ -90,16 +90,12 @@ class MaskFinder:
                 self._outside[folder] = {}
         return self._outside[folder].get(key)
 
-    def _checked(self, mask: Path, photo: Photo) -> tuple[Path | None, str | None]:
+    def _checked(self, mask: Path, photo: Photo) -> tuple[Path | None, Finding | None]:
         try:
             with opened(mask, min_pixel_bytes=MASK_BYTES) as image:
                 size = image.size
         except InputError as error:
-            return None, tr(
-                "the mask {mask} is not used: {reason}",
-                mask=mask.name,
-                reason=error.message.rstrip("."),
-            )
+            return None, Finding("mask.unusable", mask=mask.name, reason=error.message)
         if size == (photo.width, photo.height):
             return mask, None
         sizes = {
@@ -107,15 +103,8 @@ class MaskFinder:
             "photo_size": f"{photo.width} x {photo.height}",
         }
         if abs(size[0] * photo.height / (size[1] * photo.width) - 1) <= SAME_SHAPE:
-            return mask, tr(
-                "the mask has {mask_size} pixels, the photo {photo_size}; the mask is scaled",
-                **sizes,
-            )
-        return None, tr(
-            "the mask has {mask_size} pixels, the photo {photo_size}; the mask has another aspect "
-            "ratio and is not used",
-            **sizes,
-        )
+            return mask, Finding("mask.scaled", **sizes)
+        return None, Finding("mask.other-shape", **sizes)
 
     def left(self) -> list[Path]:
         return [path for path in self._by_name.values() if path not in self._used]

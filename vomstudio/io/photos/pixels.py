@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.untrusted.pictures import (
     COLOR_BYTES,
@@ -18,7 +19,6 @@ from vomstudio.files.untrusted.pictures import (
     convert_to_8_bits,
     open_picture,
 )
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -45,26 +45,18 @@ def opened(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[
             with open_picture(path, PHOTOS, min_pixel_bytes=min_pixel_bytes) as image:
                 yield image
     except FileNotFoundError as error:
-        raise InputError(tr("There is no such file. Check its name."), file=path) from error
+        raise InputError(Finding("file.missing"), file=path) from error
     except UnidentifiedImageError as error:
-        said = tr("This is no picture of a kind that can be read, or it is damaged.")
-        if Path(path).suffix.lower() in (".tif", ".tiff"):
-            said = tr(
-                "This TIFF is of a kind that cannot be read (16 bits per channel), or damaged. "
-                "Save it with 8 bits per channel."
-            )
-        raise InputError(said, file=path) from error
+        is_tiff = Path(path).suffix.lower() in (".tif", ".tiff")
+        code = "picture.unknown-tiff" if is_tiff else "picture.unknown-kind"
+        raise InputError(Finding(code), file=path) from error
     except MemoryError as error:
-        raise InputError(tr("There is not enough memory for this picture."), file=path) from error
+        raise InputError(Finding("file.exceeds-memory"), file=path) from error
     except (OSError, ValueError, SyntaxError, EOFError, IndexError, TypeError, KeyError) as error:
         # What Pillow's decoders raise for damaged data.
         reason = str(error) or type(error).__name__
         raise InputError(
-            tr(
-                "This picture cannot be read ({reason}). It is damaged, or of a kind that this "
-                "program does not know. Copy or save it again.",
-                reason=reason,
-            ),
+            Finding("file.damaged", reason=reason, format=Path(path).suffix.lstrip(".").upper()),
             file=path,
         ) from error
 

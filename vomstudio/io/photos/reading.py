@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
@@ -35,28 +35,28 @@ from vomstudio.io.photos.user_comment import comment_angles
 from vomstudio.io.photos.xmp import Angles, DroneTags, read_drone_tags
 from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import tr
 
 PHOTO_ENDINGS = PICTURES
 _OTHERS = {
     **dict.fromkeys(
         (".heic", ".heif", ".avif"),
-        to_translate("HEIF is not supported. Save it as JPEG with its EXIF, at full size"),
+        "photo.heif",
     ),
     **dict.fromkeys(
         (".cr2", ".cr3", ".nef", ".arw", ".dng", ".orf", ".rw2", ".raf", ".pef", ".srw"),
-        to_translate("Raw sensor data are not supported. Develop the photo to JPEG or TIFF"),
+        "photo.raw",
     ),
     **dict.fromkeys(
         (".mp4", ".mov", ".avi", ".mkv", ".mts"),
-        to_translate("This is a video. Extract its sharp frames with vomstudio frames"),
+        "photo.video",
     ),
     **dict.fromkeys(
         (".webp", ".bmp", ".gif", ".jp2"),
-        to_translate("This format is not supported. Convert the picture to JPEG, TIFF or PNG"),
+        "photo.other-format",
     ),
 }
-"""What is said of files that are not read, by ending; as all reasons without the last stop."""
+"""Codes of the findings about files that are not read, by extension."""
 _DEEPEST = 3
 _FILM_WIDTH_MM = 36.0
 
@@ -64,13 +64,13 @@ _FILM_WIDTH_MM = 36.0
 @dataclass(frozen=True, repr=False)
 class PhotoFolder(Shown):
     """photos : usable, in the order of their names (numbers by value)
-    skipped : (name, reason) of pictures that are not used
+    skipped : (name, finding) of pictures that are not used
     duplicates : (name, the same file as); these are in `skipped` too
     """
 
     folder: Path
     photos: list[Photo]
-    skipped: list[tuple[str, str]] = field(default_factory=list)
+    skipped: list[tuple[str, Finding]] = field(default_factory=list)
     warnings: list[Message] = field(default_factory=list)
     duplicates: list[tuple[str, str]] = field(default_factory=list)
 
@@ -124,31 +124,33 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
     candidates = _without_twins(_with_text_names(pictures, root, result), root, result)
     progress.stage(tr("Reading photos"), len(candidates))
     found_masks = MaskFinder(root, masks)
-    problems: dict[str, list[str]] = defaultdict(list)
+    problems: dict[Finding, list[str]] = defaultdict(list)
     for done, path in enumerate(candidates):
         progress.step(done)
         name = path.relative_to(root).as_posix()
         try:
-            photo, said = _read(path, name)
+            photo, findings = _read(path, name)
         except InputError as error:
-            result.skipped.append((name, error.message.rstrip(".")))
+            result.skipped.append((name, finding_of(InputError(error))))
             continue
         mask, refused = found_masks.of(photo)
         if refused:
-            said.append(refused)
-        for sentence in said:
-            problems[sentence].append(name)
+            findings.append(refused)
+        for finding in findings:
+            problems[finding].append(name)
         result.photos.append(_with_mask(photo, mask))
     progress.step(len(candidates))
     for path in files:
-        reason = _OTHERS.get(path.suffix.lower())
-        if reason and not _has_photo_beside(path, pictures):
-            result.skipped.append((_said(path.relative_to(root).as_posix()), tr(reason)))
+        code = _OTHERS.get(path.suffix.lower())
+        if code and not _has_photo_beside(path, pictures):
+            name = _printable(path.relative_to(root).as_posix())
+            result.skipped.append((name, Finding(code)))
     for path in found_masks.left():
-        result.skipped.append(
-            (path.relative_to(root).as_posix(), tr("This is a mask without its photo"))
-        )
-    result.warnings.extend(f"{_names(names)}: {words}" for words, names in problems.items())
+        result.skipped.append((path.relative_to(root).as_posix(), Finding("mask.without-photo")))
+    result.warnings.extend(
+        Finding(each.code, each.severity, **each.values, file=_names(names), photos=names)
+        for each, names in problems.items()
+    )
     result.photos.sort(key=lambda photo: _natural(photo.name))
     photos, findings = without_unmeasured_angles(result.photos)
     result.photos[:] = photos
@@ -175,7 +177,7 @@ def read_photo(path: str | Path) -> Photo:
     try:
         return _read(path, path.name)[0]
     except InputError as error:
-        raise InputError(error.message, file=path) from error
+        raise InputError(error, file=path) from error
 
 
 # ------------------------------------------------------------------------------------------------
@@ -184,18 +186,13 @@ def _listed(root: Path) -> list[Path]:
     try:
         if not root.is_dir():
             raise InputError(
-                tr("This is a file, not a folder. Choose a folder of photos.")
-                if root.exists()
-                else tr("There is no such folder. Choose a folder of photos."),
+                Finding("folder.not-a-folder") if root.exists() else Finding("folder.missing"),
                 file=root,
             )
         os.listdir(root)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(
-            tr("This folder cannot be read ({reason}). Check its permissions.", reason=reason),
-            file=root,
-        ) from error
+        raise InputError(Finding("folder.unreadable", reason=reason), file=root) from error
     found: list[Path] = []
     for here, folders, names in os.walk(root):
         depth = len(Path(here).relative_to(root).parts)
@@ -214,7 +211,7 @@ def _leads_nowhere(path: Path) -> bool:
     return path.is_symlink() and not path.exists()
 
 
-def _said(name: str) -> str:
+def _printable(name: str) -> str:
     """A file name that can be printed, whatever its bytes."""
     return name.encode("utf-8", "replace").decode()
 
@@ -246,10 +243,10 @@ def _with_text_names(paths: Sequence[Path], root: Path, result: PhotoFolder) -> 
     kept = []
     for path in paths:
         name = path.relative_to(root).as_posix()
-        if _said(name) == name:
+        if _printable(name) == name:
             kept.append(path)
         else:
-            result.skipped.append((_said(name), tr("The name of the file is not UTF-8. Rename it")))
+            result.skipped.append((_printable(name), Finding("file.name-encoding")))
     return kept
 
 
@@ -278,23 +275,21 @@ def _without_twins(paths: Sequence[Path], root: Path, result: PhotoFolder) -> li
     for path, other in twins.items():
         name, of = path.relative_to(root).as_posix(), other.relative_to(root).as_posix()
         result.duplicates.append((name, of))
-        result.skipped.append((name, tr("This is the same photo as {photo}", photo=of)))
+        result.skipped.append((name, Finding("photo.duplicate", original=of)))
     return [path for path in paths if path not in twins]
 
 
-def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
-    """The photo, and sentences about what in its header is nonsense. Raises InputError."""
+def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
+    """Return the photo and findings about its header. Raises InputError."""
     if _leads_nowhere(path):
-        raise InputError(tr("The file is a link to a file that does not exist."))
+        raise InputError(Finding("file.missing"))
     try:
         if path.stat().st_size == 0:
-            raise InputError(tr("The file is empty (0 bytes)."))
+            raise InputError(Finding("file.empty"))
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror)
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror)) from error
     if not os.access(path, os.R_OK):
-        raise InputError(tr("The file cannot be read (no permission)."))
+        raise InputError(Finding("file.no-permission"))
     with opened(path) as image:
         _require_photo(image.mode, dict(getattr(image, "tag_v2", None) or {}))
         width, height = image.size
@@ -302,10 +297,10 @@ def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
         drone = read_drone_tags(_packet(image))
         is_jpeg = image.format in ("JPEG", "MPO")
     if drone.panorama:
-        raise InputError(tr("This is a panorama made of several photos. Use those instead."))
+        raise InputError(Finding("photo.panorama"))
     if is_jpeg and not has_jpeg_end(path):
-        raise InputError(tr("The photo is truncated: its last part is missing. Copy it again."))
-    focal, source, sensor, said = _focal(tags, drone, width, height)
+        raise InputError(Finding("photo.truncated"))
+    focal, source, sensor, findings = _focal(tags, drone, width, height)
     accuracy = drone.accuracy_m if drone.accuracy_m is not None else tags.gps_accuracy_m
     reference = tags.altitude_reference
     altitude = signed_altitude(tags.altitude_m, drone.absolute_altitude_m)
@@ -350,7 +345,7 @@ def _read(path: Path, name: str) -> tuple[Photo, list[str]]:
         down=_down(tags, width, height),
         digital_zoom=tags.digital_zoom,
     )
-    return photo, [*tags.problems, *said]
+    return photo, [*tags.problems, *findings]
 
 
 def _angles(tags: Exif, drone: DroneTags) -> tuple[Angles, bool, bool]:
@@ -384,11 +379,11 @@ def _packet(image: object) -> bytes | str | None:
 def _require_photo(mode: str, tags: dict[int, object]) -> None:
     """Raises InputError, with the reason alone, for pictures that no camera took."""
     if mode == "F" or (mode == "I" and 33550 in tags):
-        raise InputError(tr("The file holds heights or other values, not a photo."))
+        raise InputError(Finding("photo.raster"))
     if 33550 in tags or 34264 in tags:
-        raise InputError(tr("This is a map (GeoTIFF), not a photo."))
+        raise InputError(Finding("photo.raster"))
     if mode in ("CMYK", "YCCK", "LAB"):
-        raise InputError(tr("The photo has {mode} colours. Save it as RGB.", mode=mode))
+        raise InputError(Finding("photo.colors", mode=mode))
 
 
 def has_jpeg_end(path: Path) -> bool:
@@ -415,35 +410,30 @@ def has_jpeg_end(path: Path) -> bool:
 
 def _focal(
     tags: Exif, drone: DroneTags, width: int, height: int
-) -> tuple[float | None, str | None, float | None, list[str]]:
+) -> tuple[float | None, str | None, float | None, list[Finding]]:
     """Focal length in pixels, the rule that gave it, width of the sensor in mm, and complaints.
 
     The 35 mm equivalent is taken by width (36 mm along the long side); by diagonal it would be 4 %
     less on a 4:3 sensor. What a photo shows of the sensor is known by the pixels it had when taken.
     """
-    said: list[str] = []
+    findings: list[Finding] = []
     long_side, short_side = max(width, height), min(width, height)
     as_taken, note = float(long_side), ""
     if tags.pixels is not None:
         was = max(tags.pixels), min(tags.pixels)
         reshaped = abs(was[0] * short_side / (was[1] * long_side) - 1.0) > SAME_SHAPE
         if long_side > 1.02 * was[0]:
-            said.append(
-                tr(
-                    "{size} pixels but taken with {original}: enlarged, which adds no detail",
-                    size=f"{width} x {height}",
-                    original=f"{was[0]} x {was[1]}",
+            findings.append(
+                Finding(
+                    "photo.enlarged", size=f"{width} x {height}", original=f"{was[0]} x {was[1]}"
                 )
             )
         elif reshaped and was[1] >= short_side:
             # Cut out, not resized: the pixels are the sensor's.
             as_taken, note = float(was[0]), f", cut from {was[0]} x {was[1]}"
-            said.append(
-                tr(
-                    "cropped to {size} from {original} pixels; the principal point is no longer "
-                    "near the centre: use uncropped photos",
-                    size=f"{width} x {height}",
-                    original=f"{was[0]} x {was[1]}",
+            findings.append(
+                Finding(
+                    "photo.cropped", size=f"{width} x {height}", original=f"{was[0]} x {was[1]}"
                 )
             )
     shown = long_side / as_taken
@@ -452,27 +442,22 @@ def _focal(
         sensor = None
         if tags.focal_mm is not None:
             sensor = tags.focal_mm / tags.focal_35mm * _FILM_WIDTH_MM * shown
-        return focal, f"35 mm equivalent, by width{note}", sensor, said
+        return focal, f"35 mm equivalent, by width{note}", sensor, findings
     if tags.focal_mm is not None:
         model = find_camera(camera_label(tags.make, tags.model)) or find_camera(tags.model)
         if model is not None:
             focal = tags.focal_mm / model.width_mm * as_taken
-            return focal, f"sensor table{note}", model.width_mm * shown, said
+            return focal, f"sensor table{note}", model.width_mm * shown, findings
         if tags.focal_plane_px_per_mm is not None and tags.pixels is not None:
             # The resolution is that of the picture as taken; later resizing scales with it.
             sensor = max(tags.pixels) / tags.focal_plane_px_per_mm
             if 1.0 <= sensor <= 100.0:
                 focal = tags.focal_mm / sensor * as_taken
-                return focal, f"focal plane resolution{note}", sensor * shown, said
-            said.append(
-                tr(
-                    "focal plane resolution implies a sensor of {width:.3g} mm, not used",
-                    width=sensor,
-                )
-            )
+                return focal, f"focal plane resolution{note}", sensor * shown, findings
+            findings.append(Finding("photo.sensor-unused", width_mm=sensor))
     if drone.focal_px is not None and 0.2 < drone.focal_px / long_side < 20:
-        return drone.focal_px, "calibration by the maker", None, said
-    return None, None, None, said
+        return drone.focal_px, "calibration by the maker", None, findings
+    return None, None, None, findings
 
 
 def _with_mask(photo: Photo, mask: Path | None) -> Photo:
@@ -490,24 +475,10 @@ def _names(names: Sequence[str]) -> str:
     return tr("{name} and {count} more", name=names[0], count=len(names) - 1)
 
 
-def _nothing(skipped: Sequence[tuple[str, str]], files: Sequence[Path]) -> str:
+def _nothing(skipped: Sequence[tuple[str, Finding]], files: Sequence[Path]) -> Finding:
     if skipped:
         name, reason = skipped[0]
-        return tr_n(
-            "The folder has no photos that can be used ({photo}: {reason}). Choose a folder of "
-            "JPEG, TIFF or PNG photos.",
-            "The folder has no photos that can be used: {count} files were refused, the first of "
-            "them {photo}: {reason}. Choose a folder of JPEG, TIFF or PNG photos.",
-            len(skipped),
-            photo=name,
-            reason=reason,
-        )
+        return Finding("photo.none-usable", count=len(skipped), photo=name, reason=reason)
     if files:
-        return tr_n(
-            "The folder has no photos (JPEG, TIFF, PNG), only {count} other file. Choose another "
-            "folder.",
-            "The folder has no photos (JPEG, TIFF, PNG), only {count} other files. Choose another "
-            "folder.",
-            len(files),
-        )
-    return tr("The folder has no photos (JPEG, TIFF, PNG). Choose another folder.")
+        return Finding("photo.only-other-files", count=len(files))
+    return Finding("photo.none")

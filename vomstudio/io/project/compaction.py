@@ -217,8 +217,7 @@ def _bring_back_files(folder: Path) -> None:
         aside.rmdir()
     except OSError as error:
         raise TargetError(
-            Finding("file.not-written", reason=reason_of(folder, error)),
-            file=folder / FOLDER,
+            Finding("output.unwritable", reason=reason_of(folder, error)), file=folder / FOLDER
         ) from error
 
 

@@ -38,7 +38,7 @@ class FieldTable:
     rows: list[list[str]]
     lines: list[int]
     ragged: Mapping[int, Finding]
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
     comments: tuple[str, ...] = ()
 
     def label(self, column: int) -> str:

@@ -96,7 +96,7 @@ def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> No
                 rows,
             )
     except sqlite3.Error as error:
-        raise TargetError(Finding("file.not-written", reason=error), file=part) from error
+        raise TargetError(Finding("output.unwritable", reason=error), file=part) from error
 
 
 def _extent(layer: Layer) -> tuple[float, float, float, float]:

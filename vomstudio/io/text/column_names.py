@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 
 from vomstudio.io.text.rows import parse_number, shortened
-from vomstudio.words import tr
 
 
 def plain(name: str) -> str:
@@ -35,16 +34,13 @@ def _without_brackets(text: str) -> str:
 _OPENS, _CLOSES = re.compile(r"[\[(]"), re.compile(r"[\])]")
 
 
-def doubt_of_header(names: Sequence[str], line: int | None, delimiter: str) -> str:
-    """A sentence, after a blank, where the header may be a row of data: some of its cells are
-    numbers. Else "". line : on which it stands, None where it is of no file"""
-    read = [parse_number(name, decimal_comma=delimiter in ";\t") for name in names]
-    words = [name for name, value in zip(names, read, strict=True) if value is None]
-    if line is None or not words or not any(v is not None and v == v for v in read):
-        return ""
-    return " " + tr(
-        "Line {line} was taken for the header because of its cell '{cell}', which is not a "
-        "number. If it is data, write a header above it.",
-        line=line,
-        cell=shortened(words[0], 40),
-    )
+def doubtful_cell(names: Sequence[str], line: int | None, delimiter: str) -> str | None:
+    """Return a cell that is a word if other cells of the header are numbers, else None.
+
+    Such a header may be a row of data. The line is None for a table that is not from a file.
+    """
+    values = [parse_number(name, decimal_comma=delimiter in ";\t") for name in names]
+    words = [name for name, value in zip(names, values, strict=True) if value is None]
+    if line is None or not words or not any(v is not None and v == v for v in values):
+        return None
+    return shortened(words[0], 40)

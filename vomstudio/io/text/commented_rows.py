@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from vomstudio.words import tr_n
+from vomstudio.core.finding_texts import Severity
+from vomstudio.core.findings import Finding
 
 _FEWEST_CELLS = 3
-_NAMED = 12
 
 Cut = Callable[[str, str], list[str]]
 Parsed = Callable[..., float | None]
@@ -54,14 +54,6 @@ def commented_rows(
     return found
 
 
-def said_of_commented(lines: Sequence[int]) -> str:
-    """A sentence; lines : one or more"""
-    named = ", ".join(str(line) for line in lines[:_NAMED])
-    return tr_n(
-        "Line {lines} begins with # and was taken for a comment, though it looks like a row. If it "
-        "is one, take the # away, or put its first cell in quotation marks.",
-        "Lines {lines} begin with # and were taken for comments, though they look like rows. If "
-        "they are rows, take the # away, or put their first cells in quotation marks.",
-        len(lines),
-        lines=named + (", …" if len(lines) > _NAMED else ""),
-    )
+def commented_finding(lines: Sequence[int], severity: Severity = "warning") -> Finding:
+    """Return the finding about lines that are comments and look like rows."""
+    return Finding("table.commented-rows", severity, count=len(lines), lines=lines)

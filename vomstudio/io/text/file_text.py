@@ -6,6 +6,7 @@ import stat
 from collections.abc import Collection
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.kinds import refuse_other_kind, require_text
 from vomstudio.files.regular import is_regular, read_pipe, read_whole
@@ -25,13 +26,13 @@ def require_file(path: Path) -> int:
     try:
         about = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
-        raise InputError(tr("There is no such file. Check the name."), file=path) from error
+        raise InputError(Finding("file.missing"), file=path) from error
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
     if stat.S_ISDIR(about.st_mode):
-        raise InputError(tr("This is a folder. Name a file in it."), file=path)
+        raise InputError(Finding("file.is-folder"), file=path)
     if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
-        raise InputError(tr("This is a device, not a file. Name a file."), file=path)
+        raise InputError(Finding("file.not-regular"), file=path)
     return about.st_size
 
 
@@ -39,35 +40,25 @@ def read_bytes(path: Path) -> bytes:
     """The bytes of a file or pipe; why a file cannot be read is an `InputError`."""
     size = require_file(path)
     if size > LARGEST_FILE:
-        raise InputError(
-            tr(
-                "This text is {size:.0f} GiB. Convert so many points to LAS or PLY first.",
-                size=size / 2**30,
-            ),
-            file=path,
-        )
+        raise InputError(Finding("table.too-large", size_gib=size / 2**30), file=path)
     try:
         if not is_regular(path):
             return read_pipe(path, LARGEST_FILE)
         return read_whole(path)
     except PermissionError as error:
-        raise InputError(
-            tr("There is no permission to read this file. Ask its owner."), file=path
-        ) from error
+        raise InputError(Finding("file.no-permission"), file=path) from error
     except OSError as error:
         raise _unreadable(path, error) from error
 
 
 def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
     reason = getattr(error, "strerror", None) or error
-    return InputError(
-        tr("This file cannot be read ({reason}). Check the name.", reason=reason), file=path
-    )
+    return InputError(Finding("file.unreadable", reason=reason), file=path)
 
 
 def read_text(
     path: Path, most_lines: int = MOST_LINES, accepted: Collection[str] = ()
-) -> tuple[str, list[str]]:
+) -> tuple[str, list[Finding]]:
     """Read a text file, with line feeds at the ends of lines, and what was remarkable about it.
 
     Parameters
@@ -85,47 +76,34 @@ def read_text(
     """
     refuse_other_kind(path, accepted)
     raw = read_bytes(path)
-    notes: list[str] = []
+    notes: list[Finding] = []
     if not raw.strip():
-        raise InputError(tr("This file is empty. A table needs rows."), file=path)
+        raise InputError(Finding("file.empty"), file=path)
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         try:
             text = raw.decode("utf-16")
         except UnicodeDecodeError as error:
             raise InputError(
-                tr("This file begins as UTF-16 text but is damaged. Save it again as UTF-8."),
+                Finding("file.damaged", format="UTF-16", reason=tr("some bytes are no characters")),
                 file=path,
             ) from error
         require_text(path, text.encode("utf-8", "replace"), accepted)
-        notes.append(tr("The file is UTF-16 text."))
+        notes.append(Finding("file.encoding", "info", encoding="UTF-16"))
     else:
         require_text(path, raw, accepted)
         try:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = raw.decode("cp1252", errors="replace")
-            notes.append(
-                tr("The file is not UTF-8. It is read as Windows-1252: check names with accents.")
-            )
+            notes.append(Finding("file.encoding", encoding="Windows-1252"))
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     if len(text) > _LONG and text.count("\n") * _SHORTEST_LINE > len(text):
-        raise InputError(
-            tr("The file is made of millions of empty lines. Remove them, or export it again."),
-            file=path,
-        )
+        raise InputError(Finding("file.inflated"), file=path)
     refuse_too_many(path, text.count("\n"), most_lines)
     return text, notes
 
 
 def refuse_too_many(path: Path, lines: int, most: int) -> None:
     if lines > most:
-        raise InputError(
-            tr(
-                "The table has {count:,} lines; {most:,} of its kind can be read. Divide it, or "
-                "convert points of a cloud to LAS or PLY.",
-                count=lines,
-                most=most,
-            ),
-            file=path,
-        )
+        raise InputError(Finding("table.too-many-rows", count=lines, limit=most), file=path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TypeVar
 
-from vomstudio.words import tr
+from vomstudio.core.findings import Finding
 
 COLUMNS = ("kind", "set")
 
@@ -15,7 +15,7 @@ Words = dict[str, dict[Group, str]]
 
 def words_of_groups(
     columns: Mapping[str, Sequence[str]], groups: Sequence[Group], keep: Sequence[bool]
-) -> tuple[Words[Group], list[str]]:
+) -> tuple[Words[Group], list[Finding]]:
     """By column, the word of each group in which all points have the same one; and sentences on
     those whose points have several.
 
@@ -32,12 +32,5 @@ def words_of_groups(
         found[column] = {name: min(words) for name, words in seen.items() if len(words) == 1}
         several = [str(name) for name, words in seen.items() if len(words) > 1]
         if several:
-            said.append(
-                tr(
-                    "The points of {names} have more than one {column}, so that none is taken. "
-                    "Give all points of one feature the same.",
-                    names=", ".join(several[:5]),
-                    column=column,
-                )
-            )
+            said.append(Finding("table.several-words", column=column, names=several))
     return found, said

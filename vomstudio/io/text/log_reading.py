@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
-from vomstudio.io.text.tables import TextTable, lines_in_words
-from vomstudio.words import tr, tr_n
+from vomstudio.io.text.tables import TextTable
+from vomstudio.words import tr
 
 PAIR_COLUMNS = (
     "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z",
@@ -29,19 +29,17 @@ class Boundaries:
     findings: tuple[Finding, ...] = ()
 
     @property
-    def warnings(self) -> tuple[Message, ...]:
+    def warnings(self) -> tuple[Finding, ...]:
         """Messages about the frame and about rows without coordinates."""
         if not self.dropped:
             return self.findings
         return (
             *self.findings,
-            tr_n(
-                "{count} row without a finite x, y and z was left out: {lines}. What it stood for "
-                "is missing.",
-                "{count} rows without a finite x, y and z were left out: {lines}. What they stood "
-                "for is missing.",
-                len(self.dropped),
-                lines=lines_in_words(self.dropped),
+            Finding(
+                "table.rows-left-out",
+                count=len(self.dropped),
+                needed=tr("coordinates"),
+                lines=self.dropped,
             ),
         )
 
@@ -51,11 +49,17 @@ def boundaries_of(table: TextTable) -> Boundaries:
     first three columns. Raises InputError where no row has a place."""
     columns = [table.find(name) for name in "xyz"] if table.names is not None else [0, 1, 2]
     if table.width < 3:
-        raise InputError(tr("The boundaries need x, y and z."), file=table.path)
+        raise InputError(
+            Finding("table.column-count", count=table.width, columns=("x", "y", "z")),
+            file=table.path,
+        )
     points = table.numbers(columns)
     sound = np.isfinite(points).all(axis=1)
     if not sound.any():
-        raise InputError(tr("No row has x, y and z."), file=table.path)
+        raise InputError(
+            Finding("table.no-valid-rows", count=len(table), needed=tr("coordinates")),
+            file=table.path,
+        )
     rows = np.flatnonzero(sound)
 
     def words(name: str) -> list[str] | None:
@@ -76,7 +80,7 @@ def pairs_of(table: TextTable) -> tuple[list[str], NDArray[np.float64]]:
     if table.names is None:
         if table.width != 6:
             raise InputError(
-                tr("Pairs need six columns: x, y, z on the hanging wall, then on the footwall."),
+                Finding("table.column-count", count=table.width, columns=PAIR_COLUMNS),
                 file=table.path,
             )
         points = table.numbers(range(6))
@@ -88,5 +92,8 @@ def pairs_of(table: TextTable) -> tuple[list[str], NDArray[np.float64]]:
         else [str(i + 1) for i in range(len(table))]
     )
     if not np.isfinite(points).any():
-        raise InputError(tr("No row has all six coordinates."), file=table.path)
+        raise InputError(
+            Finding("table.no-valid-rows", count=len(table), needed=tr("coordinates")),
+            file=table.path,
+        )
     return names, points

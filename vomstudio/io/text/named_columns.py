@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_coordinate, why_no_error
 from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.commented_rows import said_of_commented
+from vomstudio.io.text.commented_rows import commented_finding
 from vomstudio.io.text.file_text import MOST_OBJECTS
-from vomstudio.io.text.rows import DECIMAL_COMMAS, parse_number, shortened
+from vomstudio.io.text.rows import parse_number, shortened
 from vomstudio.io.text.tables import TextTable, read_table
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -70,18 +70,20 @@ class NamedTable:
         if table.names is None:
             table = _with_header(table, order)
         if not len(table):
-            said = tr("There is nothing below the header. Add rows.")
-            if table.commented:
-                said = f"{said} {said_of_commented(table.commented)}"
-            raise InputError(said, file=table.path, line=table.header_line)
+            finding = (
+                commented_finding(table.commented, "error")
+                if table.commented
+                else Finding("table.no-rows")
+            )
+            raise InputError(finding, file=table.path, line=table.header_line)
         self.table, self.path = table, table.path
         self._plain = [plain(name) for name in table.names or ()]
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What its reader must know."""
+    def notes(self) -> tuple[Finding, ...]:
+        """Findings about comments that look like rows."""
         lines = self.table.commented
-        return (said_of_commented(lines),) if lines else ()
+        return (commented_finding(lines),) if lines else ()
 
     def _find(self, names: Sequence[str]) -> int | None:
         for name in names:
@@ -96,18 +98,14 @@ class NamedTable:
     def _column(self, names: Sequence[str], called: str) -> int:
         found = self._find(names)
         if found is None:
-            raise InputError(
-                tr(
-                    "There is no column '{called}'. The columns are {columns}. Names that are "
-                    "understood: {names}.",
-                    called=called,
-                    columns=shortened(", ".join(self.table.names or ()), 120),
-                    names=", ".join(names),
-                )
-                + self.table.header_doubt,
-                file=self.path,
-                line=self.table.header_line,
-                field=called,
+            raise self.table.header_error(
+                Finding(
+                    "table.missing-column",
+                    column=called,
+                    columns=self.table.names or (),
+                    names=tuple(names),
+                ),
+                called,
             )
         return found
 
@@ -116,7 +114,7 @@ class NamedTable:
         if not empty:
             for row, word in enumerate(found):
                 if not word:
-                    raise self.at(row, tr("The cell is empty. Fill it in."), called)
+                    raise self.at(row, Finding("table.value-missing"), called)
         return found
 
     def columns(self, names: Sequence[Sequence[str]], called: Sequence[str]) -> Array:
@@ -124,9 +122,7 @@ class NamedTable:
         which = [self._column(some, word) for some, word in zip(names, called, strict=True)]
         values = np.asarray(self.table.numbers(which), np.float64)
         for row, column in np.argwhere(~np.isfinite(values)):
-            raise self.at(
-                int(row), tr("The value is missing or not a number."), called[int(column)]
-            )
+            raise self.at(int(row), Finding("table.value-missing"), called[int(column)])
         return values
 
     def positive(self, names: Sequence[str], called: str) -> Array:
@@ -136,7 +132,7 @@ class NamedTable:
             return np.full(len(self.table), np.nan)
         values = np.asarray(self.table.numbers([which])[:, 0], np.float64)
         for row in np.flatnonzero(values <= 0):
-            raise self.at(int(row), tr("An accuracy must be positive. Correct it."), called)
+            raise self.at(int(row), Finding("table.not-positive"), called)
         for line, value in enumerate(values.tolist()):
             if (said := why_no_error(value)) is not None:
                 raise self.at(line, said, called)
@@ -160,7 +156,9 @@ class NamedTable:
         for row, word in enumerate(words):
             if word not in _CONTROL | _CHECK:
                 raise self.at(
-                    row, tr("'{use}' is neither control nor check.", use=shortened(word)), "use"
+                    row,
+                    Finding("table.unknown-word", cell=shortened(word), words=("control", "check")),
+                    "use",
                 )
         return np.array([word in _CHECK for word in words], bool)
 
@@ -171,10 +169,10 @@ class NamedTable:
             if first != row:
                 raise self.at(
                     row,
-                    tr(
-                        "The label '{name}' is also in line {line}. Give each point its own label.",
-                        name=shortened(label),
-                        line=int(self.table.line_numbers[first]),
+                    Finding(
+                        "table.repeated-label",
+                        label=shortened(label),
+                        first_line=int(self.table.line_numbers[first]),
                     ),
                     "label",
                 )
@@ -184,9 +182,9 @@ class NamedTable:
             if (said := why_no_coordinate((place[0], place[1], place[2]))) is not None:
                 raise self.at(row, said, "x")
 
-    def at(self, row: int, said: str, called: str) -> InputError:
+    def at(self, row: int, cause: Message, called: str) -> InputError:
         return InputError(
-            said, file=self.path, line=int(self.table.line_numbers[row]), field=called
+            cause, file=self.path, line=int(self.table.line_numbers[row]), field=called
         )
 
 
@@ -202,9 +200,8 @@ def _with_header(table: TextTable, order: Sequence[str]) -> TextTable:
             return replace(table, names=tuple(cells))
     if not order or table.width < len(order):
         raise InputError(
-            tr(
-                "The table has no header. Name its columns in the first line: {names}.",
-                names=", ".join(order) if order else "dip_direction, dip, model_x, …",
+            Finding(
+                "table.no-header", columns=tuple(order) or ("dip_direction", "dip", "model_x", "…")
             ),
             file=table.path,
             line=1,
@@ -231,13 +228,5 @@ def _refuse_decimal_commas(table: TextTable, order: Sequence[str]) -> None:
     if len(set(map(len, behind))) > 1 and not any(len(c) > 1 and c[0] == "0" for c in behind):
         return
     raise InputError(
-        tr(
-            "This row has {count} cells of whole numbers, which look like {half} numbers with "
-            "decimal commas.",
-            count=numbers,
-            half=numbers // 2,
-        )
-        + f" {tr(DECIMAL_COMMAS)}",
-        file=table.path,
-        line=int(table.line_numbers[0]),
+        Finding("table.comma-delimiter"), file=table.path, line=int(table.line_numbers[0])
     )

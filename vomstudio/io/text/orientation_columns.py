@@ -10,15 +10,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_angle, parse_azimuth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.flag_words import is_overturned
 from vomstudio.io.text.rows import parse_number
-from vomstudio.io.text.tables import TextTable, lines_in_words
-from vomstudio.words import tr, tr_n
+from vomstudio.io.text.tables import TextTable
 
 Azimuth = Literal["strike", "dipdir"]
 
@@ -67,7 +66,7 @@ _WRITTEN = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE)
 class Columns:
     """The columns of one table by what they mean. `warnings` grows with what is strange in them."""
 
-    def __init__(self, table: TextTable, warnings: list[Message]) -> None:
+    def __init__(self, table: TextTable, warnings: list[Finding]) -> None:
         self.table = table
         self.warnings = warnings
         self._by_meaning = self._found()
@@ -104,12 +103,9 @@ class Columns:
         """The column that means this, None where there is none. Raises InputError where there are
         several."""
         if meaning in self._claimed_twice:
-            names = ", ".join(self._claimed_twice[meaning])
             raise InputError(
-                tr(
-                    "More than one column is the {meaning} ({names}). Rename all but one.",
-                    meaning=meaning,
-                    names=names,
+                Finding(
+                    "table.repeated-column", column=meaning, columns=self._claimed_twice[meaning]
                 ),
                 file=self.table.path,
                 line=self.table.header_line,
@@ -136,12 +132,11 @@ class Columns:
         unclear = [i for i, answer in enumerate(said) if answer is None]
         if unclear:
             self.warnings.append(
-                tr(
-                    "{column}: '{word}' is neither yes nor no; these beds are taken as upright: "
-                    "{lines}",
+                Finding(
+                    "orientation.unclear-overturned",
                     column=self.named(self._by_meaning["overturned"]),
                     word=cells[unclear[0]],
-                    lines=lines_in_words([int(self.table.line_numbers[kept[i]]) for i in unclear]),
+                    lines=[int(self.table.line_numbers[kept[i]]) for i in unclear],
                 )
             )
         return tuple(
@@ -158,21 +153,18 @@ class Columns:
         outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
         hopeless = np.isinf(values) | (outside & ((values < _LEAST_DEG) | (values > _MOST_DEG)))
         if hopeless.any():
-            raise self._outside(
-                int(np.argmax(hopeless)), column, values, f"{_LEAST_DEG:g} to {_MOST_DEG:g}"
-            )
+            raise self._outside(int(np.argmax(hopeless)), column, values, _LEAST_DEG, _MOST_DEG)
         self.say_wrapped(column, [int(n) for n in self.table.line_numbers[outside]])
         return np.asarray(wrap360(values))
 
     def say_wrapped(self, column: int, where: list[int]) -> None:
         if where:
             self.warnings.append(
-                tr_n(
-                    "{count} azimuth outside 0 to 360 in {column} taken modulo 360: {lines}",
-                    "{count} azimuths outside 0 to 360 in {column} taken modulo 360: {lines}",
-                    len(where),
+                Finding(
+                    "orientation.azimuths-wrapped",
+                    count=len(where),
                     column=self.named(column),
-                    lines=lines_in_words(where),
+                    lines=where,
                 )
             )
 
@@ -181,7 +173,7 @@ class Columns:
         values = self._angles(column, parse_angle)
         outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
         if outside.any():
-            raise self._outside(int(np.argmax(outside)), column, values, f"{lowest:g} to 90")
+            raise self._outside(int(np.argmax(outside)), column, values, lowest, 90.0)
         return values
 
     def _angles(self, column: int, read: Callable[[str], float]) -> NDArray[np.float64]:
@@ -202,39 +194,24 @@ class Columns:
             return read(cell)
         except InputError as error:
             raise InputError(
-                error.message,
+                error,
                 file=self.table.path,
                 line=int(self.table.line_numbers[row]),
                 field=self.table.label(column),
             ) from error
 
     def _outside(
-        self, row: int, column: int, values: NDArray[np.float64], wanted: str
+        self, row: int, column: int, values: NDArray[np.float64], lowest: float, highest: float
     ) -> InputError:
-        if wanted == "0 to 90" and 90.0 < values[row] < 180.0:
-            said = tr(
-                "{value:g} is outside {range} degrees. A bed that was turned past the vertical has "
-                "the dip {dip:g} to the opposite side, and 'yes' in a column 'overturned'. Correct "
-                "it. Or are the columns in another order?",
-                value=values[row],
-                range=wanted,
-                dip=180.0 - values[row],
-            )
-        elif wanted == "0 to 90":
-            said = tr(
-                "{value:g} is outside {range} degrees. Correct it. Are the columns in another "
-                "order? An overturned bed is a flag, not a dip.",
-                value=values[row],
-                range=wanted,
-            )
+        value = float(values[row])
+        if (lowest, highest) == (0.0, 90.0) and 90.0 < value < 180.0:
+            finding = Finding("orientation.overturned-dip", value=value, dip=180.0 - value)
         else:
-            said = tr(
-                "{value:g} is outside {range} degrees. Correct it.",
-                value=values[row],
-                range=wanted,
+            finding = Finding(
+                "orientation.out-of-range", value=value, lowest=lowest, highest=highest
             )
         return InputError(
-            said,
+            finding,
             file=self.table.path,
             line=int(self.table.line_numbers[row]),
             field=self.table.label(column),

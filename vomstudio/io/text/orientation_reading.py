@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError, VomError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.notation import parse_plane
@@ -27,8 +27,8 @@ from vomstudio.io.text.orientation_columns import Azimuth, Columns, convention_i
 from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import shortened
 from vomstudio.io.text.table_turns import bowed_in, turns_of_table
-from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
-from vomstudio.words import tr, tr_n
+from vomstudio.io.text.tables import TextTable, read_table
+from vomstudio.words import tr
 
 _QUADRANT_BY_ITS_CELLS = {"direction", "dir", "side", "sense", "dips"}
 """Names that mean a dip quadrant only where compass points stand below."""
@@ -59,7 +59,7 @@ class OrientationTable:
     """How the columns were understood, for people."""
     dropped: tuple[int, ...]
     """Lines without angles."""
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
     def __len__(self) -> int:
         return len(self.kept)
@@ -114,11 +114,7 @@ def orientations_of(
 ) -> OrientationTable:
     """Planes and lines of a table that has been read. Raises as `read_orientations`."""
     if not len(table):
-        raise InputError(
-            tr("There is nothing below the header. A table of orientations needs rows."),
-            file=table.path,
-            line=table.header_line,
-        )
+        raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
     return _Reading(table if repeats else first_picks(table), azimuth).result()
 
 
@@ -128,16 +124,16 @@ class _Reading:
     def __init__(self, table: TextTable, azimuth: Azimuth | None) -> None:
         self.table = table
         self.azimuth = azimuth
-        self.warnings: list[Message] = list(table.notes)
+        self.warnings: list[Finding] = list(table.notes)
         self.columns = Columns(table, self.warnings)
-        self.said: list[str] = []
+        self.conventions: list[str] = []
         n = len(table)
         self.dip_direction, self.dip, self.trend, self.plunge = np.full((4, n), np.nan)
 
     def result(self) -> OrientationTable:
         self._read_planes()
         self._read_lines()
-        if not self.said:
+        if not self.conventions:
             raise self._no_orientations()
         table = self.table
         has_plane = np.isfinite(self.dip_direction) & np.isfinite(self.dip)
@@ -147,19 +143,13 @@ class _Reading:
         dropped = tuple(int(n) for n in table.line_numbers[geometry == _NEITHER])
         if dropped:
             self.warnings.append(
-                tr_n(
-                    "{count} row without angles dropped: {lines}",
-                    "{count} rows without angles dropped: {lines}",
-                    len(dropped),
-                    lines=lines_in_words(dropped),
+                Finding(
+                    "table.rows-left-out", count=len(dropped), needed=tr("angles"), lines=dropped
                 )
             )
         if not len(kept):
             raise InputError(
-                tr(
-                    "None of the {count} rows has both angles. Fill in the columns.",
-                    count=len(table),
-                ),
+                Finding("table.no-valid-rows", count=len(table), needed=tr("angles")),
                 file=table.path,
                 line=int(table.line_numbers[0]),
             )
@@ -181,7 +171,7 @@ class _Reading:
             kinds=self.columns.words("kind", kept),
             sets=self.columns.words("set", kept),
             overturned=overturned,
-            convention="; ".join(self.said),
+            convention="; ".join(self.conventions),
             dropped=dropped,
             warnings=tuple(self.warnings),
         )
@@ -199,9 +189,8 @@ class _Reading:
         if dip is None:
             if strike is not None or direction is not None:
                 raise InputError(
-                    tr(
-                        "There is a column {column} but none for the dip. Name it 'dip'.",
-                        column=self.columns.named(_first(strike, direction)),
+                    Finding(
+                        "table.missing-column", column="dip", columns=table.names, names=("dip",)
                     ),
                     file=table.path,
                     line=table.header_line,
@@ -223,10 +212,11 @@ class _Reading:
             self._from_strike(strike, dip, quadrant)
         elif azimuth is None:
             raise InputError(
-                tr(
-                    "There is a column {column} but none for the strike or dip direction. Name "
-                    "it 'strike' or 'dip direction'.",
-                    column=self.columns.named(dip),
+                Finding(
+                    "table.missing-column",
+                    column="dip direction",
+                    columns=table.names,
+                    names=("strike", "dip direction"),
                 ),
                 file=table.path,
                 line=table.header_line,
@@ -245,18 +235,14 @@ class _Reading:
         named = [c for c in winds if plain(self.table.label(c)) in _QUADRANT_BY_ITS_CELLS]
         if winds and len(named) != 1:
             self.warnings.append(
-                tr(
-                    "{named}: compass points that were not used; call the column 'quadrant' if "
-                    "the planes dip to them",
-                    named=self.columns.named(*winds),
-                )
+                Finding("orientation.quadrants-unused", columns=self.columns.named(*winds))
             )
         return named[0] if len(named) == 1 else None
 
     def _read_headerless(self) -> None:
         if self.table.width < 2:
             raise InputError(
-                tr("Orientations need two columns, and this table has 1."),
+                Finding("table.column-count", count=1, columns=("dip direction", "dip")),
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
             )
@@ -264,18 +250,16 @@ class _Reading:
         self.azimuth = self.azimuth or convention_in_name(self.table.path)
         if self.azimuth is None:
             raise UsageError(
-                tr(
-                    "This table has no header, and its first column can be strike or dip "
-                    "direction. Say which with --azimuth strike or --azimuth dipdir, or add a "
-                    "header."
-                ),
+                Finding("orientation.ambiguous-azimuth"),
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
                 field="column 1",
             )
         self._from_azimuth(0, 1)
         if not told:
-            self.said.append(tr("no header: strike or dip direction by the name of the file"))
+            self.conventions.append(
+                tr("no header: strike or dip direction by the name of the file")
+            )
 
     def _from_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":
@@ -284,10 +268,7 @@ class _Reading:
             self._from_dip_direction(azimuth, dip)
         else:
             raise UsageError(
-                tr(
-                    "An azimuth can be strike or dip direction. Say which with --azimuth strike "
-                    "or --azimuth dipdir, or rename the column."
-                ),
+                Finding("orientation.ambiguous-azimuth"),
                 file=self.table.path,
                 line=self.table.header_line,
                 field=self.table.label(azimuth),
@@ -296,7 +277,7 @@ class _Reading:
     def _from_dip_direction(self, direction: int, dip: int) -> None:
         self.dip = self.columns.inclinations(dip, 0.0)
         self.dip_direction = self.columns.azimuths(direction, self.dip == 0.0)
-        self.said.append(
+        self.conventions.append(
             tr(
                 "planes as dip direction/dip ({columns})",
                 columns=self.columns.named(direction, dip),
@@ -308,7 +289,7 @@ class _Reading:
         named = self.columns.named(strike, dip)
         if quadrant is not None:
             self._from_text([strike, dip, quadrant], "strike/dip")
-            self.said.append(
+            self.conventions.append(
                 tr(
                     "planes as strike/dip with the dip quadrant ({columns}, {quadrant}); "
                     "right-hand rule where that is empty",
@@ -319,7 +300,7 @@ class _Reading:
             return
         if self.columns.has_letters(strike) or self.columns.has_letters(dip):
             self._from_text([strike, dip], "strike/dip")
-            self.said.append(
+            self.conventions.append(
                 tr(
                     "planes as strike/dip with the quadrant in the cells ({columns}); right-hand "
                     "rule where there is none",
@@ -332,7 +313,7 @@ class _Reading:
         azimuths = self.columns.azimuths(strike, self.dip == 0.0)
         self.dip_direction = wrap360(azimuths + (270.0 if left else 90.0))
         self.dip_direction[self.dip == 0.0] = 0.0
-        self.said.append(
+        self.conventions.append(
             tr("planes as strike (left-hand rule)/dip ({columns})", columns=named)
             if left
             else tr("planes as strike (right-hand rule)/dip ({columns})", columns=named)
@@ -344,7 +325,7 @@ class _Reading:
             down = self.columns.inclinations(plunge, 0.0)
             self.dip_direction = wrap360(self.columns.azimuths(trend, down == 90.0) + 180.0)
             self.dip = 90.0 - down
-            self.said.append(
+            self.conventions.append(
                 tr(
                     "planes as trend/plunge of their poles ({columns})",
                     columns=self.columns.named(trend, plunge),
@@ -354,7 +335,7 @@ class _Reading:
             meaning = {"strike": "strike/dip", "dipdir": "dipdir/dip"}.get(self.azimuth or "")
             self._from_text([attitude], meaning)
             pair = "strike/dip" if self.azimuth == "strike" else "dip direction/dip"
-            self.said.append(
+            self.conventions.append(
                 tr(
                     "planes as written in {column}; two bare numbers are {notation}",
                     column=self.columns.named(attitude),
@@ -372,7 +353,7 @@ class _Reading:
                 plane = plane_of(words, notation)
             except VomError as error:
                 raise InputError(
-                    error.message,
+                    error,
                     file=self.table.path,
                     line=int(self.table.line_numbers[i]),
                     field=self.table.label(columns[0]),
@@ -393,14 +374,11 @@ class _Reading:
         if len(off):
             where = [int(n) for n in self.table.line_numbers[off]]
             self.warnings.append(
-                tr_n(
-                    "{column} is not dip direction - 90 in {count} row ({lines}); "
-                    "the dip direction was taken",
-                    "{column} is not dip direction - 90 in {count} rows ({lines}); "
-                    "the dip direction was taken",
-                    len(off),
+                Finding(
+                    "orientation.strike-differs",
+                    count=len(off),
                     column=self.columns.named(strike),
-                    lines=lines_in_words(where),
+                    lines=where,
                 )
             )
 
@@ -414,14 +392,15 @@ class _Reading:
         if plunge is None and trend is None:
             return
         if plunge is None or trend is None:
-            if self.said or (trend is not None and self.columns.find("trend") is None):
+            if self.conventions or (trend is not None and self.columns.find("trend") is None):
                 return
             missing = "plunge" if plunge is None else "trend"
             raise InputError(
-                tr(
-                    "There is a column {column} but none for the {missing}. Name it '{missing}'.",
-                    column=self.columns.named(_first(trend, plunge)),
-                    missing=missing,
+                Finding(
+                    "table.missing-column",
+                    column=missing,
+                    columns=self.table.names or (),
+                    names=(missing,),
                 ),
                 file=self.table.path,
                 line=self.table.header_line,
@@ -429,7 +408,7 @@ class _Reading:
             )
         self.plunge = self.columns.inclinations(plunge, -90.0)
         self.trend = self.columns.azimuths(trend, np.abs(self.plunge) == 90.0)
-        self.said.append(
+        self.conventions.append(
             tr("lines as trend/plunge ({columns})", columns=self.columns.named(trend, plunge))
         )
 
@@ -441,13 +420,7 @@ class _Reading:
         column = self.columns.find("element")
         if column is None:
             if both := int(np.count_nonzero(has_plane & has_line)):
-                self.warnings.append(
-                    tr(
-                        "{both} rows have a plane and a line; they were taken as planes: add a "
-                        "column 'element' (plane or line) to choose",
-                        both=both,
-                    )
-                )
+                self.warnings.append(Finding("orientation.planes-with-lines", count=both))
             return result
         for i, cell in enumerate(self.table.cells(column)):
             word = cell.casefold()
@@ -457,10 +430,7 @@ class _Reading:
                 result[i] = _PLANE if has_plane[i] else _NEITHER
             elif word:
                 raise InputError(
-                    tr(
-                        "'{cell}' is neither plane nor line. Write one of them.",
-                        cell=shortened(cell),
-                    ),
+                    Finding("table.unknown-word", cell=shortened(cell), words=("plane", "line")),
                     file=self.table.path,
                     line=int(self.table.line_numbers[i]),
                     field=self.table.label(column),
@@ -468,18 +438,8 @@ class _Reading:
         return result
 
     def _no_orientations(self) -> InputError:
-        names = ", ".join(self.table.names or ())
-        return InputError(
-            tr(
-                "There are no columns of orientations in the header ({names}). Name them "
-                "strike and dip, dip direction and dip, or trend and plunge.",
-                names=shortened(names, 80),
-            )
-            + self.table.header_doubt,
-            file=self.table.path,
-            line=self.table.header_line,
-            field="dip",
-        )
+        finding = Finding("orientation.no-columns", columns=self.table.names or ())
+        return self.table.header_error(finding, "dip")
 
 
 def _first(*columns: int | None) -> int:

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geology.agreement import OrientedPlane
 from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
-from vomstudio.words import tr
 
 
 def read_planes(path: str | Path, azimuth: Azimuth | None = None) -> list[OrientedPlane]:
@@ -24,7 +24,7 @@ def planes_of(table: OrientationTable) -> list[OrientedPlane]:
     """Of columns with our own names: name, x, y, z, extent_m and total95_deg, else
     max_confidence95_deg; each may be missing. Raises InputError where the table has no planes."""
     if not table.is_plane.any():
-        raise InputError(tr("The table holds no planes."), file=table.path)
+        raise InputError(Finding("orientation.no-planes"), file=table.path)
     names = _words(table, "name") or list(table.ids)
     places = np.column_stack([_numbers(table, axis) for axis in "xyz"])
     extent = _numbers(table, "extent_m")

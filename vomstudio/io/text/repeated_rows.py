@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.tables import TextTable
-from vomstudio.words import tr, tr_n
 
 _COLUMN = plain("repeat_of")
 
@@ -25,7 +25,7 @@ def first_picks(table: TextTable) -> TextTable:
         return table
     if not first:
         raise InputError(
-            tr("All rows repeat picks of other rows, which are not in the table."),
+            Finding("table.only-repeats"),
             file=table.path,
             field=(table.names or ("repeat_of",))[names.index(_COLUMN)],
         )
@@ -38,23 +38,13 @@ def first_picks(table: TextTable) -> TextTable:
     )
 
 
-def repeats_left_out(count: int) -> str:
-    """Said of picks that repeat others, wherever structures are counted."""
-    return tr_n(
-        "{count} repeated pick was left out, as it is no further structure (see vomstudio repeats)",
-        "{count} repeated picks were left out, as they are no further structures (see vomstudio "
-        "repeats)",
-        count,
-    )
+def repeats_left_out(count: int) -> Finding:
+    """Return the finding about picks that repeat others, wherever structures are counted."""
+    return Finding("table.repeats-left-out", count=count)
 
 
 def repeats_not_drawn(count: int) -> tuple[str, ...]:
     """The note of a figure without so many of them; nothing where there are none."""
     if not count:
         return ()
-    said = tr_n(
-        "{count} repeated pick not drawn: no further structure",
-        "{count} repeated picks not drawn: no further structures",
-        count,
-    )
-    return (said,)
+    return (repeats_left_out(count).message,)

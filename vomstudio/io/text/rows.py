@@ -14,20 +14,16 @@ from dataclasses import dataclass, field
 from itertools import repeat
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import unguarded
-from vomstudio.io.text.commented_rows import commented_rows, said_of_commented
+from vomstudio.io.text.commented_rows import commented_finding, commented_rows
 from vomstudio.io.text.file_text import MOST_LINES, read_text, refuse_too_many
-from vomstudio.words import to_translate, tr, tr_n
 
 LONGEST_LINE = 1_000_000
 _MOST_CELLS = 4_000_000
 _SAMPLE = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
-DECIMAL_COMMAS = to_translate(
-    "Numbers with decimal commas need another delimiter: write ; between the columns, or points in "
-    "the numbers."
-)
 _DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
 # Each digit can be matched in one way only: else a long one that is no number takes minutes.
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
@@ -58,7 +54,7 @@ class TextRows:
     """The line in the file at which each data row begins, counted from 1."""
     comments: list[str]
     separators: list[int]
-    notes: list[str]
+    notes: list[Finding]
     commented: list[int] = field(default_factory=list)  # lines that look like rows
 
 
@@ -116,24 +112,16 @@ def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> Tex
     longest = max(map(len, lines))
     if longest > LONGEST_LINE:
         raise InputError(
-            tr(
-                "This line has {count} characters, more than any table has. Check what the "
-                "file is.",
-                count=longest,
-            ),
+            Finding("table.long-line", count=longest),
             file=path,
             line=next(i for i, line in enumerate(lines, 1) if len(line) == longest),
         )
     data, numbers, comments, separators = _without_comments(lines)
     if not data:
-        said = (
-            tr("The file has only comments. A table needs rows.")
-            if comments
-            else tr("The file has only empty lines. A table needs rows.")
-        )
+        finding = Finding("table.no-rows")
         if comments and (like := _commented(lines, [], 3, sniff(comments[:_SAMPLE]))):
-            said += f" {said_of_commented(like)}"
-        raise InputError(said, file=path)
+            finding = commented_finding(like, "error")
+        raise InputError(finding, file=path)
     delimiter = sniff(data[:_SAMPLE])
     if stated is not None:
         named_by = stated[1].replace("\\t", "\t")
@@ -161,7 +149,7 @@ def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> Tex
         width = len(header)
     else:
         width = _usual_width(data if rows is None else rows, delimiter)
-    rows = _checked_widths(path, data, rows, numbers, width, delimiter, header is not None)
+    rows = _checked_widths(path, data, rows, numbers, width, delimiter)
     sample = (data if rows is None else rows)[:_SAMPLE] if comments else []
     return TextRows(
         header, header_line, width, delimiter, data, rows, numbers, comments, separators, notes,
@@ -256,12 +244,7 @@ def _quoted_rows(
             return rows, numbers, source.comments, source.separators
         except csv.Error as error:
             raise InputError(
-                tr(
-                    "The quotation marks of this row do not fit ({error}). Close or remove them.",
-                    error=error,
-                ),
-                file=path,
-                line=source.begin,
+                Finding("table.open-quotes", reason=error), file=path, line=source.begin
             ) from error
         numbers.append(source.begin)
 
@@ -307,14 +290,7 @@ def refuse_decimal_commas_between_spaces(
         others = [c for c in cells if c not in commas]
         plain = all(parse_number(c, decimal_comma=False) is not None for c in others)
         if len(cells) > 1 and commas and plain:
-            raise InputError(
-                tr(
-                    "Decimal commas cannot be told from delimiters where columns are separated "
-                    "by spaces. Use a semicolon or tab as delimiter, or decimal points."
-                ),
-                file=path,
-                line=number,
-            )
+            raise InputError(Finding("table.comma-delimiter"), file=path, line=number)
 
 
 def is_header(cells: list[str], delimiter: str) -> bool:
@@ -369,7 +345,6 @@ def _checked_widths(
     numbers: list[int],
     width: int,
     delimiter: str,
-    headed: bool,
 ) -> list[list[str]] | None:
     """Rows cut to `width`, or None where all plain lines have it. Raises at a ragged row."""
     if rows is None:
@@ -385,23 +360,13 @@ def _checked_widths(
             continue
         if len(cells) < width or any(cells[width:]):
             found = len(_trimmed(cells)) if len(cells) > width else len(cells)
-            wanted = (
-                tr("the header names {count}", count=width)
-                if headed
-                else tr("the other rows have {count}", count=width)
-            )
-            said = DECIMAL_COMMAS if delimiter == "," and found > width else ""
             raise InputError(
-                tr_n(
-                    "This row has {count} cell where {wanted} (delimiter: {delimiter}). "
-                    "Complete or remove it.",
-                    "This row has {count} cells where {wanted} (delimiter: {delimiter}). "
-                    "Complete or remove it.",
-                    found,
-                    wanted=wanted,
+                Finding(
+                    "table.ragged-row",
+                    count=found,
                     delimiter=_DELIMITER_NAMES[delimiter],
-                )
-                + (said and f" {tr(said)}"),
+                    expected=width,
+                ),
                 file=path,
                 line=number,
             )

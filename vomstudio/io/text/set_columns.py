@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.spreadsheet_cells import guarded, guarded_word, head_line
 from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.io.text.shape_texts import shapes_of
-from vomstudio.words import tr
 
 SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
 _WKT = "wkt"
@@ -72,11 +72,7 @@ def _rings(table: OrientationTable, n: int) -> tuple[npt.NDArray[np.float64], ..
     try:
         return rings_of([cells[i].strip() or None for i in table.kept.tolist()])
     except shapely.errors.GEOSException as error:
-        raise InputError(
-            tr("A border in the column wkt is no geometry. Write it as WKT, or leave it empty."),
-            file=table.path,
-            field=_WKT,
-        ) from error
+        raise InputError(Finding("table.invalid-wkt"), file=table.path, field=_WKT) from error
 
 
 def rings_of(texts: Sequence[str | None]) -> tuple[npt.NDArray[np.float64], ...]:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geology.notation import parse_rake
 from vomstudio.geology.orientation import (
@@ -30,8 +30,8 @@ from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import parse_number
-from vomstudio.io.text.tables import TextTable, lines_in_words, read_table
-from vomstudio.words import tr, tr_n
+from vomstudio.io.text.tables import TextTable, read_table
+from vomstudio.words import tr
 
 OFF_PLANE_DEG = 10.0
 """Striae that leave their plane by more are doubtful."""
@@ -66,6 +66,7 @@ _TWO = {
 """Letters of both parts of an oblique slip, FaultKin's first."""
 
 
+_SENSE_WORDS = ("N", "R", "S", "D", "TR", "TL", "NR", "NL")
 _EXAMPLE_HEADER = ("dip_direction", "dip", "trend", "plunge", "sense")
 
 
@@ -79,7 +80,7 @@ class SlipTable:
     dip_deg: npt.NDArray[np.float64]
     slip_rake_deg: npt.NDArray[np.float64]
     dropped: tuple[int, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -104,12 +105,7 @@ def slips_of(table: TextTable) -> SlipTable:
     notes = list(table.notes)
     if "sense" in cells and _right_is_r(cells["sense"]):
         cells["sense"] = ["RL" if plain(word) == "r" else word for word in cells["sense"]]
-        notes.append(
-            tr(
-                "The sense R is read as right-lateral, since T or L stand beside it as in "
-                "FaultKin's tables; write TR or reverse for a reverse movement."
-            )
-        )
+        notes.append(Finding("slip.right-lateral"))
     faults: list[tuple[str, Plane, float]] = []
     dropped: list[int] = []
     off: list[int] = []
@@ -125,7 +121,7 @@ def slips_of(table: TextTable) -> SlipTable:
             off.append(line)
     if not faults:
         raise InputError(
-            tr("No row has a fault with a slip and its sense. Fill in the columns."),
+            Finding("table.no-valid-rows", count=len(table), needed=tr("fault, slip and sense")),
             file=table.path,
         )
     return SlipTable(
@@ -135,32 +131,26 @@ def slips_of(table: TextTable) -> SlipTable:
         np.array([plane.dip_deg for _, plane, _ in faults]),
         np.array([slip for _, _, slip in faults]),
         tuple(dropped),
-        (*notes, *_said(dropped, off)),
+        (*notes, *_row_findings(dropped, off)),
     )
 
 
-def _said(dropped: list[int], off: list[int]) -> list[str]:
-    said = []
+def _row_findings(dropped: list[int], off: list[int]) -> list[Finding]:
+    findings = []
     if dropped:
-        said.append(
-            tr_n(
-                "{count} row without a fault, a slip or its sense is left out: {lines}",
-                "{count} rows without a fault, a slip or its sense are left out: {lines}",
-                len(dropped),
-                lines=lines_in_words(dropped),
+        findings.append(
+            Finding(
+                "table.rows-left-out",
+                count=len(dropped),
+                needed=tr("fault, slip and sense"),
+                lines=dropped,
             )
         )
     if off:
-        said.append(
-            tr_n(
-                "{count} line leaves its plane by more than {angle:g} degrees: {lines}",
-                "{count} lines leave their planes by more than {angle:g} degrees: {lines}",
-                len(off),
-                angle=OFF_PLANE_DEG,
-                lines=lines_in_words(off),
-            )
+        findings.append(
+            Finding("slip.off-plane", count=len(off), angle_deg=OFF_PLANE_DEG, lines=off)
         )
-    return said
+    return findings
 
 
 def _column(table: TextTable, names: tuple[str, ...]) -> int | None:
@@ -182,17 +172,12 @@ def _check(table: TextTable, columns: dict[str, int]) -> None:
         elif "sense" not in columns:
             missing = tr("sense of slip")
     if missing is not None:
-        raise InputError(
-            tr(
-                "The table has no columns for {missing}. Name them in its first row, for example: "
-                "{header}.",
-                missing=missing,
-                header=(table.delimiter if table.delimiter.strip() else " ").join(_EXAMPLE_HEADER),
-            )
-            + table.header_doubt,
-            file=table.path,
-            line=table.header_line,
+        finding = Finding(
+            "slip.missing-columns",
+            missing=missing,
+            example=(table.delimiter if table.delimiter.strip() else " ").join(_EXAMPLE_HEADER),
         )
+        raise table.header_error(finding, None)
 
 
 def _right_is_r(words: Sequence[str]) -> bool:
@@ -227,9 +212,7 @@ class _Row:
                 return plane, _directed_from(plane, directed, turn), 0.0
             rake, away = self._rake(plane, turn)
         except GeometryError as error:
-            raise InputError(
-                error.message, file=self.path, line=self.line, field=error.field
-            ) from error
+            raise InputError(error, file=self.path, line=self.line, field=error.field) from error
         word = self.cells.get("sense", "")
         if rake is None or not word or plain(word) in ("x", "unknown"):
             return None
@@ -246,7 +229,7 @@ class _Row:
             try:
                 return parse_rake(cell, plane), 0.0
             except InputError as error:
-                raise self._error(error.message) from error
+                raise self._error(error) from error
         rake = self._number("rake")
         return (None if rake is None else _axial_from(plane, rake, turn)), 0.0
 
@@ -256,19 +239,11 @@ class _Row:
         senses = (known,) if known is not None else _TWO.get(plain(word))
         if senses is None:
             raise self._error(
-                tr("“{word}” is no sense of slip. Use N, R, S, D, or FaultKin's TR, TL, NR, NL.",
-                   word=word)
+                Finding("table.unknown-word", cell=word, words=_SENSE_WORDS)
             )  # fmt: skip
         found = [slip for sense in senses if (slip := slip_rake(plane, rake, sense)) is not None]
         if len(found) == 2 and abs(found[0] - found[1]) > ANGLE_TOLERANCE_DEG:
-            raise self._error(
-                tr(
-                    "“{word}” contradicts itself on this plane with these striae (rake "
-                    "{rake:.0f}). Correct one of them.",
-                    word=word,
-                    rake=rake,
-                )
-            )
+            raise self._error(Finding("slip.contradiction", word=word, rake_deg=rake))
         return found[0] if found else None
 
     def _number(self, name: str) -> float | None:
@@ -277,11 +252,11 @@ class _Row:
             return None
         value = parse_number(cell, decimal_comma=True)
         if value is None:
-            raise self._error(tr("“{cell}” is not a number.", cell=cell))
+            raise self._error(Finding("table.not-a-number", cell=cell))
         return value if math.isfinite(value) else None
 
-    def _error(self, message: str) -> InputError:
-        return InputError(message, file=self.path, line=self.line)
+    def _error(self, cause: Message | InputError) -> InputError:
+        return InputError(cause, file=self.path, line=self.line)
 
 
 def _turn_of_strike(plane: Plane, strike_deg: float, *, by_strike: bool) -> float:

@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
-from vomstudio.io.text.column_names import doubt_of_header, plain
+from vomstudio.io.text.column_names import doubtful_cell, plain
 from vomstudio.io.text.file_text import MOST_LINES
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
@@ -36,7 +36,7 @@ from vomstudio.io.text.rows import (
     read_rows,
     shortened,
 )
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 TABLE_ENDINGS = (".csv", ".txt", ".tsv", ".dat")
 """Extensions that text tables usually have, for file dialogs."""
@@ -56,7 +56,7 @@ class TextTable:
     delimiter: str
     """`,`, `;`, a tab, or a space for any run of blanks."""
     comments: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
     """What was remarkable in reading, for people."""
     separators: tuple[int, ...]  # lines that are rules such as `---` between rows
     line_numbers: NDArray[np.int64]
@@ -72,10 +72,16 @@ class TextTable:
         """How to speak of a column: its header, or `column 3`."""
         return self.names[column] if self.names else f"column {column + 1}"
 
-    @property
-    def header_doubt(self) -> str:
-        """As of `doubt_of_header`."""
-        return doubt_of_header(self.names or (), self.header_line, self.delimiter)
+    def header_error(
+        self, finding: Finding, field: str | None, kind: type[InputError] = InputError
+    ) -> InputError:
+        """Return the error that a column is missing, or that the header may be a row of data."""
+        cell = doubtful_cell(self.names or (), self.header_line, self.delimiter)
+        if cell is not None:
+            finding = Finding(
+                "table.doubtful-header", column=field, header_line=self.header_line, cell=cell
+            )
+        return kind(finding, file=self.path, line=self.header_line, field=field)
 
     @cached_property
     def rows(self) -> list[list[str]]:
@@ -140,7 +146,7 @@ class TextTable:
                     first_use.setdefault(mark, i)
         if len(first_use) == 2:
             raise InputError(
-                tr("Decimal commas and decimal points are mixed in this column. Use one of them."),
+                Finding("table.mixed-decimals"),
                 file=self.path,
                 line=int(self.line_numbers[max(first_use.values())]),
                 field=self.label(column),
@@ -148,15 +154,9 @@ class TextTable:
         return values
 
     def _not_a_number(self, row: int, column: int, cell: str) -> InputError:
-        said = tr("'{cell}' is not a number. Correct or remove the row.", cell=shortened(cell))
-        if is_comma_number(cell):
-            said = tr(
-                "'{cell}' is not a number: a decimal comma is understood only where the "
-                "delimiter is a semicolon or a tab. Use points, or another delimiter.",
-                cell=shortened(cell),
-            )
+        code = "table.decimal-comma" if is_comma_number(cell) else "table.not-a-number"
         return InputError(
-            said + self.header_doubt,
+            Finding(code, cell=shortened(cell)),
             file=self.path,
             line=int(self.line_numbers[row]),
             field=self.label(column),
@@ -172,10 +172,10 @@ class TextTable:
             matches = exact or loose
             if len(matches) > 1:
                 raise UsageError(
-                    tr(
-                        "{count} columns are called '{key}'. Rename all but one of them.",
-                        count=len(matches),
-                        key=key,
+                    Finding(
+                        "table.repeated-column",
+                        column=key,
+                        columns=[self.names[i] for i in matches],
                     ),
                     file=self.path,
                     line=self.header_line,
@@ -187,24 +187,9 @@ class TextTable:
             number = int(key) if len(key) < 10 else 0
             if 1 <= number <= self.width:
                 return number - 1
-            said = tr_n(
-                "There is no column {key}. The table has {count} column.",
-                "There is no column {key}. The table has {count} columns.",
-                self.width,
-                key=key,
-            )
-        elif self.names is None:
-            said = tr(
-                "There is no column '{key}': the table has no header. Give the number of the "
-                "column, 1 to {last}.",
-                key=key,
-                last=self.width,
-            )
-        else:
-            names = ", ".join(self.names)
-            said = tr("There is no column '{key}'. The columns are {names}.", key=key, names=names)
-            said += self.header_doubt
-        raise UsageError(said, file=self.path, line=self.header_line, field=key)
+        columns = [self.label(i) for i in range(self.width)]
+        finding = Finding("table.unknown-column", column=key, columns=columns)
+        raise self.header_error(finding, key, UsageError)
 
     def has(self, name: str) -> bool:
         """Whether a header reads `name`, case and separators forgiven."""
@@ -226,7 +211,7 @@ class PointGroups:
     """(len(ids) + 1,)"""
     dropped: tuple[int, ...]
     """Lines whose coordinates are missing or not finite."""
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     words: Words[str] = field(default_factory=dict)
     """Kind and set of the groups that have one."""
     comments: tuple[str, ...] = ()
@@ -303,11 +288,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     table = read_table(path)
     columns = coordinate_columns(table)
     if not len(table):
-        raise InputError(
-            tr("There is nothing below the header. A table of points needs rows."),
-            file=table.path,
-            line=table.header_line,
-        )
+        raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
     points = table.numbers(columns)
     _refuse_no_places(table, columns, points)
     keep: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
@@ -315,19 +296,13 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
     warnings = list(table.notes)
     if dropped:
         warnings.append(
-            tr_n(
-                "{count} row without finite coordinates dropped: {lines}",
-                "{count} rows without finite coordinates dropped: {lines}",
-                len(dropped),
-                lines=lines_in_words(dropped),
+            Finding(
+                "table.rows-left-out", count=len(dropped), needed=tr("coordinates"), lines=dropped
             )
         )
     if not keep.any():
         raise InputError(
-            tr(
-                "None of the {count} rows has finite coordinates. Check the columns x, y, z.",
-                count=len(table),
-            ),
+            Finding("table.no-valid-rows", count=len(table), needed=tr("coordinates")),
             file=table.path,
             line=int(table.line_numbers[0]),
             field=", ".join(table.label(c) for c in columns),
@@ -344,17 +319,11 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             keep[nameless] = False
             where = [int(n) for n in table.line_numbers[nameless]]
             warnings.append(
-                tr_n(
-                    "{count} point with nothing in column '{column}' left out: {lines}",
-                    "{count} points with nothing in column '{column}' left out: {lines}",
-                    len(where),
-                    column=by,
-                    lines=lines_in_words(where),
-                )
+                Finding("table.rows-left-out", count=len(where), needed=f"'{by}'", lines=where)
             )
             if not keep.any():
                 raise InputError(
-                    tr("This column is empty. Choose the column that tells the features apart."),
+                    Finding("table.no-valid-rows", count=len(table), needed=f"'{by}'"),
                     file=table.path,
                     field=by,
                 )
@@ -376,7 +345,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
 
 def _words_beside(
     table: TextTable, groups: list[str], keep: NDArray[np.bool_], by: str | None
-) -> tuple[Words[str], list[str]]:
+) -> tuple[Words[str], list[Finding]]:
     told = [c for c in COLUMNS if by not in (None, c) and table.has(c)]
     return words_of_groups({c: table.cells(table.find(c)) for c in told}, groups, keep.tolist())
 
@@ -400,10 +369,7 @@ def coordinate_columns(table: TextTable) -> list[int]:
     if table.names is None:
         if table.width < 3:
             raise InputError(
-                tr(
-                    "Points need three columns x, y, z, and this table has {width}.",
-                    width=table.width,
-                ),
+                Finding("table.column-count", count=table.width, columns=("x", "y", "z")),
                 file=table.path,
                 line=int(table.line_numbers[0]),
             )
@@ -415,30 +381,21 @@ def coordinate_columns(table: TextTable) -> list[int]:
         matches = matches or [i for i, name in enumerate(known) if name in aliases]
         if len(matches) > 1:
             raise InputError(
-                tr(
-                    "{count} columns can be {letter} ({names}). Rename all but one.",
-                    count=len(matches),
-                    letter=letter,
-                    names=", ".join(table.names[i] for i in matches),
+                Finding(
+                    "table.repeated-column",
+                    column=letter,
+                    columns=[table.names[i] for i in matches],
                 ),
                 file=table.path,
                 line=table.header_line,
                 field=letter,
             )
         if not matches:
-            what_to_do = table.header_doubt or " " + tr(
-                "Name the columns x, y, z, or leave the header out."
-            )
-            said = tr(
-                "There is no column {letter} in the header ({names}).",
-                letter=letter,
-                names=shortened(", ".join(table.names), 80),
-            )
-            raise InputError(
-                said + what_to_do,
-                file=table.path,
-                line=table.header_line,
-                field=letter,
+            raise table.header_error(
+                Finding(
+                    "table.missing-column", column=letter, columns=table.names, names=(letter,)
+                ),
+                letter,
             )
         found.append(matches[0])
     return found
@@ -464,17 +421,11 @@ def _segments(table: TextTable) -> list[str]:
     return [str(n + 1) for n in number]
 
 
-def _signs_of_groups(table: TextTable, taken: list[int]) -> list[str]:
+def _signs_of_groups(table: TextTable, taken: list[int]) -> list[Finding]:
     """Warnings where the table looks as if it held more than one feature."""
     warnings = []
     if table.separators and len(parts := set(_segments(table))) > 1:
-        warnings.append(
-            tr(
-                "lines such as '---' divide the rows into {count} parts; all points were taken "
-                "together as one plane: use --by segment to fit each part",
-                count=len(parts),
-            )
-        )
+        warnings.append(Finding("table.segments", count=len(parts)))
     for column in range(table.width):
         named = table.names is not None and plain(table.names[column]) in _GROUPS
         # A million rows of colours are told from labels by their beginning.
@@ -488,13 +439,7 @@ def _signs_of_groups(table: TextTable, taken: list[int]) -> list[str]:
         if named or (_runs(cells) and min(values.values()) > 1):
             how = table.names[column] if table.names else str(column + 1)
             warnings.append(
-                tr(
-                    "column '{column}' has {count} different values and looks like groups; "
-                    "all points were taken together as one plane: use --by {by} to fit each",
-                    column=table.label(column),
-                    count=len(values),
-                    by=how,
-                )
+                Finding("table.groups", column=table.label(column), count=len(values), by=how)
             )
     return warnings
 

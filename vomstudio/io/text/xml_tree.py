@@ -11,9 +11,10 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
 from vomstudio.files.regular import is_regular, open_regular, read_small
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 Element = Any
 """Of lxml, which carries no types."""
@@ -30,9 +31,7 @@ def read_xml(path: str | Path) -> Element:
     try:
         data = read_small(path, LARGEST_FILE)
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     return parse_xml(data, path)
 
 
@@ -54,18 +53,15 @@ def parse_xml(data: bytes, path: Path | None = None) -> Element:
     except etree.XMLSyntaxError as error:
         said = error.msg.partition(", line ")[0].strip()
         raise InputError(
-            tr("This is not well-formed XML ({error}).", error=said), file=path, line=error.lineno
+            Finding("file.damaged", reason=said, format="XML"), file=path, line=error.lineno
         ) from error
     declared = root.getroottree().docinfo.internalDTD
     for entity in () if declared is None else declared.iterentities():
-        said = tr(
-            "The file declares an entity ({name}), which such files do not need. Remove it.",
-            name=entity.name,
-        )
-        raise InputError(said, file=path)
+        finding = Finding("file.declares-entity", name=entity.name)
+        raise InputError(finding, file=path)
     for deep in root.xpath("/*" * (_DEEPEST + 1)):
-        said = tr("The elements are nested more than {limit} deep.", limit=_DEEPEST)
-        raise InputError(said, file=path, line=deep.sourceline, field=deep.tag)
+        finding = Finding("file.too-many-parts", limit=_DEEPEST, parts=tr("nested elements"))
+        raise InputError(finding, file=path, line=deep.sourceline, field=deep.tag)
     return root
 
 
@@ -77,11 +73,9 @@ def refuse_many_tags(blocks: Iterable[bytes], path: Path | None, most: int = _MO
         tags += block.count(b"<")
         equals += block.count(b"=")
         if tags > most or equals > 4 * most:
-            raise InputError(
-                tr("The file has more than {limit:,} tags or attributes, more than can be meant.",
-                   limit=most if tags > most else 4 * most),
-                file=path,
-            )  # fmt: skip
+            limit = most if tags > most else 4 * most
+            finding = Finding("file.too-many-parts", limit=limit, parts=tr("tags or attributes"))
+            raise InputError(finding, file=path)
 
 
 def is_xml(path: str | Path) -> bool:
@@ -98,19 +92,19 @@ def is_xml(path: str | Path) -> bool:
     return head.replace(b"\0", b"").lstrip().startswith(b"<")
 
 
-def wrong(path: Path, element: Element, said: str, field: str | None = None) -> InputError:
+def wrong(path: Path, element: Element, cause: Message, field: str | None = None) -> InputError:
     """An error that names file, line and element, or another field of it."""
-    return InputError(said, file=path, line=element.sourceline, field=field or element.tag)
+    return InputError(cause, file=path, line=element.sourceline, field=field or element.tag)
 
 
 def words(path: Path, parent: Element, tag: str) -> str:
     """What a child says. Raises InputError that names it where there is none or it is empty."""
     child = parent.find(tag)
     if child is None:
-        raise wrong(path, parent, tr("The element has no {name}.", name=tag))
+        raise wrong(path, parent, Finding("file.missing-element", name=tag))
     text = str(child.text or "").strip()
     if not text:
-        raise wrong(path, child, tr("The element is empty."))
+        raise wrong(path, child, Finding("table.value-missing"))
     return text
 
 
@@ -118,7 +112,7 @@ def attribute(path: Path, element: Element, name: str) -> str:
     """Raises InputError where there is none or it is empty."""
     value = str(element.get(name, "")).strip()
     if not value:
-        raise wrong(path, element, tr("The element has no {name}.", name=name))
+        raise wrong(path, element, Finding("file.missing-element", name=name))
     return value
 
 
@@ -129,10 +123,8 @@ def number(path: Path, element: Element, text: str, name: str = "") -> float:
     except ValueError:
         value = nan
     if not isfinite(value):
-        about = f"{name}: " if name else ""
-        raise wrong(
-            path, element, tr("{about}'{text}' is not a number.", about=about, text=text[:40])
-        )
+        field = f"{element.tag}, {name}" if name else None
+        raise wrong(path, element, Finding("table.not-a-number", cell=text[:40]), field)
     return value
 
 
@@ -143,12 +135,7 @@ def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float,
         raise wrong(
             path,
             element,
-            tr_n(
-                "There is {count} number; {needed} are needed.",
-                "There are {count} numbers; {needed} are needed.",
-                len(found),
-                needed=count,
-            ),
+            Finding("file.number-count", count=len(found), needed=count),
         )
     return found
 
@@ -160,8 +147,11 @@ class Once:
         self._path = path
         self._lines: dict[object, int | None] = {}
 
-    def add(self, key: object, element: Element, said: str, field: str | None = None) -> None:
-        """Raises InputError for a second one; said : a sentence with {line} of the first."""
+    def add(
+        self, key: object, element: Element, code: str, field: str | None = None, **values: str
+    ) -> None:
+        """Raise InputError with a code and the value `first_line` if the key is known."""
         if key in self._lines:
-            raise wrong(self._path, element, said.replace("{line}", str(self._lines[key])), field)
+            finding = Finding(code, **values, first_line=self._lines[key])
+            raise wrong(self._path, element, finding, field)
         self._lines[key] = element.sourceline

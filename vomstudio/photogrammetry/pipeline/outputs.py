@@ -23,7 +23,7 @@ from vomstudio.files.lock import FolderLock
 from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
-from vomstudio.words import to_translate, tr
+from vomstudio.words import tr
 
 # A worker whose window was killed may still be in native code that nothing interrupts.
 _PATIENCE_S = 5.0
@@ -112,14 +112,9 @@ def folder_locked(outputs: Outputs) -> Iterator[None]:
     """No other run works in the folder, and what a killed one has left half written is removed."""
     lock = FolderLock(
         outputs.folder / WORK / "lock",
-        to_translate(
-            "Another reconstruction is running in this folder ({holder}). Wait for it, or name "
-            "another folder."
-        ),
-        to_translate(
-            "This folder cannot be written ({reason}). Free some space, or name another folder."
-        ),
-        _PATIENCE_S,
+        busy="output.folder-in-use",
+        unwritable="output.unwritable",
+        patience_s=_PATIENCE_S,
     )
     try:
         for path in outputs.folder.glob(".vom-*.part*"):

@@ -311,7 +311,7 @@ def _gis_lines(
 ) -> tuple[list[ReadLine], list[Message]]:
     """The lines of a GIS layer or a drawing for CAD in pixels, and what must be said."""
     read = read_gis_lines(path, progress)
-    warnings = list(read.warnings)
+    warnings: list[Message] = list(read.warnings)
     _check_marks((_head_of(path),), sidecar, path)
     lines, said = _in_picture(read, sidecar, path)
     warnings += said

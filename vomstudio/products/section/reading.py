@@ -227,7 +227,7 @@ def read_features(
         }
         for k in np.flatnonzero(keep)
     ]
-    said = [*table.warnings, *placed.findings]
+    said: list[Message] = [*table.warnings, *placed.findings]
     lines = int((~table.is_plane).sum())
     if lines:
         said.append(

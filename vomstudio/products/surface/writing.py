@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
 from vomstudio.files.spreadsheet_cells import head_line
@@ -60,7 +60,7 @@ def write_deviations(
     crs: str | None,
     force: bool,
     axes: Axes = WORLD,
-) -> list[Message]:
+) -> list[Finding]:
     """One file, whole or not at all; what its writer says. data : the patch; axes : what is known
     of the model's. Raises UsageError, TargetError."""
     ending = format_of(path)

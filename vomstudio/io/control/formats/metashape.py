@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -17,7 +18,7 @@ from vomstudio.io.text.xml_tree import (
     read_xml,
     wrong,
 )
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate
 
 TOP = "document"
 
@@ -46,12 +47,9 @@ def _chunk(path: Path, root: Element) -> Element:
     found = [each for each in root.iter("chunk") if each.find("markers") is not None]
     if len(found) != 1:
         raise InputError(
-            tr("The file has no chunk with markers. Export the markers in Metashape.")
+            Finding("control.no-chunk")
             if not found
-            else tr(
-                "The file has {count} chunks with markers. Export the one that is meant.",
-                count=len(found),
-            ),
+            else Finding("control.several-chunks", count=len(found)),
             file=path,
             field=root.tag,
         )
@@ -68,12 +66,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
         if reference is None or "x" not in reference.attrib:
             continue
         label = attribute(path, marker, "label")
-        said = tr(
-            "The label '{label}' is also in line {line}. Give each marker its own label.",
-            label=label,
-            line="{line}",
-        )
-        labels.add(label, marker, said)
+        labels.add(label, marker, "table.repeated-label", label=label)
         x, y, z = (_number(path, reference, name) for name in "xyz")
         errors = [_number(path, reference, n) for n in ("sx", "sy", "sz")
                   if n in reference.attrib]  # fmt: skip
@@ -81,7 +74,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
         check = reference.get("enabled", "true").casefold() in ("false", "0")
         points.append(ControlPoint(label, (x, y, z), sigma or None, check))
     if not points:
-        raise InputError(tr("No marker has coordinates (a reference with x, y and z)."), file=path)
+        raise InputError(Finding("control.no-points"), file=path)
     return points
 
 
@@ -108,9 +101,7 @@ def marks_of(path: Path) -> list[Mark]:
             photo = _known(path, place, "camera_id", names)
             marks.append(Mark(label, photo, _number(path, place, "x"), _number(path, place, "y")))
     if not marks:
-        raise InputError(
-            tr("The file has no marks that were placed by hand (location, pinned)."), file=path
-        )
+        raise InputError(Finding("control.no-marks"), file=path)
     return marks
 
 
@@ -134,7 +125,7 @@ def _number(path: Path, element: Element, name: str) -> float:
 def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> str:
     key = attribute(path, element, name)
     if key not in known:
-        raise wrong(path, element, tr("{name} {key} is not in the file.", name=name, key=key))
+        raise wrong(path, element, Finding("control.unknown-key", name=name, key=key))
     return known[key]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.io.control.format import ControlFormat
@@ -18,7 +19,7 @@ from vomstudio.io.text.xml_tree import (
     words,
     wrong,
 )
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"
@@ -34,30 +35,16 @@ def points_of(path: Path) -> list[ControlPoint]:
     found = [each for top in root.iter(POINTS) for each in top.findall(_POINT)]
     if not found:
         said = (
-            tr(
-                "The file has image marks ({marks}) and no ground points ({points}). Use it as "
-                "the file of marks.",
-                marks=MARKS,
-                points=POINTS,
-            )
+            Finding("control.only-marks")
             if next(root.iter(MARKS), None) is not None
-            else tr(
-                "The file has no ground points ({points} with {point}).",
-                points=POINTS,
-                point=_POINT,
-            )
+            else Finding("control.no-points")
         )
         raise InputError(said, file=path, field=root.tag)
     points = []
     labels = Once(path)
     for each in found:
         label = words(path, each, "NamePt")
-        said = tr(
-            "The label '{label}' is also in line {line}. Give each point its own name.",
-            label=label,
-            line="{line}",
-        )
-        labels.add(label, each, said, "NamePt")
+        labels.add(label, each, "table.repeated-label", "NamePt", label=label)
         x, y, z = numbers(path, each.find("Pt"), words(path, each, "Pt"), 3)
         points.append(ControlPoint(label, (x, y, z), _sigma(path, each)))
     return points
@@ -76,7 +63,7 @@ def _sigma(path: Path, point: Element) -> float | None:
     if stated == _UNSTATED:
         return None
     if min(stated) <= 0:
-        raise wrong(path, element, tr("The accuracy of a point must be positive."))
+        raise wrong(path, element, Finding("table.not-positive"))
     return float((sum(value * value for value in stated) / 3) ** 0.5)
 
 
@@ -92,28 +79,14 @@ def marks_of(path: Path) -> list[Mark]:
         for each in photo.findall(_MARK):
             label = words(path, each, "NamePt")
             x, y = numbers(path, each.find("PtIm"), words(path, each, "PtIm"), 2)
-            said = tr(
-                "'{label}' is already marked in {photo} in line {line}.",
-                label=label,
-                photo=name,
-                line="{line}",
+            seen.add(
+                (label, name), each, "control.mark-repeated", "NamePt", label=label, photo=name
             )
-            seen.add((label, name), each, said, "NamePt")
             marks.append(Mark(label, name, x, y))
     if not marks:
-        said = tr(
-            "The file has no mark ({marks} with {photo} and {mark}).",
-            marks=MARKS,
-            photo=_PHOTO,
-            mark=_MARK,
-        )
+        said = Finding("control.no-marks")
         if next(root.iter(POINTS), None) is not None:
-            said = tr(
-                "The file holds ground points ({points}) and no marks ({marks}). "
-                "Name it as the control.",
-                points=POINTS,
-                marks=MARKS,
-            )
+            said = Finding("control.only-points")
         raise InputError(said, file=path, field=root.tag)
     return marks
 

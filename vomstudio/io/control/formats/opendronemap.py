@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import is_regular, open_regular, read_small
 from vomstudio.io.control.format import ControlFormat
@@ -72,11 +73,12 @@ def read_odm(path: str | Path) -> OdmControl:
     try:
         lines = text_of(read_small(path, _LARGEST)).splitlines()
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except UnicodeDecodeError as error:
-        raise InputError(tr("The file is not text in UTF-8."), file=path) from error
+        raise InputError(
+            Finding("file.damaged", format="UTF-8", reason=tr("some bytes are no characters")),
+            file=path,
+        ) from error
     rows = [
         (number, text.strip())
         for number, text in enumerate(lines, start=1)
@@ -84,12 +86,7 @@ def read_odm(path: str | Path) -> OdmControl:
     ]
     if not rows or _HEADER.fullmatch(rows[0][1]) is None:
         raise InputError(
-            tr(
-                "The file does not begin with its projection (EPSG:32633, WGS84 UTM 33N or "
-                "+proj=…)."
-            ),
-            file=path,
-            line=rows[0][0] if rows else 1,
+            Finding("control.no-projection"), file=path, line=rows[0][0] if rows else 1
         )
     first, header = rows[0]
     points: dict[str, tuple[int, ControlPoint]] = {}
@@ -99,9 +96,10 @@ def read_odm(path: str | Path) -> OdmControl:
         cells = [cell.strip() for cell in text.split("\t")] if "\t" in text else text.split()
         if len(cells) < 6:
             raise InputError(
-                tr(
-                    "The line has {count} columns. Needed are x y z pixel_x pixel_y photo.",
+                Finding(
+                    "table.column-count",
                     count=len(cells),
+                    columns=("x", "y", "z", "pixel_x", "pixel_y", "photo"),
                 ),
                 file=path,
                 line=line,
@@ -116,24 +114,19 @@ def read_odm(path: str | Path) -> OdmControl:
         before, known = points.setdefault(label, (line, ControlPoint(label, place)))
         if known.position != place:
             raise InputError(
-                tr("'{label}' has other coordinates in line {line}.", label=label, line=before),
+                Finding("control.other-coordinates", label=label, first_line=before),
                 file=path,
                 line=line,
             )
         before, _ = marks.setdefault((label, photo), (line, Mark(label, photo, u, v)))
         if before != line:
             raise InputError(
-                tr(
-                    "'{label}' is already marked in {photo} in line {line}.",
-                    label=label,
-                    photo=photo,
-                    line=before,
-                ),
+                Finding("control.mark-repeated", label=label, photo=photo, first_line=before),
                 file=path,
                 line=line,
             )
     if not points:
-        raise InputError(tr("The file has no points. Add some, or choose another file."), file=path)
+        raise InputError(Finding("control.no-points"), file=path)
     return OdmControl(
         projection_of(path, first, header),
         first,
@@ -148,14 +141,7 @@ def projection_of(path: Path, line: int, header: str) -> str:
     if header.casefold().startswith("wgs84"):
         found = _UTM.fullmatch(header)
         if found is None or not 1 <= int(found[1]) <= 60:
-            raise InputError(
-                tr(
-                    "'{header}' is not a UTM zone. Write it as in WGS84 UTM 33N.",
-                    header=header[:40],
-                ),
-                file=path,
-                line=line,
-            )
+            raise InputError(Finding("frame.unknown-crs", crs=header[:40]), file=path, line=line)
         return f"EPSG:{(32600 if found[2].upper() == 'N' else 32700) + int(found[1])}"
     return header.replace(" ", "") if header.casefold().startswith("epsg") else header
 
@@ -167,7 +153,7 @@ def _number(path: Path, line: int, name: str, cell: str) -> float:
         value = float("nan")
     if not isfinite(value):
         raise InputError(
-            tr("'{cell}' is not a number.", cell=cell[:40]), file=path, line=line, field=name
+            Finding("table.not-a-number", cell=cell[:40]), file=path, line=line, field=name
         )
     return value
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -23,7 +24,7 @@ from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_ENDINGS, read_table
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate
 
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
 """The order of the columns where there is no header."""
@@ -35,7 +36,7 @@ _DOWN = ("y", "y px", "pixel y", "py", "v", "row", "line")
 def points_of(path: Path) -> list[ControlPoint]:
     """Raises InputError with file, line and column."""
     if not len(read_table(path, most=MOST_OBJECTS)):
-        raise InputError(tr("The file has no points. Add some, or choose another file."), file=path)
+        raise InputError(Finding("control.no-points"), file=path)
     table = NamedTable(path, _POINTS)
     labels = table.words(LABEL, "label")
     table.require_once(labels)
@@ -59,7 +60,7 @@ def _one_for_all(sigma: npt.NDArray[np.float64]) -> float | None:
 def marks_of(path: Path) -> list[Mark]:
     """Raises InputError with file, line and column."""
     if not len(read_table(path, most=MOST_OBJECTS)):
-        raise InputError(tr("The file has no marks. Add some, or choose another file."), file=path)
+        raise InputError(Finding("control.no-marks"), file=path)
     table = NamedTable(path, _MARKS)
     labels = table.words(LABEL, "label")
     names = [name.replace("\\", "/") for name in table.words(_IN_PHOTO, "photo")]
@@ -71,10 +72,11 @@ def marks_of(path: Path) -> list[Mark]:
         if first != row:
             raise table.at(
                 row,
-                tr(
-                    "The point is already marked in {photo} in line {line}.",
+                Finding(
+                    "control.mark-repeated",
                     photo=name,
-                    line=int(table.table.line_numbers[first]),
+                    first_line=int(table.table.line_numbers[first]),
+                    label=label,
                 ),
                 "label",
             )

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
-from vomstudio.words import tr
 
 FREE_BYTES = 150 << 20
 PER_BYTE = 8
@@ -30,11 +30,4 @@ class Budget:
         """Raises InputError where so much more cannot have come from the file's bytes."""
         self._left -= nbytes
         if self._left < 0:
-            raise InputError(
-                tr(
-                    "The file stands for far more than its bytes can hold: parts of it are "
-                    "repeated or empty without end. Export the model again, without repeated parts."
-                ),
-                file=self._path,
-                field=field,
-            )
+            raise InputError(Finding("file.inflated"), file=self._path, field=field)

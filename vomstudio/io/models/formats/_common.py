@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import map_parallel
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_unbuffered
@@ -19,7 +19,7 @@ from vomstudio.geometry.coincident_points import place_keys
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.encodings import MARKS, as_utf8
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3
@@ -53,17 +53,11 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
             if done % BLOCK_BYTES and done < size:
                 break  # the file has become shorter meanwhile
     except PermissionError:
-        raise InputError(
-            tr("There is no permission to read this file. Change its permissions."), file=path
-        ) from None
+        raise InputError(Finding("file.no-permission"), file=path) from None
     except MemoryError:
-        raise InputError(
-            tr("The file is larger than the free memory. Divide the model into tiles."), file=path
-        ) from None
+        raise InputError(Finding("file.exceeds-memory"), file=path) from None
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     data = data[: done + len(tail)]
     data[done:] = np.frombuffer(tail, np.uint8)
     return data
@@ -75,33 +69,6 @@ def in_utf8(data: npt.NDArray[np.uint8], tail: bytes = b"") -> npt.NDArray[np.ui
         return data
     raw = data[: len(data) - len(tail)].tobytes()
     return np.frombuffer(bytearray(as_utf8(raw) + tail), np.uint8)
-
-
-def faces_without_vertices(count: int) -> str:
-    """Return the message about faces that refer to missing vertices."""
-    return tr_n(
-        "{count:,} face left out: it refers to vertices that the file does not have.",
-        "{count:,} faces left out: they refer to vertices that the file does not have.",
-        count,
-    )
-
-
-def faces_without_area(count: int) -> str:
-    """Return the message about faces with one or two corners."""
-    return tr_n(
-        "{count:,} face with fewer than 3 corners left out.",
-        "{count:,} faces with fewer than 3 corners left out.",
-        count,
-    )
-
-
-def values_not_numbers(count: int, line: int) -> str:
-    return tr_n(
-        "{count:,} value is not a number, in line {line}.",
-        "{count:,} values are not numbers, the first of them in line {line}.",
-        count,
-        line=line,
-    )
 
 
 _DECIMAL_COMMA = re.compile(rb"(?<![\w.,])[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?![\w.,])")
@@ -116,23 +83,13 @@ def refuse_decimal_commas(path: Path, text: bytes, line: int | None = None) -> N
     found = _DECIMAL_COMMA.search(text)
     if found is not None:
         raise InputError(
-            tr(
-                "The numbers have decimal commas ('{example}'), which this format does not know. "
-                "Export the file with decimal points.",
-                example=found.group().decode("ascii"),
-            ),
-            file=path,
-            line=line,
+            Finding("table.decimal-comma", cell=found.group().decode("ascii")), file=path, line=line
         )
 
 
-def points_missing(found: int, promised: int) -> str:
+def points_missing(found: int, promised: int) -> Finding:
     """Return the message about a truncated cloud."""
-    return tr(
-        "The file is cut short: it has {found:,} of the {promised:,} points its header promises.",
-        found=found,
-        promised=promised,
-    )
+    return Finding("model.incomplete", count=found, promised=promised, element=tr("points"))
 
 
 def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
@@ -156,7 +113,7 @@ def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return scaled
 
 
-def drop_unsound(mesh: Mesh, messages: list[Message], path: Path) -> Mesh | PointCloud:
+def drop_unsound(mesh: Mesh, messages: list[Finding], path: Path) -> Mesh | PointCloud:
     """Without vertices that are no numbers and the faces that use them; a cloud if no face is left.
 
     Faces must lie within the vertices. Appends to `messages`. Raises InputError if nothing is left.
@@ -175,40 +132,22 @@ def drop_unsound(mesh: Mesh, messages: list[Message], path: Path) -> Mesh | Poin
         uv = None if uv is None else uv[finite]
         colors = None if colors is None else colors[finite]
         fields = {name: values[finite] for name, values in fields.items()}
-        messages.append(
-            tr_n(
-                "{count:,} vertex without valid coordinates left out.",
-                "{count:,} vertices without valid coordinates left out.",
-                n_bad,
-            )
-        )
+        messages.append(Finding("model.points-invalid", count=n_bad))
         if n_faces:
-            messages.append(
-                tr_n(
-                    "{count:,} face left out: a corner of it has no valid coordinates.",
-                    "{count:,} faces left out: a corner of each has no valid coordinates.",
-                    n_faces,
-                )
-            )
+            messages.append(Finding("model.faces-invalid", count=n_faces))
     if len(vertices) == 0:
-        raise InputError(tr("No vertex has valid coordinates. Export the model again."), file=path)
+        raise InputError(Finding("model.no-points"), file=path)
     if len(faces) == 0:
-        messages.append(tr("The file has no valid faces. It is opened as a point cloud."))
+        messages.append(Finding("model.opened-as-cloud"))
         return PointCloud(vertices, colors, None, fields)
     a, b, c = faces[:, 0], faces[:, 1], faces[:, 2]
     n_degenerate = int(np.count_nonzero((a == b) | (b == c) | (c == a)))
     if n_degenerate:
-        messages.append(
-            tr_n(
-                "{count:,} face has no area: two of its corners are the same vertex.",
-                "{count:,} faces have no area: two of their corners are the same vertex.",
-                n_degenerate,
-            )
-        )
+        messages.append(Finding("model.faces-without-area", count=n_degenerate))
     return Mesh(vertices, np.ascontiguousarray(faces), mesh.materials, offsets, uv, colors, fields)
 
 
-def drop_unsound_points(cloud: PointCloud, messages: list[Message], path: Path) -> PointCloud:
+def drop_unsound_points(cloud: PointCloud, messages: list[Finding], path: Path) -> PointCloud:
     """Without points that are no numbers. Raises InputError if none is left."""
     sound = np.isfinite(cloud.points)
     if len(sound) and sound.all():
@@ -216,14 +155,8 @@ def drop_unsound_points(cloud: PointCloud, messages: list[Message], path: Path) 
     finite = np.logical_and.reduce(sound, axis=1)
     n_bad = int(len(finite) - np.count_nonzero(finite))
     if n_bad == len(finite):
-        raise InputError(tr("No point has valid coordinates. Export the cloud again."), file=path)
-    messages.append(
-        tr_n(
-            "{count:,} point without valid coordinates left out.",
-            "{count:,} points without valid coordinates left out.",
-            n_bad,
-        )
-    )
+        raise InputError(Finding("model.no-points"), file=path)
+    messages.append(Finding("model.points-invalid", count=n_bad))
     return cloud.of_rows(finite)
 
 

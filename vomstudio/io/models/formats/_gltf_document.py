@@ -19,6 +19,7 @@ from urllib.parse import unquote_to_bytes
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import read_whole
@@ -91,28 +92,22 @@ class Document:
     def content_hash(self) -> str:
         return self._hasher.hexdigest() if self._has_files else ""
 
-    def wrong(self, sentence: str, field: str | None = None) -> InputError:
+    def wrong(self, reason: str, field: str | None = None) -> InputError:
         return InputError(
-            tr("{sentence}. Export the file again.", sentence=sentence), file=self.path, field=field
+            Finding("file.damaged", reason=reason, format="glTF"), file=self.path, field=field
         )
 
     def _split(self, data: Array) -> bytes:
         if len(data) < 20:
-            raise self.wrong(tr("The file ends within its header"))
+            raise self.wrong(tr("the file ends within its header"))
         version, length = struct.unpack_from("<II", data.data, 4)
         if version != 2:
             raise self.wrong(
-                tr("This is glTF version {version}; this program reads version 2", version=version)
+                tr("this is glTF version {version}; this program reads version 2", version=version)
             )
         if length > len(data):
             raise InputError(
-                tr(
-                    "The file is truncated: {count:,} of {length:,} bytes are there. Copy it "
-                    "again.",
-                    count=len(data),
-                    length=length,
-                ),
-                file=self.path,
+                Finding("file.truncated", size=len(data), expected=length), file=self.path
             )
         at, text = 12, b""
         while at + 8 <= length:
@@ -120,7 +115,7 @@ class Document:
             at += 8
             if size > length - at:
                 raise self.wrong(
-                    tr("A part of the file is longer than the file"), tr("byte {at}", at=at - 8)
+                    tr("a part of the file is longer than the file"), tr("byte {at}", at=at - 8)
                 )
             if kind == JSON_CHUNK and not text:
                 text = data[at : at + size].tobytes()
@@ -131,36 +126,31 @@ class Document:
 
     def _parsed(self, text: bytes) -> dict[str, Any]:
         if len(text) > MAX_JSON_BYTES or sum(map(text.count, (b",", b"{", b"["))) > MAX_JSON_VALUES:
-            raise self.wrong(tr("The JSON part is too large"))
+            raise self.wrong(tr("the JSON part is too large"))
         try:
             found = json.loads(text.decode("utf-8-sig"))
         except UnicodeDecodeError:
-            raise self.wrong(tr("The JSON part is not in UTF-8")) from None
+            raise self.wrong(tr("the JSON part is not in UTF-8")) from None
         except (ValueError, RecursionError) as error:
             reason = str(error).split(": line")[0][:80]
             raise InputError(
-                tr("The JSON part is not valid ({error}). Export the file again.", error=reason),
+                Finding("file.damaged", reason=reason, format="glTF"),
                 file=self.path,
                 line=getattr(error, "lineno", None),
             ) from None
         if not isinstance(found, dict):
-            raise self.wrong(tr("The JSON part holds no scene"))
+            raise self.wrong(tr("the JSON part holds no scene"))
         return found
 
     def _check_version(self) -> None:
         version = self.section("asset").get("version")
         if not isinstance(version, str) or not version.startswith("2"):
-            raise self.wrong(tr("The version 2 of glTF is not stated"), "asset.version")
+            raise self.wrong(tr("the version 2 of glTF is not stated"), "asset.version")
         required = self.json.get("extensionsRequired")
         for name in required if isinstance(required, list) else ():
             if name in COMPRESSED:
                 raise InputError(
-                    tr(
-                        "The geometry is compressed with {method}, "
-                        "which this program does not read. "
-                        "Export it without compression.",
-                        method=COMPRESSED[name],
-                    ),
+                    Finding("model.unsupported", feature=COMPRESSED[name]),
                     file=self.path,
                     field="extensionsRequired",
                 )
@@ -195,10 +185,10 @@ class Document:
         if isinstance(index, bool) or not isinstance(index, int):
             raise self.wrong(tr("'{index}' is not an index", index=index), kind)
         if not 0 <= index < self.count(kind):
-            raise self.wrong(tr("There is no entry {index}", index=index), kind)
+            raise self.wrong(tr("there is no entry {index}", index=index), kind)
         found = self.json[kind][index]
         if not isinstance(found, dict):
-            raise self.wrong(tr("It has the wrong type"), f"{kind}[{index}]")
+            raise self.wrong(tr("it has the wrong type"), f"{kind}[{index}]")
         return found
 
     def whole(self, of: dict[str, Any], key: str, default: int, field: str) -> int:
@@ -219,14 +209,12 @@ class Document:
                     return base64.b64decode(unquote_to_bytes(body), validate=True)
                 return unquote_to_bytes(body)
             except (binascii.Error, ValueError):
-                raise self.wrong(tr("The embedded data are damaged"), field) from None
+                raise self.wrong(tr("the embedded data are damaged"), field) from None
         name = unquote_to_bytes(uri).decode("utf-8", "replace")
         found, problem = find_beside(self.path.parent, name)
         if found is None:
             raise InputError(
-                tr("{problem}. Put it beside the model.", problem=problem),
-                file=self.path,
-                field=field,
+                Finding("model.part-missing", reason=problem), file=self.path, field=field
             )
         return found
 
@@ -248,16 +236,11 @@ class Document:
         elif index == 0 and self._binary is not None:
             data = self._binary
         else:
-            raise self.wrong(tr("The data are missing"), field)
+            raise self.wrong(tr("the data are missing"), field)
         length = self.whole(buffer, "byteLength", len(data), field)
         if length > len(data):
             raise InputError(
-                tr(
-                    "The data are truncated: {count:,} of {length:,} bytes are there. Copy the "
-                    "file again.",
-                    count=len(data),
-                    length=length,
-                ),
+                Finding("file.truncated", size=len(data), expected=length),
                 file=self.path,
                 field=field,
             )
@@ -276,12 +259,12 @@ class Document:
             for name in COMPRESSED
         )
         if packed and absent and "uri" not in buffer:
-            raise self.wrong(tr("The data are compressed"), field)
+            raise self.wrong(tr("the data are compressed"), field)
         data = self._buffer(view.get("buffer"))
         start = self.whole(view, "byteOffset", 0, field)
         length = self.whole(view, "byteLength", 0, field)
         if start + length > len(data):
-            raise self.wrong(tr("It reaches beyond its buffer"), field)
+            raise self.wrong(tr("it reaches beyond its buffer"), field)
         return data[start : start + length], self.whole(view, "byteStride", 0, field)
 
     def accessor(self, index: object, *widths: int) -> Array:
@@ -292,10 +275,10 @@ class Document:
         kind = accessor.get("componentType")
         width = WIDTHS.get(str(accessor.get("type")))
         if not isinstance(kind, int) or kind not in COMPONENTS or width is None:
-            raise self.wrong(tr("The type is unknown"), field)
+            raise self.wrong(tr("the type is unknown"), field)
         if width not in widths:
             raise self.wrong(
-                tr("The number of {width} values per row is wrong", width=width), field
+                tr("the number of {width} values per row is wrong", width=width), field
             )
         dtype = np.dtype(COMPONENTS[kind])
         count = self.whole(accessor, "count", 0, field)
@@ -306,7 +289,7 @@ class Document:
             self.budget.take(count * width * dtype.itemsize, field)
             values = np.zeros((count, width), dtype)
         else:
-            raise self.wrong(tr("It has no data"), field)
+            raise self.wrong(tr("it has no data"), field)
         if isinstance(sparse, dict):
             values = self._with_sparse(values, sparse, field)
         if accessor.get("normalized") is True and dtype.kind in "iu":
@@ -328,7 +311,7 @@ class Document:
         row = dtype.itemsize * width
         stride = stride or row
         if stride < row or (count and start + stride * (count - 1) + row > len(data)):
-            raise self.wrong(tr("It reaches beyond its data"), field)
+            raise self.wrong(tr("it reaches beyond its data"), field)
         if count == 0:
             return np.empty((0, width), dtype)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
@@ -338,11 +321,11 @@ class Document:
         where, what = self.section("indices", sparse), self.section("values", sparse)
         kind = COMPONENTS.get(where.get("componentType", 0), "")
         if "u" not in kind:
-            raise self.wrong(tr("The indices have an unknown type"), f"{field}.sparse")
+            raise self.wrong(tr("the indices have an unknown type"), f"{field}.sparse")
         rows = self._typed(where, where.get("bufferView"), np.dtype(kind), count, 1, field)[:, 0]
         new = self._typed(what, what.get("bufferView"), values.dtype, count, values.shape[1], field)
         if len(rows) and int(rows.max()) >= len(values):
-            raise self.wrong(tr("It refers to rows that do not exist"), f"{field}.sparse")
+            raise self.wrong(tr("it refers to rows that do not exist"), f"{field}.sparse")
         values = values.copy()
         values[rows] = new
         return values
@@ -356,4 +339,4 @@ def numbers(document: Document, values: object, n: int, place: str) -> npt.NDArr
             found = np.full(n, np.nan)
         if found.shape == (n,) and np.isfinite(found).all():
             return found
-    raise document.wrong(tr("It must have {count} numbers", count=n), place)
+    raise document.wrong(tr("it must have {count} numbers", count=n), place)

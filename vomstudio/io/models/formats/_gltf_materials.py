@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.models import image_store
 from vomstudio.io.models.formats._gltf_document import Document, numbers
-from vomstudio.io.models.mtl import check_image
+from vomstudio.io.models.mtl import check_image, texture_finding
 from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
@@ -59,7 +59,7 @@ def moved(document: Document, uv: npt.NDArray[np.float64], texture: dict[str, An
 
 
 def materials_of(
-    document: Document, used: list[int], messages: list[Message]
+    document: Document, used: list[int], messages: list[Finding]
 ) -> tuple[Material, ...]:
     images: dict[object, tuple[Path | None, str | None]] = {}
     result = []
@@ -79,18 +79,10 @@ def materials_of(
                 images[source] = _image(document, source, name)
             texture, problem = images[source]
             if problem:
-                messages.append(
-                    tr(
-                        "Texture of material '{material}': {problem}.",
-                        material=name,
-                        problem=problem,
-                    )
-                )
+                messages.append(texture_finding(name, texture, problem))
         result.append(Material(name, texture, _diffuse(document, entry)))
     if extra:
-        messages.append(
-            tr("Only the colour textures are used. Normal, occlusion and emission maps are not.")
-        )
+        messages.append(Finding("texture.only-colors"))
     return tuple(result)
 
 

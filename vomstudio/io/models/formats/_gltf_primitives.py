@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
-from vomstudio.io.models.formats._common import faces_without_vertices, scale_colors
+from vomstudio.io.models.formats._common import scale_colors
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.formats._gltf_materials import color_map, moved, uv_set
 from vomstudio.words import tr
@@ -38,7 +38,7 @@ class Piece:
     fields: dict[str, Array] = field(default_factory=dict)
 
 
-def pieces_of(document: Document, messages: list[Message]) -> Iterator[Piece]:
+def pieces_of(document: Document, messages: list[Finding]) -> Iterator[Piece]:
     placed = []
     for place in _placed_meshes(document, messages):
         document.budget.take(_PLACE_BYTES, "nodes")
@@ -69,19 +69,13 @@ def pieces_of(document: Document, messages: list[Message]) -> Iterator[Piece]:
             total += len(piece.positions)
             if total > MAX_VERTICES:
                 raise InputError(
-                    tr(
-                        "The scene has more than {limit:,} vertices "
-                        "once all instances of its meshes "
-                        "are placed. Divide it.",
-                        limit=MAX_VERTICES,
-                    ),
-                    file=document.path,
+                    Finding("model.too-many-elements", limit=MAX_VERTICES), file=document.path
                 )
             if len(piece.positions):
                 yield piece
     progress.step(steps)
     if lines:
-        messages.append(tr("Lines in the file are left out."))
+        messages.append(Finding("model.lines-left-out", count=lines))
 
 
 def _key(index: object) -> object:
@@ -94,7 +88,7 @@ def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
 
 
 def _placed_meshes(
-    document: Document, messages: list[Message]
+    document: Document, messages: list[Finding]
 ) -> Iterator[tuple[object, Array, object]]:
     """Each mesh of the scene with the 4x4 matrix of its place, and the weights of its shapes."""
     n = document.count("nodes")
@@ -117,19 +111,15 @@ def _placed_meshes(
         node = document.item("nodes", index)
         assert isinstance(index, int)
         if index in seen:
-            raise document.wrong(tr("A node has two parents or contains itself"), f"nodes[{index}]")
+            raise document.wrong(tr("a node has two parents or contains itself"), f"nodes[{index}]")
         seen.add(index)
         matrix = above @ _local_matrix(document, node, index)
         if "skin" in node:
-            messages.append(tr("The file has a skeleton. The model is shown without its pose."))
+            messages.append(Finding("model.pose-unused"))
         for name in document.section("extensions", node):
-            sentence = tr(
-                "Parts of the scene use the extension '{extension}', which is not supported. Check "
-                "whether the model is complete.",
-                extension=name,
-            )
-            if not document.is_understood(name) and sentence not in messages:
-                messages.append(sentence)
+            reason = Finding("model.extension-unsupported", extension=name)
+            if not document.is_understood(name) and reason not in messages:
+                messages.append(reason)
         if "mesh" in node:
             weights = node.get("weights", document.item("meshes", node["mesh"]).get("weights"))
             for place in _instances(document, node, index):
@@ -158,7 +148,7 @@ def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator
     }
     counts = {len(values) for values in found.values()}
     if len(counts) > 1:
-        raise document.wrong(tr("The instances have different counts"), f"nodes[{index}]")
+        raise document.wrong(tr("the instances have different counts"), f"nodes[{index}]")
     for row in range(counts.pop() if counts else 0):
         place = {name: values[row].tolist() for name, values in found.items()}
         yield _local_matrix(document, place, index)
@@ -191,7 +181,7 @@ def _shaped(
             if len(moves) != len(stored):
                 raise document.wrong(
                     tr(
-                        "It has {count:,} rows for {vertices:,} vertices",
+                        "it has {count:,} rows for {vertices:,} vertices",
                         count=len(moves),
                         vertices=len(stored),
                     ),
@@ -210,7 +200,7 @@ def _local_matrix(document: Document, node: dict[str, Any], index: int) -> Array
         x, y, z, w = numbers(document, node["rotation"], 4, place)
         length = np.sqrt(x * x + y * y + z * z + w * w)
         if not length > 0:
-            raise document.wrong(tr("The rotation is not valid"), place)
+            raise document.wrong(tr("the rotation is not valid"), place)
         x, y, z, w = np.array([x, y, z, w]) / length
         matrix[:3, :3] = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -230,7 +220,7 @@ def _piece(
     matrix: Array,
     weights: object,
     shared: bool,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> Piece:
     attributes = document.section("attributes", primitive)
     if "POSITION" not in attributes:
@@ -262,7 +252,7 @@ def _piece(
         found = document.accessor(attributes[name], *widths)
         if len(found) != n:
             raise document.wrong(
-                tr("It has {count:,} rows for {vertices:,} vertices", count=len(found), vertices=n),
+                tr("it has {count:,} rows for {vertices:,} vertices", count=len(found), vertices=n),
                 name,
             )
         taken = np.asarray(found[rows])
@@ -293,13 +283,13 @@ def _piece(
 
 
 def _faces(
-    document: Document, primitive: dict[str, Any], mode: object, n: int, messages: list[Message]
+    document: Document, primitive: dict[str, Any], mode: object, n: int, messages: list[Finding]
 ) -> Array:
     corners: Array
     if "indices" in primitive:
         corners = document.accessor(primitive["indices"], 1)[:, 0]
         if corners.dtype.kind != "u":
-            raise document.wrong(tr("The indices are not whole numbers"), "primitives")
+            raise document.wrong(tr("the indices are not whole numbers"), "primitives")
         document.budget.take(8 * len(corners), "primitives")
     else:
         document.budget.take(8 * n, "primitives")
@@ -322,6 +312,6 @@ def _faces(
     if len(faces) and faces.max() >= n:
         sound: Array = np.asarray((faces < n).all(axis=1))
         bad = int(len(sound) - np.count_nonzero(sound))
-        messages.append(faces_without_vertices(bad))
+        messages.append(Finding("model.faces-without-vertices", count=bad))
         faces = faces[sound]
     return faces

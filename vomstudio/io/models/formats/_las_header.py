@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.progress import Progress
@@ -36,39 +37,35 @@ def check_header(path: Path) -> int:
             head = file.read(MIN_HEADER_BYTES)
             size = file.seek(0, 2)
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     if not head.startswith(b"LASF"):
-        raise InputError(
-            tr("This is not a LAS or LAZ file: it does not begin with 'LASF'."), file=path
-        )
+        raise InputError(Finding("file.other-format", format="LAS"), file=path)
     if len(head) < MIN_HEADER_BYTES:
-        raise InputError(tr("The file ends within its LAS header. Copy it again."), file=path)
+        raise InputError(
+            Finding("file.truncated", size=len(head), expected=MIN_HEADER_BYTES), file=path
+        )
     header_size, points_at, n_records = struct.unpack_from("<HII", head, 94)
     if header_size < MIN_HEADER_BYTES or points_at < header_size or points_at > size:
         raise InputError(
-            tr("The file ends before its first point. Copy it again."),
-            file=path,
-            field="LAS header",
+            Finding("file.truncated", size=size, expected=points_at), file=path, field="LAS header"
         )
     (record_bytes,) = struct.unpack_from("<H", head, 105)
     if record_bytes < MIN_POINT_BYTES:
         raise InputError(
-            tr(
-                "The LAS header states {count} bytes for a point, which cannot be. Export the file "
-                "again.",
-                count=record_bytes,
+            Finding(
+                "file.damaged",
+                format="LAS",
+                reason=tr("its header states {count} bytes for a point", count=record_bytes),
             ),
             file=path,
             field="LAS header",
         )
     if n_records * 54 > size:
         raise InputError(
-            tr(
-                "The LAS header promises {count:,} records that the file cannot hold. Export "
-                "it again.",
-                count=n_records,
+            Finding(
+                "file.damaged",
+                format="LAS",
+                reason=tr("its header promises more records than the file can hold"),
             ),
             file=path,
             field="LAS header",
@@ -93,13 +90,15 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
         file.seek(0)
         top = file.read(points_at + 8)
         if len(top) < points_at + 8:
-            raise InputError(tr("The file ends before its first point. Copy it again."), file=path)
+            raise InputError(
+                Finding("file.truncated", size=len(top), expected=points_at + 8), file=path
+            )
         if head[25] >= 4 and len(top) >= 255:
             (promised,) = struct.unpack_from("<Q", top, 247)
         chunk_points = laszip_chunk_points(top, header_size, n_records, record_bytes)
         if chunk_points is None:
             raise InputError(
-                tr("The LAZ header is inconsistent. Copy or export the file again."),
+                Finding("file.damaged", format="LAZ", reason=tr("its header contradicts itself")),
                 file=path,
                 field="LAS header",
             )
@@ -118,9 +117,10 @@ def mended(path: Path, size: int) -> io.BytesIO | None:
                 return None
         if chunk_points != USUAL_CHUNK_POINTS:
             raise InputError(
-                tr(
-                    "The chunks of the LAZ file do not add up to its points. Copy or export it "
-                    "again."
+                Finding(
+                    "file.damaged",
+                    format="LAZ",
+                    reason=tr("its chunks do not add up to its points"),
                 ),
                 file=path,
             )
@@ -225,13 +225,7 @@ def refuse_blank(path: Path, progress: Progress) -> None:
             if (words[: full // 8 : 8] == _ONES).any():
                 found = buffer.find(blank, 0, full)
                 if found >= 0:
-                    raise InputError(
-                        tr(
-                            "A part of the file is blank (from byte {place}). Copy it again.",
-                            place=at - held + found + 1,
-                        ),
-                        file=path,
-                    )
+                    raise InputError(Finding("file.blank", byte=at - held + found + 1), file=path)
             at += got
             held = min(full, len(blank))
             view[:held] = bytes(view[full - held : full])
@@ -293,7 +287,11 @@ def read_top(path: Path) -> Top:
     numbers = np.array(struct.unpack_from("<6d", head, 131))
     if not (np.isfinite(numbers).all() and (numbers[:3] != 0).all()):
         raise InputError(
-            tr("The scale or offset of the coordinates is not a number. Export the file again."),
+            Finding(
+                "file.damaged",
+                format="LAS",
+                reason=tr("the scale or offset of the coordinates is not a number"),
+            ),
             file=path,
             field="LAS header",
         )
@@ -321,7 +319,7 @@ def read_top(path: Path) -> Top:
 
 def _contradiction(path: Path) -> InputError:
     return InputError(
-        tr("The LAZ header is inconsistent. Copy or export the file again."),
+        Finding("file.damaged", format="LAZ", reason=tr("its header contradicts itself")),
         file=path,
         field="LAS header",
     )

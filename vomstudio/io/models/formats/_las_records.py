@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import scale_colors
@@ -56,9 +57,8 @@ def layout_of(top: Top, path: Path) -> Layout:
     known = _FORMATS.get(top.point_format)
     if known is None or np.dtype(known).itemsize > top.record_bytes:
         raise InputError(
-            tr(
-                "The point format {point_format} is unknown. Export the file again as LAS 1.4.",
-                point_format=top.point_format,
+            Finding(
+                "model.unsupported", feature=tr("point format {number}", number=top.point_format)
             ),
             file=path,
             field="LAS header",
@@ -128,11 +128,6 @@ def stand_ins(withheld: Array) -> Array | None:
     rows = np.where(withheld, -1, np.arange(len(withheld)))
     rows = np.maximum.accumulate(rows)
     return np.where(rows < 0, np.flatnonzero(~withheld)[0], rows)
-
-
-def withheld_hidden() -> str:
-    """What is said of files of an octree, whose points cannot be left out."""
-    return tr("Points that the file marks as withheld are not shown.")
 
 
 def withheld_of(records: Array, layout: Layout) -> Array:

@@ -84,12 +84,7 @@ def _joined(first: Reference, other: Reference, centre: tuple[float, float]) -> 
         ours = stated_axes(first.text, first.height_unit)
     heights = theirs.has_heights and ours.units[2] != theirs.units[2]
     if other.text is not None and (heights or _differ(ours, theirs, centre)):
-        warning = tr(
-            "The file names two coordinate reference systems that differ: {one}, and {other}. The "
-            "first is used.",
-            one=_in_words(ours),
-            other=_in_words(theirs),
-        )
+        warning = Finding("frame.two-crs", one=_in_words(ours), other=_in_words(theirs))
         first = replace(first, warnings=(*first.warnings, warning))
     return first
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.models.mtl import decode
 from vomstudio.words import tr
@@ -58,9 +59,7 @@ class Header:
 def read_header(top: bytes, path: Path) -> Header:
     """The header; raises InputError with the line that is wrong."""
     if not top.startswith(MAGIC):
-        raise InputError(
-            tr("This is not a PLY file: it does not begin with 'ply'."), file=path, line=1
-        )
+        raise InputError(Finding("file.other-format", format="PLY"), file=path, line=1)
     at = 0
     order: str | None = None
     elements: list[tuple[str, int, list[Property]]] = []
@@ -68,15 +67,15 @@ def read_header(top: bytes, path: Path) -> Header:
     names: set[tuple[int, str]] = set()
     number = 0
 
-    def wrong(sentence: str) -> InputError:
+    def wrong(reason: str) -> InputError:
         return InputError(
-            tr("{sentence}. Export the file again.", sentence=sentence), file=path, line=number
+            Finding("file.damaged", reason=reason, format="PLY"), file=path, line=number
         )
 
     while True:
         ends = [e for e in (top.find(b"\n", at), top.find(b"\r", at)) if e >= 0]
         if not ends:
-            raise wrong(tr("The PLY header has no 'end_header'"))
+            raise wrong(tr("the PLY header has no 'end_header'"))
         end = min(ends)
         line = decode(top[at:end])
         at = end + (2 if top[end : end + 2] == b"\r\n" else 1)
@@ -91,7 +90,7 @@ def read_header(top: bytes, path: Path) -> Header:
                 textures.append(line.split(None, 2)[2].strip())
         elif words[0] == "format":
             if len(words) < 2 or words[1] not in FORMATS:
-                raise wrong(tr("The PLY format '{format}' is unknown", format=" ".join(words[1:])))
+                raise wrong(tr("the PLY format '{format}' is unknown", format=" ".join(words[1:])))
             order = FORMATS[words[1]]
         elif words[0] == "element":
             if len(words) != 3 or not words[2].isdecimal() or len(words[2]) > 18:
@@ -101,7 +100,7 @@ def read_header(top: bytes, path: Path) -> Header:
             elements.append((words[1], int(words[2]), []))
         elif words[0] == "property":
             if not elements:
-                raise wrong(tr("A property stands before the first element"))
+                raise wrong(tr("a property stands before the first element"))
             is_list = words[1:2] == ["list"]
             kinds = words[2:4] if is_list else words[1:2]
             if len(words) != (5 if is_list else 3) or any(k not in TYPES for k in kinds):
@@ -119,15 +118,18 @@ def read_header(top: bytes, path: Path) -> Header:
                 new = Property(words[2], TYPES[kinds[0]])
             known = (len(elements), new.name)
             if known in names:
-                raise wrong(tr("An element has the property '{property}' twice", property=new.name))
+                raise wrong(tr("an element has the property '{property}' twice", property=new.name))
             names.add(known)
             elements[-1][2].append(new)
         else:
             raise wrong(
-                tr("The line '{line}' of the PLY header is unknown", line=line.strip()[:60])
+                tr("the line '{line}' of the PLY header is unknown", line=line.strip()[:60])
             )
     if order is None:
-        raise InputError(tr("The PLY header names no format. Export it again."), file=path)
+        raise InputError(
+            Finding("file.damaged", format="PLY", reason=tr("its header states no format")),
+            file=path,
+        )
     return Header(
         order, tuple(Element(n, c, tuple(p)) for n, c, p in elements), tuple(textures), at
     )

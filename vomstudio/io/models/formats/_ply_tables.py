@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     Columns,
     points_missing,
     refuse_decimal_commas,
-    values_not_numbers,
 )
 from vomstudio.io.models.formats._ply_header import Element, Header
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.generic]
 
@@ -37,19 +36,13 @@ class Table:
     lists: dict[str, tuple[npt.NDArray[np.int64], Array]] = field(default_factory=dict)
 
 
-def _missing(element: Element, found: int, messages: list[Message]) -> None:
+def _missing(element: Element, found: int, messages: list[Finding]) -> None:
     """Append the message that the file has fewer records than its header states."""
     if element.name == "vertex":
         messages.append(points_missing(found, element.count))
         return
     messages.append(
-        tr(
-            "The file is cut short: it has {found:,} of the {promised:,} records '{element}' its "
-            "header promises.",
-            found=found,
-            promised=element.count,
-            element=element.name,
-        )
+        Finding("model.incomplete", count=found, promised=element.count, element=element.name)
     )
 
 
@@ -57,7 +50,7 @@ def read_binary(
     buffer: npt.NDArray[np.uint8],
     header: Header,
     budget: Budget,
-    messages: list[Message],
+    messages: list[Finding],
     progress: Progress,
 ) -> dict[str, Table]:
     tables: dict[str, Table] = {}
@@ -184,14 +177,18 @@ def read_text(
     header: Header,
     path: Path,
     budget: Budget,
-    messages: list[Message],
+    messages: list[Finding],
     progress: Progress,
 ) -> dict[str, Table]:
     from vomstudio.io.models.formats import _ply_kernels as k
 
     if buffer.find(0, header.body) >= 0:
         raise InputError(
-            tr("The header says that the PLY is text, but binary data follow. Export it again."),
+            Finding(
+                "file.damaged",
+                format="PLY",
+                reason=tr("its header states text, but binary data follow"),
+            ),
             file=path,
         )
     if buffer.find(b"\n", header.body) < 0:
@@ -240,11 +237,11 @@ def read_text(
             at = len(buffer)
         tables.setdefault(element.name, rows.table(row, messages))
     if cut and len(messages) == message_count:
-        messages.append(tr("The last line has no line end: its last number may be incomplete."))
+        messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
     if first_wrong is not None:
         line = 1 + buffer.count(b"\n", 0, first_wrong)
         refuse_decimal_commas(path, bytes(buffer[first_wrong : first_wrong + 60]).split()[0], line)
-        messages.append(values_not_numbers(wrong, line))
+        messages.append(Finding("model.values-not-numbers", count=wrong, line=line))
     return tables
 
 
@@ -302,17 +299,11 @@ class _TextRows:
                 self._columns.add(f"{j}", _as_type(column, p.type))
         self.n += n
 
-    def table(self, n: int, messages: list[Message]) -> Table:
+    def table(self, n: int, messages: list[Finding]) -> Table:
         """The first n of the rows."""
         short = sum(int(np.count_nonzero(rows < n)) for rows in self._short)
         if short:
-            messages.append(
-                tr_n(
-                    "{count:,} line has too few values.",
-                    "{count:,} lines have too few values.",
-                    short,
-                )
-            )
+            messages.append(Finding("model.short-lines", count=short))
         table = Table(n)
         for j, p in enumerate(self._properties):
             if p.count_type:

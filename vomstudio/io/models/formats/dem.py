@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import require_regular_beside
@@ -22,7 +22,7 @@ from vomstudio.io.gis.raster import libtiff_silent
 from vomstudio.io.models.formats._common import drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -73,7 +73,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     require_regular_beside(path)
     check_raster(path)
     progress.stage(tr("Reading the heights"))
-    messages: list[Message] = []
+    messages: list[Finding] = []
     try:
         with (
             libtiff_silent(),
@@ -87,19 +87,14 @@ def read(path: Path, progress: Progress) -> LoadedModel:
             heights, unit = _heights(dataset, step, path, progress, messages)
             transform = dataset.transform
     except MemoryError as error:
-        raise InputError(
-            tr("The GeoTIFF is larger than the free memory. Export a part of it."), file=path
-        ) from error
+        raise InputError(Finding("file.exceeds-memory"), file=path) from error
     except (RasterioError, CPLE_BaseError, OSError, ValueError) as error:
         raise InputError(
-            tr(
-                "The GeoTIFF cannot be read: it is damaged, cut short, or of a kind that this "
-                "program does not know. Copy or export it again."
-            ),
+            Finding("file.damaged", format="GeoTIFF", reason=tr("its data cannot be decoded")),
             file=path,
         ) from error
     if not np.isfinite(heights).any():
-        raise InputError(tr("No pixel has a height. Export the file again."), file=path)
+        raise InputError(Finding("model.no-points"), file=path)
     mesh = _surface(heights, transform, step)
     del heights
     model = drop_unsound(mesh, messages, path)
@@ -116,63 +111,35 @@ def _opened(path: Path) -> Any:
         return rasterio.open(path, driver="GTiff")
 
 
-def _check_is_dem(dataset: Any, path: Path, messages: list[Message]) -> None:
+def _check_is_dem(dataset: Any, path: Path, messages: list[Finding]) -> None:
     kind = np.dtype(dataset.dtypes[0])
     colors = {"red", "green", "blue", "palette", "cyan"}
     first = dataset.colorinterp[0].name
     if kind == np.uint8 or first in colors or (dataset.count >= 3 and kind == np.uint16):
-        bands = "1 band" if dataset.count == 1 else f"{dataset.count} bands"
-        raise InputError(
-            tr(
-                "This is a picture ({bands} of {kind}), not a height model. Open the model "
-                "that it shows.",
-                bands=bands,
-                kind=kind.name,
-            ),
-            file=path,
-        )
+        raise InputError(Finding("dem.picture", bands=dataset.count, kind=kind.name), file=path)
     if kind.kind not in "iuf":
-        raise InputError(
-            tr(
-                "The values are {kind}, which are not heights. Export the file as Float32.",
-                kind=kind.name,
-            ),
-            file=path,
-        )
+        raise InputError(Finding("dem.not-heights", kind=kind.name), file=path)
     if dataset.width < 2 or dataset.height < 2:
-        raise InputError(tr("One row of pixels is not a surface. Export a larger part."), file=path)
+        raise InputError(Finding("dem.too-small"), file=path)
     coefficients = np.array(dataset.transform[:6])
-    if dataset.transform.is_identity or not np.isfinite(coefficients).all():
-        points = " (only control points or camera figures)" if dataset.gcps[0] else ""
-        raise InputError(
-            tr(
-                "It has no place and no pixel size{points}. Export it as a GeoTIFF with both.",
-                points=points,
-            ),
-            file=path,
-        )
-    if dataset.transform.determinant == 0:
-        raise InputError(tr("The pixels have no area. Export the file again."), file=path)
+    if (
+        dataset.transform.is_identity
+        or not np.isfinite(coefficients).all()
+        or dataset.transform.determinant == 0
+    ):
+        raise InputError(Finding("dem.no-place"), file=path)
     if dataset.count > 1:
-        messages.append(
-            tr("Only the first of {count} bands is read as heights.", count=dataset.count)
-        )
+        messages.append(Finding("dem.first-band", count=dataset.count))
 
 
-def _crs_of(dataset: Any, path: Path, messages: list[Message]) -> tuple[str | None, str | None]:
+def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | None, str | None]:
     """The CRS as WKT, and what the file says of the unit of heights beside it; a depth picture of
     an oblique view is refused."""
     if dataset.crs is None:
         return None, None
     text = str(dataset.crs.to_wkt())
     if "VOM Studio view plane" in text:
-        raise InputError(
-            tr(
-                "These are depths behind an oblique picture, not heights. Open the model "
-                "that it shows."
-            ),
-            file=path,
-        )
+        raise InputError(Finding("dem.depths"), file=path)
     keys = keys_of_tiff(path)
     if not keys.directory:  # named by a file beside it
         return text, None
@@ -183,15 +150,14 @@ def _crs_of(dataset: Any, path: Path, messages: list[Message]) -> tuple[str | No
     return named.crs, named.height_unit
 
 
-def _step_of(dataset: Any, messages: list[Message]) -> int:
+def _step_of(dataset: Any, messages: list[Finding]) -> int:
     width, height, step = dataset.width, dataset.height, 1
     while -(-width // step) * -(-height // step) > MOST_VERTICES:
         step += 1
     if step > 1:
         messages.append(
-            tr(
-                "Of {width:,} x {height:,} pixels, {columns:,} x {rows:,} are read (one in {step} "
-                "in both directions). Open a part of the file to have all of them.",
+            Finding(
+                "dem.reduced",
                 width=width,
                 height=height,
                 columns=-(-width // step),
@@ -203,7 +169,7 @@ def _step_of(dataset: Any, messages: list[Message]) -> int:
 
 
 def _heights(
-    dataset: Any, step: int, path: Path, progress: Progress, messages: list[Message]
+    dataset: Any, step: int, path: Path, progress: Progress, messages: list[Finding]
 ) -> tuple[npt.NDArray[np.float64], str | None]:
     """Every step-th height, NaN where there is none, and the unit that the band states."""
     from rasterio.windows import Window
@@ -212,10 +178,14 @@ def _heights(
     scale, offset = dataset.scales[0], dataset.offsets[0]
     if scale == 0:
         scale = 1.0
-        messages.append(tr("The scale of the heights is 0, which cannot be. It is not used."))
+        messages.append(Finding("dem.scale-unused"))
     if not np.isfinite([scale, offset]).all():
         raise InputError(
-            tr("The scale or offset of the heights is not a number. Export the file again."),
+            Finding(
+                "file.damaged",
+                format="GeoTIFF",
+                reason=tr("the scale or offset of the heights is not a number"),
+            ),
             file=path,
         )
     rows_at_once = max(1, PIXELS_PER_STEP // width // step) * step
@@ -237,37 +207,18 @@ def _heights(
             n = int(np.count_nonzero(empty))
             if n:
                 heights[empty] = np.nan
-                messages.append(
-                    tr_n(
-                        "{count:,} pixel with the value {value:g} is taken as no data.",
-                        "{count:,} pixels with the value {value:g} are taken as no data.",
-                        n,
-                        value=value,
-                    )
-                )
+                messages.append(Finding("dem.no-data-value", count=n, value=value))
     written = (dataset.units[0] or "").strip()
     unit = unit_of(written)
     if written and unit is None:
-        messages.append(
-            tr(
-                "The unit of the heights ({unit}) is unknown. It is taken to be that of the "
-                "coordinate reference system.",
-                unit=written,
-            )
-        )
+        messages.append(Finding("dem.unit-unknown", unit=written))
     heights *= scale
     heights += offset
     wild = np.abs(heights) > HIGHEST_M / METRES[unit or "m"]
     n = int(np.count_nonzero(wild))
     if n:
         heights[wild] = np.nan
-        messages.append(
-            tr_n(
-                "{count:,} pixel left out: it is beyond 100 km and cannot be a height.",
-                "{count:,} pixels left out: they are beyond 100 km and cannot be heights.",
-                n,
-            )
-        )
+        messages.append(Finding("dem.pixels-left-out", count=n))
     return heights, unit
 
 

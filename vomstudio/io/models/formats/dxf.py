@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.kinds import recognise_kind
 from vomstudio.geometry.cloud import PointCloud
@@ -180,7 +180,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         _read_block(block, drawing)
         progress.step(done)
     del data
-    messages: list[Message] = []
+    messages: list[Finding] = []
     if not drawing.corners and not drawing.points:
         entities = _entity_counts(drawing.left_out) or [tr("nothing")]
         raise InputError(Finding("model.no-entities", entities=entities), file=path)
@@ -266,7 +266,9 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
             wrong = next(i for i, code in enumerate(code_lines) if not code.strip().isdigit())
             if any(line.strip() for line in lines[2 * wrong :]):
                 raise InputError(
-                    tr("This line is not a DXF group code. Save the drawing again."),
+                    Finding(
+                        "file.damaged", format="DXF", reason=tr("this line is not a group code")
+                    ),
                     file=path,
                     line=lines_before + 2 * wrong + 1,
                 ) from error

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.names import utf8_name
 from vomstudio.files.regular import open_regular
@@ -21,7 +21,7 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -52,14 +52,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """
     with open_regular(path) as file:
         if not file.read(8) == b"ASTM-E57":
-            raise InputError(
-                tr("This is not an E57 file: it does not begin with 'ASTM-E57'."), file=path
-            )
+            raise InputError(Finding("file.other-format", format="E57"), file=path)
     try:
         from pye57 import libe57
     except ImportError as error:
         raise InputError(NOT_INSTALLED, file=path) from error
-    messages: list[Message] = []
+    messages: list[Finding] = []
     try:
         with utf8_name(path) as named:
             image = libe57.ImageFile(str(named), "r")
@@ -69,9 +67,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         finally:
             image.close()
     except MemoryError as error:
-        raise InputError(
-            tr("The E57 file is larger than the free memory. Export a part of it."), file=path
-        ) from error
+        raise InputError(Finding("file.exceeds-memory"), file=path) from error
     except (
         libe57.E57Exception,
         RuntimeError,
@@ -80,10 +76,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         KeyError,
     ) as error:
         raise InputError(
-            tr(
-                "The E57 file cannot be read: it is damaged, cut short, or of a kind that this "
-                "program does not know. Copy or export it again."
-            ),
+            Finding("file.damaged", format="E57", reason=tr("its data cannot be decoded")),
             file=path,
         ) from error
     return LoadedModel(
@@ -97,7 +90,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _read_scans(
-    e57: Any, image: Any, path: Path, progress: Progress, messages: list[Message]
+    e57: Any, image: Any, path: Path, progress: Progress, messages: list[Finding]
 ) -> PointCloud:
     scans = list(image.root()["data3D"]) if image.root().isDefined("data3D") else []
     total = sum(int(scan["points"].childCount()) for scan in scans)
@@ -113,9 +106,7 @@ def _read_scans(
     for number, (scan, known) in enumerate(zip(scans, names, strict=True)):
         place = next((axes for axes in (CARTESIAN, SPHERICAL) if set(axes) <= known), None)
         if place is None:
-            messages.append(
-                tr("Scan {number} has no coordinates and is left out.", number=number + 1)
-            )
+            messages.append(Finding("model.scan-left-out", number=number + 1))
             continue
         wanted = [*place, *(c for c in COLORS if colored), *(["intensity"] if bright else [])]
         flags = [name for name in INVALID if name in known and name[:4] == place[0][:4]]
@@ -145,21 +136,13 @@ def _read_scans(
             progress.step(min(done, total))
     n = done - n_invalid
     if n == 0:
-        raise InputError(tr("The file has no valid points. Export it again."), file=path)
+        raise InputError(Finding("model.no-points"), file=path)
     if n_invalid:
-        messages.append(
-            tr_n(
-                "{count:,} point left out that the file marks as invalid.",
-                "{count:,} points left out that the file marks as invalid.",
-                n_invalid,
-            )
-        )
+        messages.append(Finding("model.points-withheld", count=n_invalid))
     if done < total:
         messages.append(points_missing(done, total))
     if unread:
-        messages.append(
-            tr("These fields are not read: {fields}.", fields=", ".join(sorted(unread)))
-        )
+        messages.append(Finding("model.fields-left-out", fields=sorted(unread)))
     points = columns.take("points", n)
     assert points is not None
     fields: dict[str, Array] = {}

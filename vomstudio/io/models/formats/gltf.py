@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -27,7 +27,7 @@ from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate
 
 Array = npt.NDArray[Any]
 
@@ -50,30 +50,22 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     except (TypeError, ValueError, LookupError, ArithmeticError, AttributeError) as error:
         # Somebody else's JSON can be wrong in more ways than can be asked for one by one.
         raise InputError(
-            tr(
-                "The scene contradicts itself ({error}). Export it again.",
-                error=" ".join(str(error).split())[:120],
-            ),
+            Finding("file.damaged", reason=" ".join(str(error).split())[:120], format="glTF"),
             file=path,
         ) from error
 
 
 def _read(document: Document) -> LoadedModel:
-    messages: list[Message] = []
+    messages: list[Finding] = []
     for name in document.extensions_to_report():
-        messages.append(
-            tr(
-                "The file uses the extension '{extension}', which is not supported. Check whether "
-                "the model is complete.",
-                extension=name,
-            )
-        )
+        messages.append(Finding("model.extension-unsupported", extension=name))
     pieces = list(pieces_of(document, messages))
     solid = [p for p in pieces if p.faces is not None]
     if not pieces:
-        raise document.wrong(tr("The scene has no triangles and no points"))
+        raise InputError(Finding("model.no-points"), file=document.path)
     if solid and len(solid) < len(pieces):
-        messages.append(tr("Points that belong to no triangle are left out."))
+        loose = sum(len(p.positions) for p in pieces if p.faces is None)
+        messages.append(Finding("model.loose-points-left-out", count=loose))
     origin, crs, declared = _origin(document, messages)
     data: Mesh | PointCloud
     if solid:
@@ -98,7 +90,7 @@ def _read(document: Document) -> LoadedModel:
 
 
 def _origin(
-    document: Document, messages: list[Message]
+    document: Document, messages: list[Finding]
 ) -> tuple[npt.NDArray[np.float64], str | None, bool]:
     """What is added to the turned positions, the CRS, and whether the file says either."""
     path = document.path
@@ -107,18 +99,12 @@ def _origin(
     if "origin" in extras:
         inside = checked_origin(extras["origin"])
         if inside is None:
-            messages.append(tr("The origin in asset.extras is not a position and is not added."))
+            messages.append(Finding("model.origin-invalid", file=path.name))
     crs, problem = crs_or_problem(extras.get("crs"), path.name)
     beside = read_offset(path)
     messages.extend(text for text in (problem, beside.problem) if text)
     if inside is not None and beside.origin not in (None, inside):
-        messages.append(
-            tr(
-                "'{file}' has another origin than the model file. The origin in the model file is "
-                "used.",
-                file=offset_path(path).name,
-            )
-        )
+        messages.append(Finding("model.origin-unused", file=offset_path(path).name))
     origin = inside or beside.origin
     crs = crs or beside.crs
     return np.array(origin or (0.0, 0.0, 0.0)), crs, origin is not None or crs is not None
@@ -184,7 +170,7 @@ def _mesh(
     document: Document,
     pieces: list[Piece],
     origin: npt.NDArray[np.float64],
-    messages: list[Message],
+    messages: list[Finding],
 ) -> Mesh:
     used = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
     pieces = sorted(pieces, key=lambda p: used.index(p.material))
@@ -216,7 +202,7 @@ def _cloud(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> PointCloud:
     )
 
 
-def _warn_if_z_looks_up(pieces: list[Piece], messages: list[Message]) -> None:
+def _warn_if_z_looks_up(pieces: list[Piece], messages: list[Finding]) -> None:
     """Outcrops are looked at from above or the side, never from below: a surface that as a whole
     faces along the file's Z was most likely written with Z up."""
     total, area = np.zeros(3), 0.0
@@ -230,12 +216,7 @@ def _warn_if_z_looks_up(pieces: list[Piece], messages: list[Message]) -> None:
             total += turned.sum(axis=0)
             area += float(np.sqrt((turned**2).sum(axis=1)).sum())
     if area > 0 and abs(total[2]) > 0.7 * area and abs(total[1]) < 0.3 * area:
-        messages.append(
-            tr(
-                "The surface faces along Z, as if Z were up in the file, where the format says Y. "
-                "If the model lies on its side, convert it with --up z."
-            )
-        )
+        messages.append(Finding("model.maybe-lying"))
 
 
 READER = Reader(to_translate("glTF scene"), (".glb", ".gltf"), matches, read)

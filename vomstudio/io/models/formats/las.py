@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import Cancelled, InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
@@ -35,13 +35,12 @@ from vomstudio.io.models.formats._las_records import (
     STANDARD_FIELDS,
     no_data_of,
     stand_ins,
-    withheld_hidden,
     without_no_data,
 )
 from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.generic]
 
@@ -67,7 +66,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     import laspy
     import lazrs
 
-    messages: list[Message] = []
+    messages: list[Finding] = []
     size = check_header(path)
     try:
         cloud = _read(path, size, progress, messages)
@@ -108,14 +107,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
 
 
 def _damaged(path: Path, error: BaseException) -> InputError:
-    return InputError(
-        tr(
-            "The LAS or LAZ file cannot be read ({error}). It is damaged, or of a kind that this "
-            "program does not know. Copy or export it again.",
-            error=_short(error),
-        ),
-        file=path,
-    )
+    return InputError(Finding("file.damaged", reason=_short(error), format="LAS"), file=path)
 
 
 def _short(error: BaseException) -> str:
@@ -123,7 +115,7 @@ def _short(error: BaseException) -> str:
     return text[:160] or type(error).__name__
 
 
-def _read(path: Path, size: int, progress: Progress, messages: list[Message]) -> PointCloud:
+def _read(path: Path, size: int, progress: Progress, messages: list[Finding]) -> PointCloud:
     import laspy
 
     stream: Any = mended(path, size)
@@ -132,7 +124,7 @@ def _read(path: Path, size: int, progress: Progress, messages: list[Message]) ->
         check_layers(path, read_top(path))
     place = place_of_unsound_extra(path)
     if place is not None and stream is None:
-        messages.append(tr("The fields of the points are described wrongly. They are not read."))
+        messages.append(Finding("model.fields-damaged"))
         stream = io.BufferedReader(WithoutRecord(path, place))
     if stream is None:
         with (
@@ -145,7 +137,7 @@ def _read(path: Path, size: int, progress: Progress, messages: list[Message]) ->
 
 
 def _read_points(
-    reader: Any, path: Path, size: int, at_once: int, progress: Progress, messages: list[Message]
+    reader: Any, path: Path, size: int, at_once: int, progress: Progress, messages: list[Finding]
 ) -> PointCloud:
     header = reader.header
     promised = int(header.point_count)
@@ -156,7 +148,11 @@ def _read_points(
     scales, offsets = np.asarray(header.scales, float), np.asarray(header.offsets, float)
     if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
         raise InputError(
-            tr("The scale or offset of the coordinates is not a number. Export the file again."),
+            Finding(
+                "file.damaged",
+                format="LAS",
+                reason=tr("the scale or offset of the coordinates is not a number"),
+            ),
             file=path,
             field="LAS header",
         )
@@ -200,9 +196,7 @@ def _read_points(
         if done == limit or done % POINTS_PER_STEP < got:
             progress.step(done)
     if done == 0:
-        raise InputError(
-            tr("The file holds no points that can be read. Copy or export it again."), file=path
-        )
+        raise InputError(Finding("model.no-points"), file=path)
     if done < promised:
         messages.append(points_missing(done, promised))
     colors = _colors(columns.take("colors", done), messages)
@@ -225,12 +219,12 @@ def _read_points(
     return cloud if withheld is None else _without(cloud, withheld != 0, path, messages)
 
 
-def _colors(rgb16: Array | None, messages: list[Message]) -> npt.NDArray[np.uint8] | None:
+def _colors(rgb16: Array | None, messages: list[Finding]) -> npt.NDArray[np.uint8] | None:
     if rgb16 is None:
         return None
     if rgb16.any():
         return scale_colors(rgb16)
-    messages.append(tr("All colours are black. They are not used."))
+    messages.append(Finding("model.colors-black"))
     return None
 
 
@@ -246,29 +240,20 @@ def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> Array:
     return without_no_data(values, chunk.array[name], gaps[name]) if name in gaps else values
 
 
-def _without(cloud: PointCloud, withheld: Array, path: Path, messages: list[Message]) -> PointCloud:
+def _without(cloud: PointCloud, withheld: Array, path: Path, messages: list[Finding]) -> PointCloud:
     """Without the points that the file marks as not to be used. In a COPC file they stand at the
     place of others, so that rows are the same when it is streamed."""
     count = int(np.count_nonzero(withheld))
     if not count:
         return cloud
     if count == len(withheld):
-        raise InputError(
-            tr("All points are marked as withheld. Export the file again with those to be used."),
-            file=path,
-        )
+        raise InputError(Finding("model.all-withheld"), file=path)
     if is_copc(path):
-        messages.append(withheld_hidden())
+        messages.append(Finding("model.withheld-hidden"))
         rows = stand_ins(withheld)
         assert rows is not None
         return cloud.of_rows(rows)
-    messages.append(
-        tr_n(
-            "{count:,} point left out that the file marks as withheld.",
-            "{count:,} points left out that the file marks as withheld.",
-            count,
-        )
-    )
+    messages.append(Finding("model.points-withheld", count=count))
     return cloud.of_rows(np.logical_not(withheld))
 
 

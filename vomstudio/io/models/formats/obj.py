@@ -17,30 +17,27 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._common import (
     drop_unsound,
-    faces_without_area,
     in_utf8,
     read_whole,
     refuse_decimal_commas,
     scale_colors,
-    values_not_numbers,
 )
 from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 BLOCK_BYTES = 8 * 1024 * 1024
 LOOKED_AT_ONCE = 1 << 18
 MAX_THREADS = 8
 MAX_ROWS = 2**31 - 1
-LISTED = 5
 MOST_LIBRARIES = 100
 HEAD = 65536
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
@@ -99,7 +96,7 @@ class _Reading:
     path: Path
     data: npt.NDArray[np.uint8]  # ends with a line end that is not in the file
     progress: Progress
-    messages: list[Message] = field(default_factory=list)
+    messages: list[Finding] = field(default_factory=list)
     joined: list[int] = field(default_factory=list)
 
     def model(self) -> LoadedModel:
@@ -114,10 +111,10 @@ class _Reading:
             return LoadedModel(mesh, "cloud", None, warnings, self.path)
         return LoadedModel(mesh, "mesh", None, warnings, self.path)
 
-    def _why_nothing(self) -> str:
+    def _why_nothing(self) -> Finding:
         if self.n_odd == 0:
-            return tr("The file has no vertices ('v x y z'). Export the model again.")
-        return tr("This is not a Wavefront OBJ file: it has no vertices ('v x y z').")
+            return Finding("model.no-points")
+        return Finding("file.other-format", format="OBJ")
 
     def _line(self, offset: int) -> int:
         """The 1-based line of a byte, in the file as it stands on the disk."""
@@ -138,19 +135,11 @@ class _Reading:
         if data[:3].tobytes() == BYTE_ORDER_MARK:
             data[:3] = 32
         if np.any(data[:HEAD] == 0):
-            raise InputError(
-                tr("This is a binary file, not a Wavefront OBJ text. Check what it really is."),
-                file=self.path,
-            )
+            raise InputError(Finding("file.other-format", format="OBJ"), file=self.path)
         if not np.any(data[: min(size, HEAD)] == 10) and np.any(data[:HEAD] == 13):
             data[data == 13] = 10
         if size and data[size - 1] != 10:
-            self.messages.append(
-                tr(
-                    "The last line has no line end, so the file may be cut short. Compare its "
-                    "number of faces with the program that wrote it."
-                )
-            )
+            self.messages.append(Finding("model.maybe-cut-short", end=tr("a line end")))
         # Many times as fast as the expression, and hardly any file has a backslash.
         steps = range(0, size, LOOKED_AT_ONCE)
         if not any(np.any(data[at : min(at + LOOKED_AT_ONCE, size)] == 92) for at in steps):
@@ -190,10 +179,7 @@ class _Reading:
         self.n_odd = int(total[k.N_ODD])
         n_v, n_u, n_t = (int(total[j]) for j in (k.N_VERTICES, k.N_UVS, k.N_TRIANGLES))
         if max(n_v, n_u, n_t) > MAX_ROWS:
-            raise InputError(
-                tr("The model has more than 2147483647 vertices or faces. Divide it into tiles."),
-                file=self.path,
-            )
+            raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=self.path)
         self.vertices = np.empty((n_v, 3))
         self.uvs = np.empty((n_u, 2))
         self.colors = np.empty((n_v if total[k.N_COLORED] else 0, 3), np.float32)
@@ -242,17 +228,11 @@ class _Reading:
 
     def _say_left_out(self, short_faces: int, line_elements: int) -> None:
         if short_faces:
-            self.messages.append(faces_without_area(short_faces))
+            self.messages.append(Finding("model.faces-incomplete", count=short_faces))
         if line_elements:
-            self.messages.append(
-                tr_n(
-                    "{count:,} line or point element ('l', 'p') left out.",
-                    "{count:,} line or point elements ('l', 'p') left out.",
-                    line_elements,
-                )
-            )
+            self.messages.append(Finding("model.lines-left-out", count=line_elements))
         if self.n_odd:
-            self.messages.append(_not_understood(self.n_odd))
+            self.messages.append(Finding("model.text-lines-left-out", count=self.n_odd))
 
     def _run(self, work: Callable[[int], object], blocks: int, before: int) -> None:
         """Do work on all blocks in threads; `before` steps of the progress have been made."""
@@ -291,31 +271,15 @@ class _Reading:
                 targets[target][at] = value
         if where:
             self._refuse_decimal_commas(min(where))
-            self.messages.append(values_not_numbers(wrong, self._line(min(where))))
+            self.messages.append(
+                Finding("model.values-not-numbers", count=wrong, line=self._line(min(where)))
+            )
         bad, line = self._first(k.R_BAD_CORNERS, k.R_FIRST_BAD_CORNER)
         if bad:
-            self.messages.append(
-                tr_n(
-                    "{count:,} face left out: it refers to vertices that the file does not have "
-                    "(line {line}).",
-                    "{count:,} faces left out: they refer to vertices that the file does not have "
-                    "(first in line {line}).",
-                    bad,
-                    line=line,
-                )
-            )
+            self.messages.append(Finding("model.faces-without-vertices", count=bad, line=line))
         bad, line = self._first(k.R_BAD_UVS, k.R_FIRST_BAD_UV)
         if bad:
-            self.messages.append(
-                tr_n(
-                    "{count:,} corner of a face without texture: it refers to texture coordinates "
-                    "that the file does not have (line {line}).",
-                    "{count:,} corners of faces without texture: they refer to texture "
-                    "coordinates that the file does not have (first in line {line}).",
-                    bad,
-                    line=line,
-                )
-            )
+            self.messages.append(Finding("texture.no-coordinates", count=bad, line=line))
 
     def _mesh(self) -> Mesh | PointCloud:
         from vomstudio.io.models.formats import _obj_kernels as k
@@ -383,7 +347,7 @@ class _Reading:
                 starts.append(triangle)
                 ids.append(id_)
         if odd:
-            self.messages.append(_not_understood(odd))
+            self.messages.append(Finding("model.text-lines-left-out", count=odd))
         n = len(self.corners)
         if starts[-1] == n and len(starts) > 1:
             starts.pop()
@@ -401,11 +365,7 @@ class _Reading:
         found: dict[str, Material] = {}
         if len(libraries) > MOST_LIBRARIES:
             self.messages.append(
-                tr(
-                    "The file names {count:,} material files; the first {kept:,} are read.",
-                    count=len(libraries),
-                    kept=MOST_LIBRARIES,
-                )
+                Finding("material.too-many-files", count=len(libraries), limit=MOST_LIBRARIES)
             )
         for entry in libraries[:MOST_LIBRARIES]:
             for path in self._library_paths(entry):
@@ -414,9 +374,7 @@ class _Reading:
                     found.setdefault(name, material)
                 self.messages.extend(messages)
         if not libraries and any(names):
-            self.messages.append(
-                tr("The file uses materials but names no material file (mtllib). They are grey.")
-            )
+            self.messages.append(Finding("material.no-file"))
         by_case = {name.casefold(): material for name, material in found.items()}
         result = []
         missing: list[str] = []
@@ -426,12 +384,7 @@ class _Reading:
                 missing.append(name)
             result.append(Material(name, like.texture, like.diffuse) if like else Material(name))
         if missing:
-            listed = ", ".join(f"'{n}'" for n in missing[:LISTED])
-            if len(missing) > LISTED:
-                listed = tr("{names} and {count} more", names=listed, count=len(missing) - LISTED)
-            self.messages.append(
-                tr("These materials are in no material file and are grey: {names}.", names=listed)
-            )
+            self.messages.append(Finding("material.missing", names=missing))
         return tuple(result)
 
     def _library_paths(self, entry: str) -> list[Path]:
@@ -439,7 +392,7 @@ class _Reading:
         found, problem = find_beside(self.path.parent, entry)
         if found is not None:
             if problem:
-                self.messages.append(tr("Material file: {problem}.", problem=problem))
+                self.messages.append(Finding("material.file-substituted", reason=problem))
             return [found]
         paths = []
         words = entry.split()
@@ -449,20 +402,9 @@ class _Reading:
                 paths.append(found)
             if warning:
                 self.messages.append(
-                    tr(
-                        "Material file: {problem}.",
-                        problem=warning if len(words) > 1 else problem,
-                    )
+                    Finding("material.file-unusable", reason=warning if len(words) > 1 else problem)
                 )
         return paths
-
-
-def _not_understood(count: int) -> str:
-    return tr_n(
-        "{count:,} line was not understood and was left out.",
-        "{count:,} lines were not understood and were left out.",
-        count,
-    )
 
 
 READER = Reader(to_translate("Wavefront OBJ"), (".obj",), matches, read)

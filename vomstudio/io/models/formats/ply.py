@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -24,18 +24,16 @@ from vomstudio.io.models.formats._common import (
     ROWS_AT_ONCE,
     drop_unsound,
     drop_unsound_points,
-    faces_without_area,
-    faces_without_vertices,
     read_whole,
     scale_colors,
 )
 from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Header, read_header
 from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text, whole_numbers
-from vomstudio.io.models.mtl import check_image, find_beside
+from vomstudio.io.models.mtl import check_image, find_beside, texture_finding
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import as_utf8
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate
 
 Array = npt.NDArray[np.generic]
 
@@ -66,7 +64,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     if not matches(path, data[:4].tobytes()):
         data = np.frombuffer(as_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
-    messages: list[Message] = []
+    messages: list[Finding] = []
     budget = Budget(path, len(data))
     if header.order == "":
         tables = read_text(bytearray(data), header, path, budget, messages, progress)
@@ -87,25 +85,19 @@ def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[Array] |
 
 
 def _assemble(
-    header: Header, tables: Mapping[str, Table], path: Path, messages: list[Message]
+    header: Header, tables: Mapping[str, Table], path: Path, messages: list[Finding]
 ) -> Mesh | PointCloud:
     vertex = tables.get("vertex")
     if vertex is None:
-        raise InputError(
-            tr("The PLY header names no 'vertex' element. Export it again."), file=path
-        )
+        raise InputError(Finding("model.no-points"), file=path)
     used: set[str] = set()
     names = {p.name.lower() for e in header.elements if e.name == "vertex" for p in e.properties}
     if not {"x", "y", "z"} <= names:
-        raise InputError(
-            tr("The PLY has no x, y and z. Export it again."), file=path, field="vertex"
-        )
+        raise InputError(Finding("model.no-coordinates"), file=path, field="vertex")
     if vertex.n == 0:
-        raise InputError(tr("The PLY holds no points. Export it again."), file=path, field="vertex")
+        raise InputError(Finding("model.no-points"), file=path, field="vertex")
     if vertex.n > MAX_ROWS:
-        raise InputError(
-            tr("There are more than 2147483647 points. Divide the model into tiles."), file=path
-        )
+        raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
     xyz = _take(vertex, ("x", "y", "z"), used)
     assert xyz is not None
     points = np.empty((vertex.n, 3))
@@ -149,7 +141,7 @@ def _assemble(
 
 
 def _with_strips(
-    header: Header, tables: Mapping[str, Table], messages: list[Message]
+    header: Header, tables: Mapping[str, Table], messages: list[Finding]
 ) -> Table | None:
     """Return the faces, including triangle strips, None if the file has neither.
 
@@ -158,12 +150,12 @@ def _with_strips(
     there = {e.name for e in header.elements if e.count and e.properties}
     face = tables["face"] if "face" in there else None
     if face is not None and any(name.endswith("red") for name in face.plain):
-        messages.append(tr("The faces have colours of their own, which are not used."))
+        messages.append(Finding("model.face-colors-unused"))
     for name in sorted(there & STRIP_NAMES):
         lists = tables[name].lists
         key = next((n for n in FACE_NAMES if n in lists), None)
         if key is None:
-            messages.append(tr("The faces have no list 'vertex_indices' and are left out."))
+            messages.append(Finding("model.no-face-indices"))
             continue
         triangles = _unrolled(*lists[key])
         counts = np.full(len(triangles), 3, np.int64)
@@ -176,9 +168,7 @@ def _with_strips(
             face = Table(face.n + len(triangles), {}, {old: (np.append(known, counts), joined)})
     unread = sorted(there - STRIP_NAMES - {"vertex", "face"})
     if unread:
-        messages.append(
-            tr("These elements of the file are not read: {elements}.", elements=", ".join(unread))
-        )
+        messages.append(Finding("model.elements-left-out", elements=unread))
     return face
 
 
@@ -209,7 +199,7 @@ def _indices(raw: Array) -> npt.NDArray[np.int64]:
 
 
 def _mesh(
-    header: Header, face: Table, bare: Mesh, path: Path, messages: list[Message]
+    header: Header, face: Table, bare: Mesh, path: Path, messages: list[Finding]
 ) -> Mesh | PointCloud:
     """Return the mesh of faces, with their texture coordinates and textures, on the vertices."""
     uv_counts, uv_values = face.lists.get("texcoord", (np.zeros(0, np.int64), np.zeros(0)))
@@ -247,14 +237,14 @@ def _triangles(
     uv_values: int,
     vertices: npt.NDArray[np.float64],
     path: Path,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> _Triangles:
     """The polygons of a table cut into triangles. uv_counts: numbers in each face's own list of
     texture coordinates; uv_values: of them altogether."""
     key = next((n for n in FACE_NAMES if n in face.lists), None)
     indices: npt.NDArray[Any]
     if key is None:
-        messages.append(tr("The faces have no list 'vertex_indices' and are left out."))
+        messages.append(Finding("model.no-face-indices"))
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
     else:
         counts, raw = face.lists[key]
@@ -262,9 +252,7 @@ def _triangles(
     have_uv = len(uv_counts) == len(counts) > 0 and uv_values > 0
     room = int(np.maximum(counts - 2, 0).sum())
     if room > MAX_ROWS:
-        raise InputError(
-            tr("There are more than 2147483647 faces. Divide the model into tiles."), file=path
-        )
+        raise InputError(Finding("model.too-many-elements", limit=MAX_ROWS), file=path)
     if not have_uv and len(counts) and (counts == 3).all():
         # The common case, without waiting for compiled code.
         found, out_of_range = _only_triangles(indices.reshape(-1, 3), len(vertices))
@@ -302,9 +290,9 @@ def _triangles(
         found = _Triangles(corners[:n], uv_corners[:n], face_of[:n], have_uv)
         polygons = polygons[:p]
     if out_of_range:
-        messages.append(faces_without_vertices(out_of_range))
+        messages.append(Finding("model.faces-without-vertices", count=out_of_range))
     if short:
-        messages.append(faces_without_area(short))
+        messages.append(Finding("model.faces-incomplete", count=short))
     if len(polygons):
         from vomstudio.io.models.formats import _polygons
 
@@ -326,7 +314,7 @@ def _only_triangles(triples: npt.NDArray[Any], n_vertices: int) -> tuple[_Triang
 
 
 def _dressed(
-    header: Header, face: Table, faces: _Triangles, path: Path, messages: list[Message]
+    header: Header, face: Table, faces: _Triangles, path: Path, messages: list[Finding]
 ) -> tuple[_Triangles, tuple[Material, ...], npt.NDArray[np.int64]]:
     """The triangles in the order of their textures, these, and where each one's begin."""
     materials = tuple(_texture(name, i, path, messages) for i, name in enumerate(header.textures))
@@ -336,20 +324,12 @@ def _dressed(
         odd = (ids < 0) | (ids >= len(materials))
         wrong = odd & (ids != -1)  # -1 is how a face without texture is written
         if wrong.any():
-            messages.append(
-                tr_n(
-                    "{count:,} face without texture: the header has no texture of its number.",
-                    "{count:,} faces without texture: the header has no textures of their numbers.",
-                    int(wrong.sum()),
-                )
-            )
+            messages.append(Finding("texture.unknown-number", count=int(wrong.sum())))
         if odd.any():
             ids[odd] = len(materials)
             materials = (*materials, Material("no texture"))
     elif len(materials) > 1:
-        messages.append(
-            tr("There are several textures but no 'texnumber' per face. The first is used.")
-        )
+        messages.append(Finding("texture.no-numbers"))
     if np.any(np.diff(ids) < 0):
         order = np.argsort(ids, kind="stable")
         ids, faces = ids[order], faces.ordered(order)
@@ -380,14 +360,14 @@ def _with_own_uv(mesh: Mesh, uv_corners: npt.NDArray[np.int32], uv_values: Array
     return replace(mesh, vertices=vertices, faces=faces, uv=uv, colors=colors, fields=fields)
 
 
-def _texture(name: str, index: int, path: Path, messages: list[Message]) -> Material:
+def _texture(name: str, index: int, path: Path, messages: list[Finding]) -> Material:
     found, problem = find_beside(path.parent, name)
     if found is not None:
         wrong = check_image(found)
         if wrong:
             found, problem = None, wrong
     if problem:
-        messages.append(tr("Texture {number}: {problem}.", number=index + 1, problem=problem))
+        messages.append(texture_finding(index + 1, found, problem))
     return Material(name, found)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files import regular
 from vomstudio.geometry.cloud import PointCloud
@@ -76,16 +76,16 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """
     data = read_whole(path, progress)
     if len(data) < _HEADER_BYTES or data[:4].tobytes() != _MAGIC:
-        raise InputError(tr("This is not a shapefile. Export it again."), file=path)
+        raise InputError(Finding("file.other-format", format="SHP"), file=path)
     (kind,) = struct.unpack_from("<i", data.data, 32)
-    messages: list[Message] = []
+    messages: list[Finding] = []
     if kind in _SHAPES:
         finding = Finding("model.other-shapes", shapes=tr(_SHAPES[kind]))
         raise InputError(finding, file=path)
     if kind == _MULTI_PATCH:
         corners = _patch_corners(data, messages)
         if not len(corners):
-            raise InputError(tr("The shapefile has no faces. Export it again."), file=path)
+            raise InputError(Finding("model.no-faces"), file=path)
         mesh = drop_unsound(Mesh(*join_corners(corners.reshape(-1, 3))), messages, path)
         is_mesh = isinstance(mesh, Mesh)
         return LoadedModel(mesh, "mesh" if is_mesh else "cloud", None, tuple(messages), path)
@@ -94,7 +94,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
         raise InputError(finding, file=path)
     points, rows = _points(data, messages)
     if not len(points):
-        raise InputError(tr("The shapefile has no points. Export it again."), file=path)
+        raise InputError(Finding("model.no-points"), file=path)
     fields: Fields = {} if rows is None else _attributes(path, rows, messages)
     cloud = drop_unsound_points(_cloud(points, fields), messages, path)
     return LoadedModel(cloud, "cloud", None, tuple(messages), path)
@@ -116,7 +116,7 @@ def _cloud(points: Floats, fields: Fields) -> PointCloud:
 
 
 def _points(
-    data: npt.NDArray[np.uint8], messages: list[Message]
+    data: npt.NDArray[np.uint8], messages: list[Finding]
 ) -> tuple[Floats, npt.NDArray[np.int64] | None]:
     """Return points (n, 3) and their rows in the table, None if a row has several points."""
     body = data[_HEADER_BYTES:]
@@ -143,7 +143,7 @@ def _points(
     return points, np.array(rows, np.int64) if is_single else None
 
 
-def _records(data: npt.NDArray[np.uint8], messages: list[Message]) -> Iterator[_Record]:
+def _records(data: npt.NDArray[np.uint8], messages: list[Finding]) -> Iterator[_Record]:
     view, at, number = data.data, _HEADER_BYTES, 0
     while at + 12 <= len(data):
         _, words = struct.unpack_from(">2i", view, at)
@@ -156,7 +156,7 @@ def _records(data: npt.NDArray[np.uint8], messages: list[Message]) -> Iterator[_
         at, number = end, number + 1
 
 
-def _patch_corners(data: npt.NDArray[np.uint8], messages: list[Message]) -> Floats:
+def _patch_corners(data: npt.NDArray[np.uint8], messages: list[Finding]) -> Floats:
     """Return the triangles (n, 3, 3) of multipatches."""
     patches: list[Floats] = []
     left_out = 0
@@ -202,19 +202,14 @@ def _part_triangles(points: Floats, kind: int) -> Floats | None:
 # --- attributes --------------------------------------------------------------------------------
 
 
-def _attributes(path: Path, rows: npt.NDArray[np.int64], messages: list[Message]) -> Fields:
+def _attributes(path: Path, rows: npt.NDArray[np.int64], messages: list[Finding]) -> Fields:
     """Return the numeric columns of the table beside the shapes, one value per point."""
     table = _table_beside(path)
     if table is None or len(table) < 33:
         return {}
     count, header, width = struct.unpack_from("<IHH", table, 4)
     if width < 1 or len(table) < header + width * (int(rows.max(initial=-1)) + 1):
-        messages.append(
-            tr(
-                "The attribute table (.dbf) does not match the shapes and was ignored. Copy all "
-                "files."
-            )
-        )
+        messages.append(Finding("model.attributes-unused"))
         return {}
     count = min(count, (len(table) - header) // width)
     cells = np.frombuffer(table, np.uint8, count * width, header).reshape(count, width)[rows]

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import (
@@ -32,7 +32,7 @@ from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import MARKS, as_utf8
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -52,13 +52,13 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """The triangles of an STL file, corners at the same place joined; the origin of
     `NAME.offset.txt` added in float64. Raises InputError where there is no sound triangle."""
     data = read_whole(path, progress)
-    messages: list[Message] = []
+    messages: list[Finding] = []
     corners = (
         _binary(data, path, messages) if _is_binary(data) else _text(data, path, progress, messages)
     )
     del data
     if len(corners) == 0:
-        raise InputError(tr("The file has no triangles. Export it again."), file=path)
+        raise InputError(Finding("model.no-faces"), file=path)
     vertices, faces = join_corners(corners)
     offset = read_offset(path)
     if offset.origin is not None:
@@ -84,47 +84,29 @@ def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
 
 
 def _binary(
-    data: npt.NDArray[np.uint8], path: Path, messages: list[Message]
+    data: npt.NDArray[np.uint8], path: Path, messages: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
-        raise InputError(tr("This is not an STL file, or it ends within its header."), file=path)
+        raise InputError(Finding("file.other-format", format="STL"), file=path)
     (promised,) = struct.unpack_from("<I", data.data, 80)
     there = (len(data) - HEADER_BYTES) // RECORD_BYTES
     count = min(promised, there)
     if count > MAX_FACES:
-        raise InputError(
-            tr(
-                "There are more than {limit:,} faces. Divide the model into tiles.", limit=MAX_FACES
-            ),
-            file=path,
-        )
+        raise InputError(Finding("model.too-many-elements", limit=MAX_FACES), file=path)
     if there < promised:
         messages.append(
-            tr(
-                "The file is cut short: it has {found:,} of the {promised:,} faces its header "
-                "promises.",
-                found=there,
-                promised=promised,
-            )
+            Finding("model.incomplete", count=there, promised=promised, element=tr("faces"))
         )
     elif there > promised:
-        messages.append(
-            tr_n(
-                "The bytes after the {count:,} face that the header promises are not read.",
-                "The bytes after the {count:,} faces that the header promises are not read.",
-                promised,
-            )
-        )
+        messages.append(Finding("model.trailing-bytes", count=promised))
     records = data[HEADER_BYTES : HEADER_BYTES + count * RECORD_BYTES].view(RECORD)
     if records["attribute"].any():
-        messages.append(
-            tr("The faces have attributes (colours in some programs), which are not used.")
-        )
+        messages.append(Finding("model.face-colors-unused"))
     return np.ascontiguousarray(records["corners"]).reshape(-1, 3)
 
 
 def _text(
-    data: npt.NDArray[np.uint8], path: Path, progress: Progress, messages: list[Message]
+    data: npt.NDArray[np.uint8], path: Path, progress: Progress, messages: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords part the loops: a corner too many or too few must not shift all that follow.
     text = in_utf8(data)
@@ -148,22 +130,16 @@ def _text(
     corners, loop = np.concatenate(numbers), np.concatenate(loops)
     del numbers, loops
     if not len(corners):
-        raise InputError(tr("The file has no corners ('vertex x y z')."), file=path)
+        raise InputError(Finding("model.no-faces"), file=path)
     # They come in order, so that those of one loop lie side by side.
     first = np.flatnonzero(np.diff(loop, prepend=-1))
     counts = np.diff(first, append=len(loop))
     whole = (counts == 3) & (loop[first] > 0)
     odd = int(len(first) - np.count_nonzero(whole))
     if odd:
-        messages.append(
-            tr_n(
-                "{count:,} face left out that does not have three corners.",
-                "{count:,} faces left out that do not have three corners.",
-                odd,
-            )
-        )
+        messages.append(Finding("model.faces-incomplete", count=odd))
     if b"endsolid" not in text[-4096:].tobytes().lower():
-        messages.append(tr("The file is cut short: it does not end with 'endsolid'."))
+        messages.append(Finding("model.maybe-cut-short", end="endsolid"))
     if odd:
         corners = corners[(first[whole][:, None] + np.arange(3)).reshape(-1)]
     return corners

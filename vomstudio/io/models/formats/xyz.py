@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.kinds import require_text
 from vomstudio.geometry.cloud import PointCloud
@@ -43,7 +43,7 @@ from vomstudio.io.text.rows import (
 )
 from vomstudio.io.text.tables import TextTable, coordinate_columns, read_points
 from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -99,15 +99,12 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """
     data = read_whole(path, progress).tobytes()
     if len(data) > LARGEST_FILE:
-        raise InputError(
-            tr("A text table of so many points is too large. Convert it to LAS or PLY first."),
-            file=path,
-        )
+        raise InputError(Finding("table.too-large", size_gib=len(data) / 2**30), file=path)
     data = as_utf8(data)
     if b"\r" in data and b"\n" not in data:
         data = data.replace(b"\r", b"\n")
     require_text(path, data)
-    messages: list[Message] = []
+    messages: list[Finding] = []
     layout = _layout(data[:HEAD_BYTES], len(data) > HEAD_BYTES, path)
     columns = _columns(layout, path, messages)
     table = _numbers(data, layout, path, progress)
@@ -123,10 +120,10 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
     if more and len(lines) > 1:
         lines = lines[:-1]
     if max(map(len, lines)) > min(LONGEST_LINE, HEAD_BYTES - 1):
-        raise InputError(tr("The lines are too long for a table of points."), file=path)
+        raise InputError(Finding("table.long-line", count=max(map(len, lines))), file=path)
     rows = [(n, line) for n, line in enumerate(lines) if not is_blank(line) and line[:1] != "#"]
     if not rows:
-        raise InputError(tr("The file has no rows of points."), file=path)
+        raise InputError(Finding("table.no-rows"), file=path)
     if len(rows) > 2 and re.fullmatch(r"\s*\d+\s*", rows[0][1]) and len(rows[1][1].split()) > 1:
         rows = rows[1:]  # the number of points, as .pts files begin
     sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
@@ -141,11 +138,7 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
         header = [name for name in header if name] if delimiter == " " else header
         at, header_line = 1, rows[0][0] + 1
         if len(rows) == 1:
-            raise InputError(
-                tr("There is nothing below the header. A table needs rows."),
-                file=path,
-                line=header_line,
-            )
+            raise InputError(Finding("table.no-rows"), file=path, line=header_line)
     cells = [cut(line, delimiter) for line in sample[at:]]
     width = len(cells[0])
     if header is None:
@@ -176,7 +169,7 @@ def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[lis
     return None, 0
 
 
-def _columns(layout: Layout, path: Path, messages: list[Message]) -> ColumnUses:
+def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
     if layout.header is None:
         return _columns_by_value(layout, path, messages)
     text = TextRows(
@@ -218,13 +211,11 @@ def _columns(layout: Layout, path: Path, messages: list[Message]) -> ColumnUses:
     return columns
 
 
-def _columns_by_value(layout: Layout, path: Path, messages: list[Message]) -> ColumnUses:
+def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
     """Without names: x, y, z first; then colours and normals are known by their values."""
     if layout.width < 3:
         raise InputError(
-            tr(
-                "Points need three columns x, y, z, and this table has {width}.", width=layout.width
-            ),
+            Finding("table.column-count", count=layout.width, columns=("x", "y", "z")),
             file=path,
             line=layout.skip + 1,
         )
@@ -245,10 +236,10 @@ def _columns_by_value(layout: Layout, path: Path, messages: list[Message]) -> Co
             at += 1
             continue
         messages.append(
-            tr(
-                "Columns {first} to {last} have no names. They are taken as red, green and blue."
+            Finding(
+                "model.columns-as-colors"
                 if columns.rgb[:1] == [at]
-                else "Columns {first} to {last} have no names. They are taken as normals.",
+                else "model.columns-as-normals",
                 first=at + 1,
                 last=at + 3,
             )
@@ -308,7 +299,7 @@ def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dic
     except (ValueError, OverflowError, LookupError) as error:
         read_points(path)  # says in which line, and what
         raise InputError(
-            tr("The table cannot be read ({error}).", error=" ".join(str(error).split())[:160]),
+            Finding("file.damaged", reason=" ".join(str(error).split())[:160], format="XYZ"),
             file=path,
         ) from error
     found = {i: grown.take(str(i), rows) for i in range(layout.width)}
@@ -385,7 +376,7 @@ def _cloud(
     columns: ColumnUses,
     layout: Layout,
     path: Path,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> PointCloud:
     def numeric(i: int) -> Array | None:
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
@@ -396,7 +387,7 @@ def _cloud(
         if values is None:
             read_points(path)
             raise InputError(
-                tr("A coordinate is not a number."),
+                Finding("table.value-missing"),
                 file=path,
                 field=layout.header[i] if layout.header else f"column {i + 1}",
             )
@@ -409,33 +400,22 @@ def _cloud(
         column[beyond] = np.nan
         far |= beyond
     if far.any():
-        messages.append(
-            tr_n(
-                "{count:,} point too far away to be in metres.",
-                "{count:,} points too far away to be in metres.",
-                int(far.sum()),
-            )
-        )
+        messages.append(Finding("model.points-far-away", count=int(far.sum())))
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
     fields: dict[str, Array] = {}
     words = []
     for i, name in columns.others.items():
         values = numeric(i)
         if values is None:
-            words.append(f"'{name}'")
+            words.append(name)
         else:
             fields[name] = np.ascontiguousarray(values)
     if columns.rgb and colors is None:
-        messages.append(tr("The colours are not used: some of them are not numbers."))
+        messages.append(Finding("model.colors-not-numbers"))
     if columns.normals and normals is None:
-        messages.append(tr("The normals are not used: some of them are not numbers."))
+        messages.append(Finding("model.normals-not-numbers"))
     if words:
-        messages.append(
-            tr(
-                "These columns are left out, for they hold more than numbers: {columns}.",
-                columns=", ".join(words[:8]),
-            )
-        )
+        messages.append(Finding("model.columns-left-out", columns=words))
     return PointCloud(
         points,
         None if colors is None else scale_colors(colors),

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO, TextIO
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.regular import open_regular, read_small_text, read_whole
 from vomstudio.geometry.cloud import PointCloud
@@ -22,7 +22,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.image_store import ending_of, plain_name
 from vomstudio.io.models.writer import Outgoing
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[Any]
 
@@ -34,7 +33,7 @@ def positions_of(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
 
 
 def field_names(
-    fields: Mapping[str, Array], used_names: Iterable[str], messages: list[Message]
+    fields: Mapping[str, Array], used_names: Iterable[str], messages: list[Finding]
 ) -> dict[str, str]:
     """Return a unique ASCII name for each field, none of them in `used_names` (case-insensitive).
 
@@ -53,39 +52,22 @@ def field_names(
         used.add(free.casefold())
         result[name] = free
         if free != name:
-            messages.append(renamed(name, free))
+            messages.append(Finding("model.field-renamed", field=name, new=free))
     return result
 
 
-def renamed(name: str, new: str) -> str:
-    """Return the message about a field that the format cannot store under its name."""
-    return tr("The field '{field}' is named '{new}' in this format.", field=name, new=new)
+def textures_not_written(names: Iterable[str]) -> Finding:
+    return Finding("model.textures-not-written", images=tuple(names))
 
 
-def lost_fields(names: Iterable[str]) -> str:
-    return tr("This format has no fields. Left out: {fields}.", fields=", ".join(names))
-
-
-def lost_textures(names: Iterable[str]) -> str:
-    return tr("This format has no textures. Left out: {images}.", images=", ".join(names))
-
-
-def bare_points(data: Mesh | PointCloud, messages: list[Message]) -> None:
+def bare_points(data: Mesh | PointCloud, messages: list[Finding]) -> None:
     """Append a message about the faces of a mesh that a format of points cannot store."""
     if not isinstance(data, Mesh):
         return
-    messages.append(
-        tr_n(
-            "This format has no faces. The {count:,} face of the mesh is left out, its vertices "
-            "are written.",
-            "This format has no faces. The {count:,} faces of the mesh are left out, its vertices "
-            "are written.",
-            len(data.faces),
-        )
-    )
+    messages.append(Finding("model.faces-not-written", count=len(data.faces)))
     images = [m.texture.name for m in data.materials if m.texture is not None]
     if images:
-        messages.append(lost_textures(images))
+        messages.append(textures_not_written(images))
 
 
 def step_rows(n: int, out: Outgoing, title: str) -> Iterator[slice]:
@@ -199,8 +181,8 @@ def _opened(path: Path) -> BinaryIO:
 
 def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
     return TargetError(
-        tr(
-            "The texture cannot be read ({reason}). Put it back, or open the model again.",
+        Finding(
+            "texture.unreadable",
             reason=error.message if isinstance(error, InputError) else error.strerror,
         ),
         file=path,
@@ -208,20 +190,14 @@ def _unreadable(path: Path, error: InputError | OSError) -> TargetError:
 
 
 def prj_beside(
-    out: Outgoing, messages: list[Message], esri: bool = False
+    out: Outgoing, messages: list[Finding], esri: bool = False
 ) -> list[tuple[Path, str]]:
     """`NAME.prj` with the CRS, for formats that have no place for one; nothing where it stands
     there already. esri : in the words of ESRI, as a shapefile has it"""
     path = out.path.with_suffix(".prj")
     if out.crs is None:
         if path.exists():
-            messages.append(
-                tr(
-                    "'{file}' names a coordinate reference system that this model does not have. "
-                    "Remove that file.",
-                    file=path.name,
-                )
-            )
+            messages.append(Finding("frame.stale-crs-file", file=path.name))
         return []
     text = prj_text(out.crs, esri)
     return [] if says_the_same(path, text, out.crs) else [(path, text)]

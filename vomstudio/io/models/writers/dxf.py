@@ -4,40 +4,39 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
-    lost_fields,
-    lost_textures,
     positions_of,
     prj_beside,
     step_rows,
+    textures_not_written,
 )
 from vomstudio.words import to_translate, tr
 
 
-def write(out: Outgoing) -> list[Message]:
+def write(out: Outgoing) -> list[Finding]:
     """Points in the nearest of the 255 colours that the format has; faces by material, each on a
     layer of its own; coordinates exact; the CRS in NAME.prj."""
-    messages: list[Message] = []
+    messages: list[Finding] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) and len(data.faces) else None
     if data.fields:
-        messages.append(lost_fields(data.fields))
+        messages.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
     if not isinstance(data, Mesh) and data.normals is not None:
-        messages.append(tr("This format has no normals. They are left out."))
+        messages.append(Finding("model.normals-not-written"))
     if mesh is not None:
         images = [m.texture.name for m in mesh.materials if m.texture is not None]
         if images:
-            messages.append(lost_textures(images))
+            messages.append(textures_not_written(images))
         if mesh.colors is not None:
-            messages.append(tr("This format has no colours of mesh vertices. They are left out."))
+            messages.append(Finding("model.colors-not-written"))
     elif data.colors is not None:
-        messages.append(tr("Colours are reduced to the 255 colours of DXF release 12."))
+        messages.append(Finding("model.colors-reduced"))
     beside = prj_beside(out, messages)
     materials = [] if mesh is None else [m.name or "mesh" for m in mesh.materials]
     names = layer_names(materials or ["mesh" if mesh is not None else "points"])

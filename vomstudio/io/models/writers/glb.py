@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.files.untrusted.pictures import open_picture
@@ -23,7 +23,7 @@ from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import image_bytes, positions_of
 from vomstudio.version import __version__
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 
@@ -37,10 +37,10 @@ TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, INDEX_BUFFER = 34962, 34963
 
 
-def write(out: Outgoing) -> list[Message]:
+def write(out: Outgoing) -> list[Finding]:
     """One primitive per material. Origin and CRS in `asset.extras` and NAME.offset.txt; fields as
     `_NAME` attributes in float32."""
-    messages: list[Message] = []
+    messages: list[Finding] = []
     origin = _origin(out.data)
     scene = _Scene(out, origin, messages)
     scene.build()
@@ -50,9 +50,8 @@ def write(out: Outgoing) -> list[Message]:
     size = len(chunks[0]) + sum(len(part) for part in scene.parts) + 28
     if size > MAX_BYTES:
         raise TargetError(
-            tr(
-                "A GLB file cannot hold {size:.1f} GiB. Write PLY or OBJ, or divide the model.",
-                size=size / 2**30,
+            Finding(
+                "model.exceeds-format", format="GLB", size_gib=size / 2**30, alternatives="PLY, OBJ"
             ),
             file=out.path,
         )
@@ -85,7 +84,7 @@ def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
 
 class _Scene:
     def __init__(
-        self, out: Outgoing, origin: npt.NDArray[np.float64], messages: list[Message]
+        self, out: Outgoing, origin: npt.NDArray[np.float64], messages: list[Finding]
     ) -> None:
         self.out, self.origin, self.messages = out, origin, messages
         self.parts: list[bytes] = []
@@ -126,16 +125,12 @@ class _Scene:
                 extra["NORMAL"] = self._accessor(turned.astype("<f4"), FLOAT)
             self._add(self.out.path.stem, slice(None), extra, {"mode": 0})
         if self._error > ROUNDING_M:
-            self.messages.append(
-                tr(
-                    "The model is too large for float32: positions are rounded by up to "
-                    "{error:.2g} mm.",
-                    error=self._error * 1000,
-                )
-            )
+            self.messages.append(Finding("model.positions-rounded", rounding_mm=self._error * 1000))
         for name, values in data.fields.items():
             if not _fits_float32(values):
-                self.messages.append(tr("The field '{field}' is rounded to float32.", field=name))
+                self.messages.append(
+                    Finding("model.field-rounded", field=name, precision="float32")
+                )
 
     def _add_mesh(self, mesh: Mesh) -> None:
         materials = mesh.materials or (None,)
@@ -175,13 +170,7 @@ class _Scene:
             self._add(name, rows, extra, primitive)
         loose = len(mesh.vertices) - len(np.unique(mesh.faces))
         if loose:
-            self.messages.append(
-                tr_n(
-                    "{count:,} vertex that no face uses is left out.",
-                    "{count:,} vertices that no face uses are left out.",
-                    loose,
-                )
-            )
+            self.messages.append(Finding("model.loose-points-left-out", count=loose))
 
     def _add(
         self, name: str, rows: Any, attributes: dict[str, int], primitive: dict[str, Any]
@@ -190,10 +179,7 @@ class _Scene:
         local = positions_of(data)[rows] - self.origin
         if float(np.abs(local).max(initial=0.0)) > float(np.finfo(np.float32).max):
             raise TargetError(
-                tr(
-                    "The coordinates are beyond what this format can hold (float32). Write PLY or "
-                    "OBJ instead."
-                ),
+                Finding("model.exceeds-format", format="GLB", alternatives="PLY, OBJ"),
                 file=self.out.path,
             )
         stored = np.stack([local[:, 0], local[:, 2], -local[:, 1]], axis=1).astype("<f4")
@@ -271,13 +257,7 @@ def _as_png(path: Any) -> bytes:
             mode = "RGBA" if "A" in image.getbands() else "RGB"
             image.convert(mode).save(stream, "PNG", compress_level=3)
     except (InputError, OSError, ValueError, SyntaxError) as error:
-        raise TargetError(
-            tr(
-                "This texture cannot be turned into PNG ({error}). Save it as JPEG or PNG.",
-                error=error,
-            ),
-            file=path,
-        ) from error
+        raise TargetError(Finding("texture.unreadable", reason=error), file=path) from error
     return stream.getvalue()
 
 

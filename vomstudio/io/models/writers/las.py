@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import Cancelled
 from vomstudio.files.atomic import atomic_write
 from vomstudio.geometry.cloud import PointCloud
@@ -21,7 +21,6 @@ from vomstudio.io.models.writers._common import (
     bare_points,
     field_names,
     positions_of,
-    renamed,
     step_rows,
 )
 from vomstudio.words import to_translate, tr
@@ -42,12 +41,12 @@ STANDARD = {
 NAME_BYTES = 32
 
 
-def write(out: Outgoing) -> list[Message]:
+def write(out: Outgoing) -> list[Finding]:
     """Integers of a scale that keeps the coordinates; the CRS as WKT; colours in 16 bit; fields in
     their places or as extra dimensions of their own types."""
     import laspy
 
-    messages: list[Message] = []
+    messages: list[Finding] = []
     data = out.data
     bare_points(data, messages)
     points = positions_of(data)
@@ -55,7 +54,7 @@ def write(out: Outgoing) -> list[Message]:
     offset, scales = np.array(grids).T
     rounding = _rounding(points, offset, scales)
     if rounding > 1e-9 * max(1.0, float(np.abs(data.bounds).max()) * 1e-6):
-        messages.append(tr("Coordinates are rounded to {step:g} mm.", step=scales.max() * 1000))
+        messages.append(Finding("model.positions-rounded", rounding_mm=scales.max() * 1000))
     header = laspy.LasHeader(version="1.4", point_format=7 if data.colors is not None else 6)
     header.scales, header.offsets = scales, offset
     columns = _columns(data, header, messages)
@@ -148,7 +147,7 @@ def _rounding(points: Array, offset: Array, scales: Array) -> float:
 
 
 def _columns(
-    data: Mesh | PointCloud, header: Any, messages: list[Message]
+    data: Mesh | PointCloud, header: Any, messages: list[Finding]
 ) -> list[tuple[str, Array]]:
     import laspy
 
@@ -164,7 +163,7 @@ def _columns(
         else:
             rest[name] = values
     if isinstance(data, PointCloud) and data.normals is not None:
-        messages.append(tr("Normals are written as the fields normal_x, normal_y and normal_z."))
+        messages.append(Finding("model.normals-as-fields"))
         for k, axis in enumerate("xyz"):
             rest.setdefault(f"normal_{axis}", data.normals[:, k])
     short = _short_names(rest, messages)
@@ -188,7 +187,7 @@ def _fits(values: Array, kind: Any) -> bool:
         return bool((values.astype(kind).astype(values.dtype) == values).all())
 
 
-def _short_names(fields: dict[str, Array], messages: list[Message]) -> dict[str, Array]:
+def _short_names(fields: dict[str, Array], messages: list[Finding]) -> dict[str, Array]:
     """Names that fit into the 32 bytes which the format has for them."""
     result: dict[str, Array] = {}
     for name, values in fields.items():
@@ -198,7 +197,7 @@ def _short_names(fields: dict[str, Array], messages: list[Message]) -> dict[str,
         while label in result or (label != name and label in fields):
             label, number = f"{short}_{number}", number + 1
         if label != name:
-            messages.append(renamed(name, label))
+            messages.append(Finding("model.field-renamed", field=name, new=label))
         result[label] = values
     return result
 

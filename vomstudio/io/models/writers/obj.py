@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
     Images,
     copy_images,
-    lost_fields,
     plan_images,
     positions_of,
     prj_beside,
@@ -27,16 +26,16 @@ from vomstudio.io.models.writers._common import (
 from vomstudio.words import to_translate, tr
 
 
-def write(out: Outgoing) -> list[Message]:
+def write(out: Outgoing) -> list[Finding]:
     """Coordinates in the shortest decimals that give back the same float64; colours per vertex as
     `v x y z r g b` in 0..1; the CRS in NAME.prj."""
-    messages: list[Message] = []
+    messages: list[Finding] = []
     data = out.data
     if data.fields:
-        messages.append(lost_fields(data.fields))
+        messages.append(Finding("model.fields-not-written", fields=tuple(data.fields)))
     mesh = data if isinstance(data, Mesh) else None
     if mesh is None and data.normals is not None:  # type: ignore[union-attr]
-        messages.append(tr("This format has no normals of points. They are left out."))
+        messages.append(Finding("model.normals-not-written"))
     images = plan_images(mesh, out) if mesh else Images([], [])
     beside = prj_beside(out, messages)
     library = out.path.with_suffix(".mtl") if mesh and mesh.materials else None

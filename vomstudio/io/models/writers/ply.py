@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib import recfunctions as rfn
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -43,21 +43,16 @@ RESERVED = (
 )
 
 
-def write(out: Outgoing) -> list[Message]:
+def write(out: Outgoing) -> list[Finding]:
     """Vertices with doubles, colours, normals and fields of their own types; textured faces with
     `texcoord` and `texnumber`, the images beside; the CRS in NAME.prj."""
-    messages: list[Message] = []
+    messages: list[Finding] = []
     data = out.data
     mesh = data if isinstance(data, Mesh) else None
     images = plan_images(mesh, out) if mesh else Images([], [])
     if mesh is not None and any(m.texture is None for m in mesh.materials):
         bare = [m.name or "untextured" for m in mesh.materials if m.texture is None]
-        messages.append(
-            tr(
-                "This format has no materials without a texture. Left out: {materials}.",
-                materials=", ".join(bare),
-            )
-        )
+        messages.append(Finding("model.materials-not-written", materials=bare))
     beside = prj_beside(out, messages)
     columns = _columns(out, messages)
     paths = [out.path, *(target for _, target in images.copies), *(path for path, _ in beside)]
@@ -79,7 +74,7 @@ def write(out: Outgoing) -> list[Message]:
     return messages
 
 
-def _columns(out: Outgoing, messages: list[Message]) -> list[tuple[str, Array]]:
+def _columns(out: Outgoing, messages: list[Finding]) -> list[tuple[str, Array]]:
     data = out.data
     points = positions_of(data)
     columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
@@ -93,7 +88,7 @@ def _columns(out: Outgoing, messages: list[Message]) -> list[tuple[str, Array]]:
     return columns
 
 
-def _storable(values: Array, name: str, messages: list[Message]) -> Array:
+def _storable(values: Array, name: str, messages: list[Finding]) -> Array:
     """In a type that PLY has."""
     if values.dtype.kind == "b":
         return values.astype(np.uint8)
@@ -101,7 +96,7 @@ def _storable(values: Array, name: str, messages: list[Message]) -> Array:
         return values
     wide = values.astype(np.float64)
     if values.dtype.kind in "iu" and not (wide.astype(values.dtype) == values).all():
-        messages.append(tr("The field '{field}' is rounded to 53 bits.", field=name))
+        messages.append(Finding("model.field-rounded", field=name, precision=tr("53 bits")))
     return wide
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
@@ -17,7 +17,6 @@ from vomstudio.io.models.writers._common import (
     bare_points,
     positions_of,
     prj_beside,
-    renamed,
     step_rows,
 )
 from vomstudio.words import to_translate, tr
@@ -25,20 +24,17 @@ from vomstudio.words import to_translate, tr
 Array = npt.NDArray[Any]
 
 
-def write(out: Outgoing) -> list[Message]:
+def write(out: Outgoing) -> list[Finding]:
     """POINTZ with colours (red, green, blue), normals and fields as attributes; the CRS in
     NAME.prj. Raises TargetError for more points than the format holds."""
-    messages: list[Message] = []
+    messages: list[Finding] = []
     data = out.data
     bare_points(data, messages)
     points = positions_of(data)
     columns = _columns(out, messages)
     if is_too_large(len(points), columns):
         raise TargetError(
-            tr(
-                "A shapefile cannot hold {count:,} points. Write LAZ, or a part of them.",
-                count=len(points),
-            ),
+            Finding("model.exceeds-format", count=len(points), format="SHP", alternatives="LAZ"),
             file=out.path,
         )
     beside = prj_beside(out, messages, esri=True)
@@ -53,7 +49,7 @@ def write(out: Outgoing) -> list[Message]:
     return messages
 
 
-def _columns(out: Outgoing, messages: list[Message]) -> list[Column]:
+def _columns(out: Outgoing, messages: list[Finding]) -> list[Column]:
     data = out.data
     values: dict[str, Array] = {}
     if data.colors is not None:
@@ -65,7 +61,7 @@ def _columns(out: Outgoing, messages: list[Message]) -> list[Column]:
     names = short_names([*values, *own])
     for name in own:
         if names[name] != name:
-            messages.append(renamed(name, names[name]))
+            messages.append(Finding("model.field-renamed", field=name, new=names[name]))
     values |= own
     if not values:
         # The format wants at least one attribute.

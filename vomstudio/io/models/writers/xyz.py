@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -29,10 +29,10 @@ NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
 RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
 
 
-def write(out: Outgoing) -> list[Message]:
+def write(out: Outgoing) -> list[Finding]:
     """Floats in the shortest decimals that give back the same value; `.csv` with commas, the others
     with blanks; the CRS in NAME.prj."""
-    messages: list[Message] = []
+    messages: list[Finding] = []
     data = out.data
     bare_points(data, messages)
     points = positions_of(data)

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import OwnCameras, from_centre, of_views
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -39,10 +39,7 @@ def read_centres(path: Path) -> OwnCameras:
     places = table.columns(columns, ("x", "y", "z"))
     if degrees or (estimated and _look_like_degrees(places)):
         raise InputError(
-            tr(
-                "The centres are in longitude and latitude, in which no model is. Export them in "
-                "the coordinate system of the model."
-            ),
+            Finding("cameras.centres-in-degrees"),
             file=path,
             line=table.table.header_line,
             field=table.table.label(0),
@@ -71,8 +68,8 @@ def _views(table: NamedTable, names: list[str], places: Array) -> list[View]:
             )
             views.append(from_centre(name, lens, rotations[row], places[row]))
         except (KeyError, ValueError, GeometryError) as error:
-            said = tr("The lens or pose is damaged ({error}).", error=str(error).rstrip("."))
-            raise table.at(row, said, "params") from error
+            finding = Finding("cameras.invalid-pose", reason=str(error).rstrip("."))
+            raise table.at(row, finding, "params") from error
     return views
 
 

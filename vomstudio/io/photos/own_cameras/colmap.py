@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import (
     OwnCameras,
     of_views,
     posed,
-    said_of_lens,
     straight,
+    unknown_lens,
 )
 from vomstudio.io.text.file_text import read_bytes, read_text
 from vomstudio.words import tr
@@ -65,7 +66,7 @@ def read_colmap(folder: Path) -> OwnCameras:
     )
     found = list(_binary_images(images, lenses) if binary else _text_images(images, lenses))
     used = Counter(lenses[camera][1] for camera, _ in found)
-    warnings = [said_of_lens(name, count) for name, count in used.items() if name is not None]
+    warnings = [unknown_lens(name, count) for name, count in used.items() if name is not None]
     return of_views(images, (view for _, view in found), None, warnings)
 
 
@@ -194,12 +195,10 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def _bad(path: Path, error: Exception, wanted: str, line: int) -> InputError:
-    said = tr(
-        "The line is not as COLMAP writes it ({wanted}): {error}. Export the model again.",
-        wanted=wanted,
-        error=str(error)[:120].rstrip("."),
+    finding = Finding(
+        "file.damaged", format="COLMAP", reason=f"{str(error)[:120].rstrip('.')} ({wanted})"
     )
-    return InputError(said, file=path, line=line)
+    return InputError(finding, file=path, line=line)
 
 
 class _Binary:
@@ -235,7 +234,5 @@ class _Binary:
         return text
 
     def bad(self, error: str, called: str) -> InputError:
-        said = tr(
-            "The file is not as COLMAP writes it: {error}. Export the model again.", error=error
-        )
-        return InputError(said, file=self.path, field=called)
+        finding = Finding("file.damaged", reason=error, format="COLMAP")
+        return InputError(finding, file=self.path, field=called)

@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -33,7 +32,7 @@ class Candidate:
 
     name: str
     views: Sequence[View]
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def best_of(path: Path, candidates: Sequence[Candidate], bounds: Array | None) -> OwnCameras:
@@ -42,7 +41,7 @@ def best_of(path: Path, candidates: Sequence[Candidate], bounds: Array | None) -
     bounds : (2, 3) lowest and highest corner of the model; None takes the first candidate.
     Raises InputError as `of_views`.
     """
-    chosen, said = candidates[0], list[str]()
+    chosen, said = candidates[0], list[Finding]()
     if bounds is not None:
         shares = [share_looking(candidate.views, bounds) for candidate in candidates]
         best = int(np.argmax(shares))
@@ -50,22 +49,12 @@ def best_of(path: Path, candidates: Sequence[Candidate], bounds: Array | None) -
         if shares[best] < _SOME:
             said.append(not_looking(path))
         elif len(candidates) > 1:
-            said.append(
-                tr(
-                    "The cameras of {file} fit the model in this frame: {frame}.",
-                    file=path.name,
-                    frame=chosen.name,
-                )
-            )
+            said.append(Finding("cameras.frame", file=path.name, frame=chosen.name))
     return of_views(path, chosen.views, None, (*chosen.warnings, *said))
 
 
-def not_looking(path: Path) -> str:
-    return tr(
-        "The cameras of {file} do not look at the model: it was probably exported in another frame "
-        "(shifted, or with another axis up). Export both in the same one.",
-        file=path.name,
-    )
+def not_looking(path: Path) -> Finding:
+    return Finding("cameras.not-looking", file=path.name)
 
 
 def share_looking(views: Sequence[View], bounds: Array) -> float:

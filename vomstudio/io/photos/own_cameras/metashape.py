@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
-from vomstudio.io.photos.own_cameras.result import from_centre, said_of_lens, straight
+from vomstudio.io.photos.own_cameras.result import from_centre, straight, unknown_lens
 from vomstudio.io.text.xml_tree import Element
 from vomstudio.words import tr
 
@@ -36,15 +37,10 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
     InputError with line and element."""
     chunks = [root] if root.tag == "chunk" else list(root.iter("chunk"))
     chunk = max(chunks, key=_posed_in)
-    warnings = []
+    warnings: list[Finding] = []
     if len(chunks) > 1:
         warnings.append(
-            tr(
-                "The file has {count} chunks; the cameras of '{label}', which has the most, are "
-                "used.",
-                count=len(chunks),
-                label=chunk.get("label", ""),
-            )
+            Finding("cameras.several-chunks", count=len(chunks), label=chunk.get("label", ""))
         )
     lenses = {s.get("id"): _lens(path, s) for s in chunk.iter("sensor") if s.get("id") is not None}
     transforms = {c.get("id"): _transform(path, c) for c in chunk.iter("component")}
@@ -66,22 +62,18 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
         poses.append((_label(path, camera), lens, matrix, np.eye(4) if outer is None else outer))
     inner = [_view(path, chunk, *pose[:3], np.eye(4)) for pose in poses]
     if not inner:
-        raise InputError(
-            tr("No photo of the file is aligned. Align them, and export the cameras again."),
-            file=path,
-            line=chunk.sourceline,
-        )
-    warnings += [said_of_lens(name, count) for name, count in Counter(odd).items()]
-    told = tuple(warnings)
-    found = [Candidate(tr("the inner frame of the chunk"), inner, told)]
+        raise InputError(Finding("cameras.none-aligned"), file=path, line=chunk.sourceline)
+    warnings += [unknown_lens(name, count) for name, count in Counter(odd).items()]
+    findings = tuple(warnings)
+    found = [Candidate(tr("the inner frame of the chunk"), inner, findings)]
     if all((outer == np.eye(4)).all() for *_, outer in poses):
         return found
     placed = [_view(path, chunk, *pose) for pose in poses]
     reference = (chunk.findtext("reference") or "").strip()
     if reference and not reference.upper().startswith(_LOCAL):
         on_map, name = _on_map(path, chunk, reference, placed)
-        return [Candidate(name, on_map, told), *found]
-    return [Candidate(tr("the frame of the chunk, with its transform"), placed, told), *found]
+        return [Candidate(name, on_map, findings), *found]
+    return [Candidate(tr("the frame of the chunk, with its transform"), placed, findings), *found]
 
 
 def _posed_in(chunk: Element) -> int:
@@ -242,8 +234,5 @@ def _numbers(path: Path, element: Element, count: int) -> Array:
 def _bad(path: Path, element: Element, error: str) -> InputError:
     name = element.get("label") or element.get("id")
     field = f"{element.tag} {name}" if name else str(element.tag)
-    said = tr(
-        "The file is not as Metashape writes it: {error}. Export the cameras again.",
-        error=error.rstrip("."),
-    )
-    return InputError(said, file=path, line=element.sourceline, field=field)
+    finding = Finding("file.damaged", reason=error.rstrip("."), format="Metashape")
+    return InputError(finding, file=path, line=element.sourceline, field=field)

@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.files.regular import read_json, read_small_text
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
-from vomstudio.io.photos.own_cameras.result import from_centre, posed, said_of_lens, straight
-from vomstudio.words import tr, tr_n
+from vomstudio.io.photos.own_cameras.result import from_centre, posed, straight, unknown_lens
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -55,21 +56,9 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
     largest = max(data, key=lambda each: len(each["shots"]))
     warnings = []
     if len(data) > 1:
-        warnings.append(
-            tr_n(
-                "The photos fell into {count} parts; the cameras of the largest one are used.",
-                "The photos fell into {count} parts; the cameras of the largest one are used.",
-                len(data),
-            )
-        )
+        warnings.append(Finding("cameras.several-parts", count=len(data)))
     if find_offset(path) is not None:
-        warnings.append(
-            tr(
-                "reconstruction.json has a frame of its own, which differs from that of a model "
-                "in map coordinates by the convergence of the meridians. For the georeferenced "
-                "model name odm_report/shots.geojson."
-            )
-        )
+        warnings.append(Finding("cameras.own-frame"))
     lenses = {
         name: _checked(path, f"cameras/{name}", _lens, name, camera)
         for name, camera in largest["cameras"].items()
@@ -85,7 +74,7 @@ def read_reconstruction(path: Path, data: Sequence[Mapping[str, Any]]) -> list[C
         rotation = _three(path, where, shot, "rotation")
         translation = _three(path, where, shot, "translation")
         views.append(_checked(path, where, posed, name, lens, _matrix(rotation), translation))
-    warnings += [said_of_lens(name, count) for name, count in Counter(odd).items()]
+    warnings += [unknown_lens(name, count) for name, count in Counter(odd).items()]
     return [Candidate(tr("the file"), views, tuple(warnings))]
 
 
@@ -165,11 +154,9 @@ def load_json(path: Path) -> Any:
     try:
         return read_json(path)
     except OSError as error:
-        raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except ValueError as error:
-        raise InputError(tr("The file is not JSON ({error}).", error=error), file=path) from error
+        raise InputError(Finding("file.damaged", reason=error, format="JSON"), file=path) from error
 
 
 def _matrix(turn: Array) -> Array:
@@ -203,8 +190,5 @@ def _checked(path: Path, where: str, make: Any, *given: Any) -> Any:
 
 
 def _bad(path: Path, where: str, error: str) -> InputError:
-    said = tr(
-        "The file is not as OpenSfM or OpenDroneMap writes it: {error}. Export it again.",
-        error=error.rstrip("."),
-    )
-    return InputError(said, file=path, field=where)
+    finding = Finding("file.damaged", reason=error.rstrip("."), format="OpenSfM")
+    return InputError(finding, file=path, field=where)

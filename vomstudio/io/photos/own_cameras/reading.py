@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.kinds import refuse_other_kind
 from vomstudio.files.regular import is_regular, open_regular
@@ -16,7 +17,6 @@ from vomstudio.io.photos.own_cameras.frames import Candidate, best_of
 from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
 from vomstudio.io.text.file_text import require_file
 from vomstudio.io.text.xml_tree import is_xml, read_xml
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -42,13 +42,7 @@ def read_own_cameras(path: str | Path, bounds: Array | None = None) -> OwnCamera
     if path.is_dir():
         inside = find_own_cameras(path / "model", beside=False)
         if inside is None:
-            raise InputError(
-                tr(
-                    "The folder holds no cameras that can be read. Name cameras.json, a sparse "
-                    "model of COLMAP, an XML of Metashape, reconstruction.json or shots.geojson."
-                ),
-                file=path,
-            )
+            raise InputError(Finding("cameras.none-in-folder"), file=path)
         return read_own_cameras(inside, bounds)
     require_file(path)
     if is_xml(path):
@@ -57,7 +51,7 @@ def read_own_cameras(path: str | Path, bounds: Array | None = None) -> OwnCamera
             return best_of(path, metashape.read_metashape(path, root), bounds)
         refuse_other_kind(path, ("xml", "metashape-xml"))
         raise InputError(
-            tr("The XML holds no cameras of Metashape. Export them as Agisoft XML."),
+            Finding("file.other-format", format="Agisoft XML"),
             file=path,
             line=root.sourceline,
             field=root.tag,

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.places import no_places
@@ -33,29 +33,25 @@ class OwnCameras:
     views: Mapping[str, View]
     centres: Mapping[str, Array]
     photos: Path | None = None
-    warnings: tuple[Message, ...] = field(default=())
+    warnings: tuple[Finding, ...] = field(default=())
 
 
 def of_views(
     path: Path,
     views: Iterable[View],
     photos: Path | None = None,
-    warnings: Sequence[Message] = (),
+    warnings: Sequence[Finding] = (),
 ) -> OwnCameras:
     """Raises InputError where two views have one name, or there is none."""
     named: dict[str, View] = {}
     for view in views:
         if view.name in named:
             raise InputError(
-                tr("The photo {name} is in the file twice. Remove one of them.", name=view.name),
-                file=path,
-                field=view.name,
+                Finding("cameras.repeated-photo", photo=view.name), file=path, field=view.name
             )
         named[view.name] = view
     if not named:
-        raise InputError(
-            tr("The file has no photo with a known pose. Export the aligned cameras."), file=path
-        )
+        raise InputError(Finding("cameras.none-aligned"), file=path)
     centres = {name: view.centre for name, view in named.items()}
     return OwnCameras(path, named, centres, photos, tuple(warnings))
 
@@ -87,10 +83,5 @@ def straight(width: int, height: int, focal: float) -> Intrinsics:
     return Intrinsics.pinhole(width, height, focal, width / 2, height / 2)
 
 
-def said_of_lens(model: str, photos: int) -> str:
-    return tr(
-        "The lens model {model} ({count} photos) is not known here: marks and level lines in these "
-        "photos are taken as on straight lines, positions and attitudes are as given.",
-        model=model,
-        count=photos,
-    )
+def unknown_lens(model: str, photos: int) -> Finding:
+    return Finding("cameras.unknown-lens", model=model, photos=photos)
