@@ -16,6 +16,7 @@ import rasterio
 
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import projection_axes
+from vomstudio.geology.notation import plane_option
 from vomstudio.geology.orientation import Line, angle_between_lines, planes_to_normals
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.domain_axes import axes_of_domains
@@ -24,7 +25,7 @@ from vomstudio.products.ortho.one_domain import territory
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.section.curtain import curtain_of_plane, parse_section_plane
+from vomstudio.products.section.curtain import curtain_of_plane
 from vomstudio.products.section.directions import Directions, by_domain, domain_projections
 from vomstudio.products.section.writing import project_items
 
@@ -139,7 +140,7 @@ def test_a_domain_of_one_dip_without_a_fault_has_none_and_says_why() -> None:
 def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
     """Points on a line along the axis of their domain come to one place."""
     axes = axes_of_domains(faulted(), "--along")
-    curtain = curtain_of_plane(parse_section_plane("000/90"), (0.0, 0.0, 0.0))
+    curtain = curtain_of_plane(plane_option("000/90"), (0.0, 0.0, 0.0))
     for domain in ("hanging wall", "footwall"):
         line = axes[domain].line
         assert line is not None
@@ -155,7 +156,7 @@ def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
     """All of its points come to the line in which its plane meets the section."""
     items = faulted()
     directions = by_domain(items, "--along")
-    curtain = curtain_of_plane(parse_section_plane("000/90"), (0.0, 0.0, 0.0))
+    curtain = curtain_of_plane(plane_option("000/90"), (0.0, 0.0, 0.0))
     fault = next(item for item in items if item.kind == "fault")
     rng = np.random.default_rng(2)
     points = np.column_stack([np.zeros(9), rng.uniform(-3, 3, 9), np.linspace(0, 4, 9)])
@@ -245,7 +246,7 @@ def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
     )
     axes = projection_axes({"fold": beds})
     assert axes["fold"].valid == "conditional"
-    curtain = curtain_of_plane(parse_section_plane("010/90"), (0.0, 0.0, 0.0))
+    curtain = curtain_of_plane(plane_option("010/90"), (0.0, 0.0, 0.0))
     (told,) = domain_projections(Directions(None, axes), curtain)
     assert "only conditionally valid" in told.words
 

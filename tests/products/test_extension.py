@@ -15,6 +15,7 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_plane
+from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.extension import band_edges, extend, write_traces
 
 ATTITUDE = (60.0, 30.0)
@@ -29,7 +30,7 @@ def test_traces_lie_on_the_planes_and_on_the_surface() -> None:
     mesh = hilly()
     through = np.array([10.0, 10.0, 0.4])
     belief = belief_of_attitude(Plane(*ATTITUDE), through, 1.0, 0.02)
-    found = extend(mesh, belief, thickness_m=1.2, thickness_error_m=0.05)
+    found = extend(mesh, belief, ExtendOptions(thickness_m=1.2, thickness_error_m=0.05))
     assert [bed.bed for bed in found.beds] == sorted(bed.bed for bed in found.beds)
     assert {bed.bed for bed in found.beds} >= {-2, -1, 0, 1, 2}
     normal = normal_of(*ATTITUDE)
@@ -101,7 +102,9 @@ def test_a_cloud_has_the_same_traces() -> None:
 
 def test_where_beds_cannot_be_told_apart_it_is_said() -> None:
     belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.2]), 8.0)
-    assert "which bed is which" in extend(hilly(), belief, thickness_m=0.5).warnings[0]
+    assert (
+        "which bed is which" in extend(hilly(), belief, ExtendOptions(thickness_m=0.5)).warnings[0]
+    )
     assert extend(hilly(), belief).warnings == ()
 
 
@@ -109,8 +112,9 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 500.0]), 1.0)
     with pytest.raises(GeometryError, match="does not meet"):
         extend(hilly(), belief)
-    with pytest.raises(UsageError, match="thickness is a length"):
-        extend(hilly(), belief, thickness_m=-1.0)
+    with pytest.raises(UsageError) as error:
+        ExtendOptions(thickness_m=-1.0)
+    assert (error.value.code, error.value.field) == ("option.out-of-range", "--thickness")
     near = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
     with pytest.raises(UsageError, match="csv or"):
         write_traces(tmp_path / "a.shp", extend(hilly(), near), crs=None, model="", force=False)
@@ -120,7 +124,7 @@ def test_lines_for_a_gis_say_their_bed_and_their_worst_error(tmp_path: Path) -> 
     import pyogrio
 
     belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
-    found = extend(hilly(), belief, thickness_m=1.0)
+    found = extend(hilly(), belief, ExtendOptions(thickness_m=1.0))
     path = tmp_path / "beds.gpkg"
     write_traces(path, found, crs="EPSG:32615", model="hill", force=False)
     meta, _, _, columns = pyogrio.raw.read(path)

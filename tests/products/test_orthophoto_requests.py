@@ -20,14 +20,13 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.products.ortho import tiles
 from vomstudio.products.ortho.drawn_picture import draw_picture, drawn_figures
+from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.requests import (
     NOT_PLACED,
     Direction,
     Requested,
-    check_direction,
-    check_gsd,
     direction_of,
     request_picture,
     written,
@@ -73,61 +72,53 @@ def cylinder(folder: Path, wobble_deg: float = 1.0) -> TableFold:
 
 # Which way ------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
-    "asked",
+    ("given", "code", "field"),
     [
-        (None, None, None, None),
-        (10.0, 20.0, "10/20", None),
-        (10.0, 20.0, None, "fold"),
-        (None, None, "10/20", "fold"),
-        (10.0, None, "10/20", None),
+        ({"trend_deg": 10.0, "plunge_deg": 20.0, "plane": "10/20"}, "option.conflict", "--plane"),
+        ({"trend_deg": 10.0, "plunge_deg": 20.0, "fold": "t.csv"}, "option.conflict", "--fold"),
+        ({"plane": "10/20", "fold": "t.csv"}, "option.conflict", "--fold"),
+        ({"plunge_deg": 10.0, "plane": "10/20"}, "option.conflict", "--plane"),
+        ({"trend_deg": 10.0}, "option.requires", "--trend"),
+        ({"plunge_deg": 10.0}, "option.requires", "--plunge"),
+        ({"plunge_deg": 91.0, "trend_deg": 1.0}, "option.out-of-range", "--plunge"),
+        ({"gsd_m": 0.0}, "option.out-of-range", "--gsd"),
+        ({"gsd_m": -0.1}, "option.out-of-range", "--gsd"),
+        ({"gsd_m": math.inf}, "option.out-of-range", "--gsd"),
+        ({"gsd_m": math.nan}, "option.out-of-range", "--gsd"),
     ],
 )
-def test_one_way_to_look_is_said(asked: tuple[Any, ...]) -> None:
-    with pytest.raises(UsageError, match="Give one view direction"):
-        check_direction(*asked)
+def test_wrong_directions_and_sizes_are_refused(
+    given: dict[str, Any], code: str, field: str
+) -> None:
+    with pytest.raises(UsageError) as error:
+        OrthoOptions(**given)
+    assert (error.value.code, error.value.field) == (code, field)
 
 
-def test_a_line_is_said_whole() -> None:
-    with pytest.raises(UsageError, match="both a trend and a plunge") as raised:
-        check_direction(10.0, None, None, None)
-    assert raised.value.field == "--plunge"
-    with pytest.raises(UsageError, match="both a trend and a plunge") as raised:
-        check_direction(None, 10.0, None, None)
-    assert raised.value.field == "--trend"
-    for sound in ((0.0, 0.0, None, None), (None, None, "0/0", None), (None, None, None, "fold")):
-        check_direction(*sound)
-
-
-@pytest.mark.parametrize("gsd", [0.0, -0.1, math.inf, math.nan])
-def test_a_pixel_has_a_size(gsd: float) -> None:
-    with pytest.raises(UsageError, match="length in metres") as raised:
-        check_gsd(gsd)
-    assert raised.value.field == "--gsd"
-
-
-def test_a_sound_size_of_a_pixel_is_taken() -> None:
-    check_gsd(None)
-    check_gsd(1e-9)
+def test_a_direction_has_to_be_given() -> None:
+    with pytest.raises(UsageError) as error:
+        direction_of(OrthoOptions(gsd_m=1e-9), None)
+    assert error.value.code == "option.none-given"
 
 
 def test_a_direction_looks_where_it_says(tmp_path: Path) -> None:
-    line = direction_of(370.0, -30.0, None, None)
+    line = direction_of(OrthoOptions(trend_deg=370.0, plunge_deg=-30.0), None)
     assert line.view is not None
     assert (line.view.trend_deg, line.view.plunge_deg, line.fold) == (10.0, -30.0, None)
-    plane = direction_of(None, None, "120/40", None)
+    plane = direction_of(OrthoOptions(plane="120/40"), None)
     assert plane.view is not None
     assert plane.view.frame.direction == pytest.approx(-Plane(120, 40).normal(), abs=1e-12)
     fold = cylinder(tmp_path)
-    assert direction_of(None, None, None, fold) == Direction(None, fold)
+    assert direction_of(OrthoOptions(fold="t.csv"), fold) == Direction(None, fold)
     with pytest.raises(UsageError) as raised:
-        direction_of(None, None, "steep", None)
+        direction_of(OrthoOptions(plane="steep"), None)
     assert raised.value.field == "--plane"
     assert "steep" in raised.value.message
 
 
 # What is asked for ----------------------------------------------------------------------------
 def test_a_request_is_the_plan_of_its_view() -> None:
-    asked = ask(FLOOR, direction_of(0.0, 90.0, None, None), gsd_m=0.5)
+    asked = ask(FLOOR, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5)
     assert (asked.plan.grid.width, asked.plan.grid.height, asked.plan.grid.gsd) == (20, 20, 0.5)
     assert (asked.fold, asked.warnings) == (None, ())
     assert asked.plan.view.north_known
@@ -135,7 +126,7 @@ def test_a_request_is_the_plan_of_its_view() -> None:
 
 
 def test_the_other_side_is_the_opposite_direction() -> None:
-    direction = direction_of(30.0, 50.0, None, None)
+    direction = direction_of(OrthoOptions(trend_deg=30.0, plunge_deg=50.0), None)
     there, back = (ask(FLOOR, direction, gsd_m=1.0, flip=flip) for flip in (False, True))
     assert back.plan.frame.direction == pytest.approx(-there.plan.frame.direction, abs=1e-12)
     assert back.plan.view.sense == "against the given direction"
@@ -143,7 +134,13 @@ def test_the_other_side_is_the_opposite_direction() -> None:
 
 @pytest.mark.parametrize("metric", [True, False])
 def test_a_model_without_a_place_says_so(metric: bool) -> None:
-    asked = ask(FLOOR, direction_of(0.0, 90.0, None, None), gsd_m=1, placed=False, metric=metric)
+    asked = ask(
+        FLOOR,
+        direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None),
+        gsd_m=1,
+        placed=False,
+        metric=metric,
+    )
     assert asked.warnings == (NOT_PLACED,)
     assert not asked.plan.view.north_known
     assert asked.plan.view.metric == metric
@@ -152,7 +149,7 @@ def test_a_model_without_a_place_says_so(metric: bool) -> None:
 def test_a_model_that_cannot_be_drawn_is_named() -> None:
     empty = Mesh(FLOOR.vertices, np.zeros((0, 3), np.int32))
     with pytest.raises(InputError, match="no surface") as raised:
-        ask(empty, direction_of(0.0, 90.0, None, None))
+        ask(empty, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None))
     assert raised.value.file == str(MODEL)
     for data in (empty, PointCloud(np.zeros((0, 3)))):
         with pytest.raises(InputError, match="to draw"):
@@ -162,7 +159,7 @@ def test_a_model_that_cannot_be_drawn_is_named() -> None:
 def test_too_many_pixels_are_counted() -> None:
     """10 m by 10 m at a hundredth of a millimetre are 10^12 pixels."""
     with pytest.raises(UsageError, match=r"needs 1000000 million pixels; the limit is 300 million"):
-        ask(FLOOR, direction_of(0.0, 90.0, None, None), gsd_m=1e-5)
+        ask(FLOOR, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=1e-5)
 
 
 # Along the axis of a fold ---------------------------------------------------------------------
@@ -280,7 +277,7 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
         np.column_stack([np.array(corners, np.float64), np.zeros(8)]) + UTM,
         np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [3, 4, 7], [3, 7, 6]], np.int32),
     )
-    asked = ask(floor, direction_of(0.0, 90.0, None, None), gsd_m=0.5)
+    asked = ask(floor, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=0.5)
     drawn = draw_picture(floor, asked.plan)
     figures = drawn_figures(drawn, asked.plan, "EPSG:32633")
     assert (figures.width, figures.height, figures.gsd_m) == (20, 20, 0.5)
@@ -298,7 +295,7 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
     matrix = np.array(figures.pixel_to_world)
     assert matrix @ (0, 0, 0, 1) == pytest.approx([*(UTM + [0, 10, 0]), 1], abs=1e-6)
     made = write_orthophoto(floor, asked.plan, tmp_path / "o.tif", crs="EPSG:32633")
-    told = written(made, asked, "o.tif", None).as_dict()
+    told = written(made, asked, "o.tif", None).to_dict()
     assert told["world_file"] == str(tmp_path / "o.tfw")
     assert told["sidecar"] == str(tmp_path / "o.json")
     assert told["depth"] == str(tmp_path / "o_depth.tif")

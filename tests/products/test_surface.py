@@ -16,6 +16,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.surface.analysis import analyse
 from vomstudio.products.surface.patch import around, of_facet
+from vomstudio.products.surface.surface_options import SurfaceOptions
 
 Array = np.ndarray
 ATTITUDE = (130.0, 60.0)
@@ -293,8 +294,9 @@ def test_parts_of_a_model_and_what_is_refused() -> None:
         of_facet(mesh, 0)
     with pytest.raises(GeometryError, match="too small"):
         analyse(around(mesh, middle, 0.15))
-    with pytest.raises(UsageError, match="length"):
-        analyse(mesh, noise_m=-1.0)
+    with pytest.raises(UsageError) as error:
+        SurfaceOptions(noise_m=-1.0)
+    assert (error.value.code, error.value.field) == ("option.out-of-range", "--noise")
     with pytest.raises(UsageError, match="million"):
         analyse(mesh, cell_m=0.0005)
     with pytest.raises(GeometryError):

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from vomstudio.api.checking import naming, numbers, points, required_number, single_number, warn
+from vomstudio.api.checking import naming, numbers, points, warn
 from vomstudio.api.comparisons import placed
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.planes import plane_text
-from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.beds.extended import PlaneBelief, belief_of_attitude, belief_of_fit
-from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geology.notation import plane_option
 from vomstudio.geometry.planes import fit_plane
-from vomstudio.products.section.curtain import parse_section_plane
+from vomstudio.products.section.curtain import parse_through
+from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.extension import ExtendedPlane
 from vomstudio.products.section.extension import extend as _extend
-from vomstudio.words import tr
 
 
 def extend(
@@ -67,42 +65,30 @@ def extend(
     >>> found.beds[0].least_error95_m < 0.05, 0.2 < found.beds[0].most_error95_m < 0.4
     (True, True)
     """
-    from vomstudio.io.models.opening import point_spacing
-
-    data, _, _ = placed(model, "model")
-    spacing = point_spacing(data) if isinstance(data, PointCloud) else 0.0
-    found = _extend(
-        data,
-        _belief(of, plane, through, error_deg, through_error_m),
-        thickness_m=single_number(thickness_m, "thickness_m"),
-        thickness_error_m=required_number(thickness_error_m, "thickness_error_m"),
-        spacing=spacing if np.isfinite(spacing) else 0.0,
+    point = None if through is None else numbers(through, "through")
+    options = options_from_arguments(
+        ExtendOptions,
+        plane=plane_text(plane),
+        through=None if point is None else ",".join(map(repr, point.ravel().tolist())),
+        error_deg=error_deg,
+        through_error_m=through_error_m,
+        thickness_m=thickness_m,
+        thickness_error_m=thickness_error_m,
     )
+    with arguments_named(ExtendOptions):
+        options.check_points(of, "of")
+        data, _, _ = placed(model, "model")
+        found = _extend(data, _belief(of, options), options)
     warn(found.warnings)
     return found
 
 
-def _belief(of: Any, plane: Any, through: Any, error_deg: Any, through_error_m: Any) -> PlaneBelief:
-    """Raises UsageError, InputError, GeometryError."""
-    if (of is None) == (plane is None):
-        raise UsageError(
-            tr("Give the points of the plane, or plane= with through= and error_deg=.")
-        )
-    of_point = required_number(through_error_m, "through_error_m")
+def _belief(of: Any, options: ExtendOptions) -> PlaneBelief:
+    """Return the plane with its error. Raises UsageError, InputError, GeometryError."""
     if of is not None:
-        alone = {"through": through, "error_deg": error_deg, "through_error_m": of_point or None}
-        for name, value in alone.items():
-            if value is not None:
-                raise UsageError(tr("This belongs to plane=, not to points of it."), field=name)
         array = points(of, "of")
         with naming("of"):
             return belief_of_fit(fit_plane(array))
-    error = single_number(error_deg, "error_deg")
-    if through is None or error is None:
-        raise UsageError(tr("A plane needs through= and error_deg=."), field="through")
-    point = numbers(through, "through")
-    if point.shape != (3,) or not np.isfinite(point).all():
-        raise InputError(tr("A point is three numbers, x, y, z of World."), field="through")
-    with naming("plane"):
-        attitude = parse_section_plane(str(plane_text(plane)))
-    return belief_of_attitude(attitude, point, error, of_point)
+    assert options.error_deg is not None
+    plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
+    return belief_of_attitude(plane, through, options.error_deg, options.through_error_m)

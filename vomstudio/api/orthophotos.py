@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import flag, maybe_path, naming, path_of, single_number, warn
+from vomstudio.api.checking import flag, maybe_path, naming, path_of, warn
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
@@ -18,12 +19,12 @@ from vomstudio.core.findings import Message
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
+from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.requests import (
     FoldView,
     OrthophotoFigures,
     Requested,
-    check_gsd,
     direction_of,
     request_picture,
 )
@@ -217,19 +218,23 @@ def orthophoto(
     >>> picture.image.shape == (*picture.depth.shape, 4), picture.crs
     (True, 'EPSG:32633')
     """
-    pixel, other_side = single_number(gsd_m, "gsd_m"), flag(flip, "flip")
-    check_gsd(pixel)
+    options = options_from_arguments(
+        OrthoOptions,
+        trend_deg=trend_deg,
+        plunge_deg=plunge_deg,
+        plane=plane_text(plane),
+        # A table or its fold here, and a file of the command.
+        fold=None if fold is None else "fold",
+        gsd_m=gsd_m,
+        flip=flip,
+    )
     report = told(progress)
     table = fold
     if fold is not None and not isinstance(fold, TableFold):
         with naming("fold", "table"):
             table = fold_of(fold)
-    direction = direction_of(
-        single_number(trend_deg, "trend_deg"),
-        single_number(plunge_deg, "plunge_deg"),
-        plane_text(plane),
-        table,
-    )
+    with arguments_named(OrthoOptions):
+        direction = direction_of(options, table)
     data = model_of(model)
     source = data._source
     asked = request_picture(
@@ -237,8 +242,8 @@ def orthophoto(
         direction,
         to_world=np.eye(4),
         path=data.path,
-        gsd_m=pixel,
-        flip=other_side,
+        gsd_m=options.gsd_m,
+        flip=options.flip,
         placed=source.placed,
         metric=source.metric,
     )

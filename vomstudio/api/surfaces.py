@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import numbers, single_number, warn
+import numpy as np
+
+from vomstudio.api.checking import warn
 from vomstudio.api.comparisons import placed
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import UsageError
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
+from vomstudio.products.surface.patch import around as within
+from vomstudio.products.surface.patch import parse_around
+from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.progress import CancelToken
 from vomstudio.words import tr
 
@@ -63,30 +69,34 @@ def surface(
     >>> abs(found.smoothest.trend_deg - 90) < 2, round(found.rms_m, 3)
     (True, 0.014)
     """
-    data, crs, _ = placed(model, "model")
-    if around is not None:
-        data = _around(data, around)
-    found = analyse(
-        data,
-        noise_m=single_number(noise_m, "noise_m"),
-        cell_m=single_number(gsd_m, "gsd_m"),
-        model=getattr(getattr(model, "path", None), "name", None) or "",
-        frame=crs or "local",
-        progress=told(progress, cancel),
+    options = options_from_arguments(
+        SurfaceOptions,
+        around=None if around is None else _around_text(around),
+        noise_m=noise_m,
+        gsd_m=gsd_m,
     )
+    data, crs, _ = placed(model, "model")
+    with arguments_named(SurfaceOptions):
+        if options.around is not None:
+            data = within(data, *parse_around(options.around))
+        found = analyse(
+            data,
+            noise_m=options.noise_m,
+            cell_m=options.gsd_m,
+            model=getattr(getattr(model, "path", None), "name", None) or "",
+            frame=crs or "local",
+            progress=told(progress, cancel),
+        )
     warn(found.warnings)
     return found
 
 
-def _around(data: Any, given: Any) -> Any:
-    from vomstudio.products.surface.patch import around
-
+def _around_text(given: Any) -> str:
+    """Return ((x, y, z), radius) as the option takes it. Raises UsageError."""
     try:
         place, radius = given
-        centre = numbers(place, "around")
-        reach = single_number(radius, "around")
-    except (TypeError, ValueError):
-        centre, reach = None, None
-    if centre is None or centre.shape != (3,) or reach is None or not reach > 0.0:
-        raise UsageError(tr("A patch is ((x, y, z), radius), in metres."), field="around")
-    return around(data, centre, reach)
+        return ",".join(map(repr, [*np.asarray(place, float).tolist(), float(radius)]))
+    except (TypeError, ValueError) as error:
+        raise UsageError(
+            tr("A patch is ((x, y, z), radius), in metres."), field="around"
+        ) from error

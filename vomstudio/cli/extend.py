@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Message
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
+from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -35,21 +37,8 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "points", metavar="POINTS", nargs="?", help=tr("points of the plane, a table x, y, z")
     )
-    parser.add_argument("--plane", metavar="DD/D", help=tr("or its dip direction and dip"))
-    parser.add_argument("--through", metavar="X,Y,Z", help=tr("with a point of World on it"))
-    parser.add_argument(
-        "--error", metavar="DEG", type=float, help=tr("95 %% error of --plane, to all sides")
-    )
-    parser.add_argument(
-        "--through-error", metavar="M", type=float, help=tr("95 %% error of --through (0)")
-    )
+    add_options(parser, ExtendOptions)
     add_output(parser, tr("its traces on the model, .csv or .gpkg"), required=True)
-    parser.add_argument(
-        "--thickness", metavar="M", type=float, help=tr("repeat it at this thickness of the beds")
-    )
-    parser.add_argument(
-        "--thickness-error", metavar="M", type=float, help=tr("95 %% error of --thickness (0)")
-    )
     parser.add_argument(
         "--labels",
         metavar="OUT.ply",
@@ -61,40 +50,30 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.files.atomic import check_target
-    from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.models.opening import point_spacing
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.products.section.extension import extend, format_of, write_traces
     from vomstudio.workspace.world_models import read_in_world
 
+    options = options_from(args, ExtendOptions)
+    options.check_points(args.points, "POINTS")
     format_of(args.output)
     inputs = [args.model, *([args.points] if args.points else [])]
     check_target(args.output, force=args.force, inputs=inputs)
     if args.labels is not None:
         choose_writer(Path(args.labels))
         check_target(args.labels, force=args.force, inputs=[*inputs, args.output])
-    if args.thickness is None and args.thickness_error is not None:
-        raise UsageError(tr("--thickness-error is for --thickness."), field="--thickness-error")
-    _check_plane(args)
     progress = progress_of(args)
     model = read_in_world(args.model, progress, frame_options(args))
-    belief, said = _belief(args, model)
+    belief, findings = _belief(options, args.points, model)
     progress.stage(tr("Extending the plane"))
-    spacing = 0.0 if isinstance(model.data, Mesh) else point_spacing(model.data)
-    found = extend(
-        model.data,
-        belief,
-        thickness_m=args.thickness,
-        thickness_error_m=args.thickness_error or 0.0,
-        spacing=spacing,
-    )
+    found = extend(model.data, belief, options)
     progress.stage(tr("Writing the results"))
     write_traces(
         args.output, found, crs=model.crs, model=Path(args.model).name, force=args.force,
         axes=model.axes,
     )  # fmt: skip
-    warnings = [*model.warnings, *said, *found.warnings]
-    result: dict[str, Any] = {"file": args.output, **found.as_dict()}
+    warnings = [*model.warnings, *findings, *found.warnings]
+    result: dict[str, Any] = {"file": args.output, **found.to_dict()}
     if args.labels is not None:
         warnings += write_labelled(args, model, found.as_fields())
         result["labels"] = args.labels
@@ -104,39 +83,27 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(in_words(found, unit_of(model.in_metres)))
 
 
-def _check_plane(args: argparse.Namespace) -> None:
-    """Raise UsageError if the plane is given twice or in part."""
-    typed = [args.plane, args.through, args.error, args.through_error]
-    if args.points is not None and any(value is not None for value in typed):
-        raise UsageError(tr("Give the points of the plane, or --plane with --through."))
-    if args.points is None and None in typed[:3]:
-        raise UsageError(
-            tr(
-                "Give the points of the plane, or --plane DD/D with --through X,Y,Z and "
-                "--error DEG."
-            ),
-            field="--error" if args.plane and args.through else "--plane",
-        )
-
-
-def _belief(args: argparse.Namespace, model: WorldModel) -> tuple[PlaneBelief, tuple[Message, ...]]:
+def _belief(
+    options: ExtendOptions, points: str | None, model: WorldModel
+) -> tuple[PlaneBelief, tuple[Message, ...]]:
     """Return the plane with its error, in World."""
     from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
+    from vomstudio.geology.notation import plane_option
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
-    from vomstudio.products.section.curtain import parse_section_plane, parse_through
+    from vomstudio.products.section.curtain import parse_through
 
-    if args.points is not None:
-        read = read_points(args.points, model=ModelFrame(model.crs))
+    if points is not None:
+        read = read_points(points, model=ModelFrame(model.crs))
         given = read.groups
         try:
             return belief_of_fit(fit_plane(given.points)), given.warnings
         except GeometryError as error:
-            raise GeometryError(error.message, file=args.points) from error
-    plane = parse_section_plane(args.plane)
-    through = parse_through(args.through)
-    return belief_of_attitude(plane, through, args.error, args.through_error or 0.0), ()
+            raise GeometryError(error.message, file=points) from error
+    assert options.error_deg is not None
+    plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
+    return belief_of_attitude(plane, through, options.error_deg, options.through_error_m), ()
 
 
 def in_words(found: ExtendedPlane, unit: str) -> str:

@@ -13,11 +13,12 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
-from vomstudio.errors import UsageError
+from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -32,55 +33,15 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "ortho", run, help_=tr("Orthophoto of a model along any direction, as GeoTIFF")
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
-    parser.add_argument(
-        "--trend", type=float, metavar="T", help=tr("look toward this trend, deg (with --plunge)")
-    )
-    parser.add_argument(
-        "--plunge", type=float, metavar="P", help=tr("and this plunge: 90 is straight down")
-    )
-    parser.add_argument(
-        "--plane", metavar="DD/D", help=tr("look against the upward normal of this plane")
-    )
-    parser.add_argument(
-        "--fold", metavar="TABLE", help=tr("look along the fold axis of this table's bedding")
-    )
+    add_options(parser, OrthoOptions)
     add_output(
         parser,
         tr("the picture, NAME.tif; NAME_depth.tif and NAME.json are written beside it"),
         required=True,
     )
-    parser.add_argument("--gsd", type=float, metavar="M", help=tr("metres per pixel"))
-    parser.add_argument("--flip", action="store_true", help=tr("look from the other side"))
-    parser.add_argument(
-        "--sheet",
-        metavar="FILE",
-        help=tr("also a page to scale with ticks and scale bar (.png, .jpg, .pdf)"),
-    )
-    parser.add_argument(
-        "--draw",
-        metavar="PROJECT",
-        help=tr("also NAME_drawing.gpkg, .svg and .dxf: this project's features over the picture"),
-    )
-    parser.add_argument(
-        "--show",
-        metavar="PARTS",
-        help=tr("of --draw: some of traces, patches, symbols, legend (default: all)"),
-    )
-    parser.add_argument(
-        "--domain",
-        metavar="NAME",
-        help=tr(
-            "with --draw: all but this domain of the project grey, along its own axis where no "
-            "direction is given"
-        ),
-    )
+    add_options(parser, OrthoDrawing)
     add_frame(parser)
     add_project(parser)
-    parser.add_argument(
-        "--around",
-        metavar="X,Y,Z,W,H",
-        help=tr("only so many metres of width and height about this point of World"),
-    )
     add_azimuth(parser)
 
 
@@ -100,26 +61,28 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.ortho.sheet import format_of
     from vomstudio.workspace.world_models import check_place
 
-    own_axis = _checked(args)
-    requests.check_gsd(args.gsd)
-    region = None if args.around is None else requests.parse_region(args.around)
-    if args.sheet is not None:
-        format_of(args.sheet)
-    parts = PARTS if args.show is None else parse_parts(args.show)
-    drawings = () if args.draw is None else drawing_targets(args.output).values()
-    for target in (args.output, *orthophoto.outputs_of(args.output), args.sheet, *drawings):
+    options, drawing = options_from(args, OrthoOptions), options_from(args, OrthoDrawing)
+    own_axis = drawing.domain is not None and not options.has_direction
+    if not own_axis:
+        options.check_direction()
+    region = None if drawing.around is None else requests.parse_region(drawing.around)
+    if drawing.sheet is not None:
+        format_of(drawing.sheet)
+    parts = PARTS if drawing.show is None else parse_parts(drawing.show)
+    drawings = () if drawing.draw is None else drawing_targets(args.output).values()
+    for target in (args.output, *orthophoto.outputs_of(args.output), drawing.sheet, *drawings):
         if target is not None:
             check_target(target, force=args.force)
-    fold = None if args.fold is None else _fold(args)
-    items = () if args.draw is None else read_items(Path(args.draw))
-    only = None if args.domain is None else territory(items, args.domain)
+    fold = None if options.fold is None else _fold(options.fold, args.azimuth)
+    items = () if drawing.draw is None else read_items(Path(drawing.draw))
+    only = None if drawing.domain is None else territory(items, drawing.domain)
     direction = (
-        requests.axis_of_domain(items, args.domain)
+        requests.axis_of_domain(items, str(drawing.domain))
         if own_axis
-        else requests.direction_of(args.trend, args.plunge, args.plane, fold)
+        else requests.direction_of(options, fold)
     )
     shown = items if only is None else only.features(items)
-    features = None if args.draw is None else items_shown(shown, parts)
+    features = None if drawing.draw is None else items_shown(shown, parts)
     progress = report_reading(args, args.model)
     check_place(frame_options(args), args.project)
     loaded = read_model(args.model, progress, frame_options(args))
@@ -130,8 +93,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         direction,
         to_world=place.to_world,
         path=args.model,
-        gsd_m=args.gsd,
-        flip=args.flip,
+        gsd_m=options.gsd_m,
+        flip=options.flip,
         placed=place.placed,
         metric=place.metric,
         region=region,
@@ -143,7 +106,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         crs=place.crs,
         model=str(loaded.path),
         content_hash=loaded.content_hash,
-        sheet=args.sheet,
+        sheet=drawing.sheet,
         force=args.force,
         progress=progress,
         features=features,
@@ -151,29 +114,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         only=None if only is None else only.seen_in(items, asked.plan),
     )
     found = requests.written(
-        made, asked, args.output, args.sheet, (*loaded.warnings, *place.findings)
+        made, asked, args.output, drawing.sheet, (*loaded.warnings, *place.findings)
     )
-    out.result(named_by_unit(found.as_dict(), metric=place.in_metres))
+    out.result(named_by_unit(found.to_dict(), metric=place.in_metres))
     out.warn(found.warnings)
-    out.text(_in_words(found.as_dict(), unit_of(place.in_metres)))
-
-
-def _checked(args: argparse.Namespace) -> bool:
-    """Whether to look along the domain's own axis. Raises UsageError for options that contradict
-    each other."""
-    from vomstudio.products.ortho.requests import check_direction
-
-    given = (args.trend, args.plunge, args.plane, args.fold)
-    own_axis = args.domain is not None and all(word is None for word in given)
-    if not own_axis:
-        check_direction(*given)
-    for word, field in ((args.show, "--show"), (args.domain, "--domain")):
-        if word is not None and args.draw is None:
-            raise UsageError(
-                tr("{option} is for the features of a project, --draw PROJECT.", option=field),
-                field=field,
-            )
-    return own_axis
+    out.text(_in_words(found.to_dict(), unit_of(place.in_metres)))
 
 
 class _Place(NamedTuple):
@@ -221,11 +166,11 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
     )
 
 
-def _fold(args: argparse.Namespace) -> TableFold:
+def _fold(table: str, azimuth: Any) -> TableFold:
     from vomstudio.geology.table_folds import table_fold
     from vomstudio.io.text.orientation_reading import read_orientations
 
-    return table_fold(read_orientations(args.fold, args.azimuth))
+    return table_fold(read_orientations(table, azimuth))
 
 
 def _in_words(result: dict[str, Any], unit: str) -> str:

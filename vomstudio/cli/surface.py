@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError, VomError
+from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -27,17 +30,11 @@ def add_parser(subparsers: Subparsers) -> None:
         help_=tr("How a patch departs from its plane, and how rough it is"),
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh, point cloud or table x, y, z"))
-    parser.add_argument(
-        "--around", metavar="X,Y,Z,R", help=tr("only what lies within R metres of a place")
-    )
+    add_options(parser, SurfaceOptions)
     parser.add_argument(
         "--facet", metavar="N", type=int, help=tr("only this facet of a model with labels")
     )
     add_output(parser, tr("the deviations, .tif, .ply or .csv"), required=True)
-    parser.add_argument(
-        "--noise", metavar="M", type=float, help=tr("standard deviation of the model's own noise")
-    )
-    parser.add_argument("--gsd", metavar="M", type=float, help=tr("side of a cell of the map"))
     parser.add_argument(
         "--profiles", metavar="OUT.csv", help=tr("also profiles along and across, as a table")
     )
@@ -52,10 +49,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.surface.writing import format_of, write_deviations, write_profiles
     from vomstudio.workspace.world_models import read_in_world
 
+    options = options_from(args, SurfaceOptions)
     format_of(args.output)
-    if args.around is not None and args.facet is not None:
-        raise UsageError(tr("Give --around or --facet, not both."), field="--facet")
-    place = None if args.around is None else parse_around(args.around)
+    if options.around is not None and args.facet is not None:
+        raise UsageError(
+            Finding("option.conflict", option="--facet", other="--around"), field="--facet"
+        )
+    place = None if options.around is None else parse_around(options.around)
     check_target(args.output, force=args.force, inputs=[args.model])
     if args.profiles is not None:
         check_target(args.profiles, force=args.force, inputs=[args.model, args.output])
@@ -65,8 +65,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         patch = _patch(args, model.data, place)
         found = analyse(
             patch,
-            noise_m=args.noise,
-            cell_m=args.gsd,
+            noise_m=options.noise_m,
+            cell_m=options.gsd_m,
             model=Path(args.model).name,
             frame=model.crs or "local",
             progress=progress,
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if args.profiles is not None:
         write_profiles(args.profiles, found, crs=model.crs, force=args.force, axes=model.axes)
-    result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **found.as_dict()}
+    result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **found.to_dict()}
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)

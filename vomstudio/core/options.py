@@ -212,7 +212,7 @@ def check_alternatives(options: Any, *names: str) -> None:
 def check_requires(options: Any, name: str, other: str) -> None:
     """Raise UsageError if an option is given without another one on which it depends."""
     stated = {each.name: each for each in declarations(type(options))}
-    if getattr(options, name) is not None and getattr(options, other) is None:
+    if getattr(options, name) != stated[name].default and getattr(options, other) is None:
         flag, needed = stated[name].flag, stated[other].flag
         raise UsageError(Finding("option.requires", option=flag, other=needed), field=flag)
 

@@ -92,14 +92,6 @@ def _exact(*angles_deg: float) -> str:
     return "/".join(np.format_float_positional(angle, trim="-") for angle in angles_deg)
 
 
-def parse_plane_option(text: str) -> Plane:
-    """Return the plane of an option, dip direction and dip. Raises UsageError for --plane."""
-    try:
-        return parse_plane(text, "dipdir/dip")
-    except InputError as error:
-        raise UsageError(error.message, field="--plane") from error
-
-
 def parse_plane(text: str, notation: str | None = None) -> Plane:
     """The plane that a text names.
 
@@ -165,7 +157,7 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
     raise _unclear(text, tr("write a plane as 132/41, 042/41 RHR, 042/41 SE or N42E 41SE"))
 
 
-def plane_option(text: str, field: str) -> Plane:
+def plane_option(text: str, field: str = "--plane") -> Plane:
     """Return the plane of an option's text, dip direction/dip. Raises UsageError."""
     try:
         return parse_plane(text, "dipdir/dip")

@@ -17,7 +17,10 @@ from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
+from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
+from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.tables.fit_options import FitOptions
 
@@ -155,5 +158,27 @@ OPERATIONS: tuple[Operation, ...] = (
             "project method": "`vs.log` takes boundaries of a project",
             "project command": "`log` reads a project",
         },
+    ),
+    Operation(
+        "extend",
+        (ExtendOptions,),
+        function="extend",
+        window="analyse.surfaces.extend_dialog.ExtendDialog",
+        missing=_OF_MODELS | {"project command": "the command extends planes of tables"},
+    ),
+    Operation(
+        "surface",
+        (SurfaceOptions,),
+        function="surface",
+        window="analyse.surfaces.surface_dialog.SurfaceDialog",
+        missing=_OF_MODELS | {"project command": "the command reads the patch as a model"},
+    ),
+    Operation(
+        "ortho",
+        (OrthoOptions,),
+        command_options=(OrthoDrawing,),
+        function="orthophoto",
+        window="analyse.ortho_dialog.OrthoDialog",
+        missing=_OF_MODELS,
     ),
 )

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.cli.common.angles import plane_of
 from vomstudio.cli.common.arguments import (
     Subparsers,
     add_azimuth,
@@ -103,7 +102,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Message, ...]]:
     """Return the plane that was typed, or the mean of a table's planes, with its warnings."""
     if target.plane is not None:
-        return plane_of(target.plane, "--plane"), ()
+        from vomstudio.geology.notation import plane_option
+
+        return plane_option(target.plane), ()
     from vomstudio.geology.populations.table_means import mean_plane
     from vomstudio.io.text.orientation_reading import read_orientations
 

@@ -23,7 +23,7 @@ TEXTS: dict[str, Entry] = {
     "option.none-given": ("error", to_translate("Give one of these: {options}.")),
     "option.requires": (
         "error",
-        to_translate("{option} has a meaning only with {other}. Give both, or leave it out."),
+        to_translate("{option} needs {other}. Give both, or leave out {option}."),
     ),
     "option.clouds-only": (
         "error",

@@ -141,14 +141,6 @@ def belief_of_attitude(
     joint 95 % region of its normal, alike to all sides; error95_m : of the point across it."""
     from vomstudio.geometry.tilts import Z95
 
-    if not 0.0 <= error95_m <= 1e6:
-        raise GeometryError(
-            tr("The error of a point is a length of 0 or more metres."), field="--through-error"
-        )
-    if not 0.0 <= error95_deg < 45.0:
-        raise GeometryError(
-            tr("The error of a plane is an angle from 0 to 45 degrees."), field="--error"
-        )
     normal = plane.normal()
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     u = np.asarray(side / np.linalg.norm(side))

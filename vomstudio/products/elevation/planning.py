@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.notation import plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -72,13 +71,8 @@ class HeightPlan:
 
 
 def reference_plane(text: str | None) -> Plane:
-    """Of "DD/D", dip direction and dip; the horizontal without. Raises UsageError."""
-    if text is None:
-        return Plane(0.0, 0.0)
-    try:
-        return parse_plane(text, "dipdir/dip")
-    except InputError as error:
-        raise UsageError(error.message, field="--plane") from error
+    """Return the plane of "DD/D", the horizontal for None. Raises UsageError."""
+    return Plane(0.0, 0.0) if text is None else plane_option(text)
 
 
 def plan_heights(

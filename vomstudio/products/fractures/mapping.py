@@ -23,7 +23,7 @@ from vomstudio.geology.fractures.trace_plane import (
     vertices_in_space,
 )
 from vomstudio.geology.fractures.windows import directions_of
-from vomstudio.geology.notation import format_plane, parse_plane_option
+from vomstudio.geology.notation import format_plane, plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.io.gate.drawn_layers import (
@@ -107,7 +107,7 @@ def map_fractures(
         raise UsageError(finding, field=given[1])
     place = None if options.circle is None else parse_circle(options.circle)
     strikes = parse_strikes(options.strikes)
-    attitude = None if options.plane is None else parse_plane_option(options.plane)
+    attitude = None if options.plane is None else plane_option(options.plane)
     if lines is not None or order.traces is None:
         shapes = np.empty(0, np.object_) if lines is None else lines
         raw = raw_shapes(shapes, "traces", crs, order.frame)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import to_dict
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.fold_planes import LeftOut
 from vomstudio.geology.folding.figures import BetaFigures
-from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.notation import plane_option
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.domain_axes import axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
+from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import Made
 from vomstudio.products.ortho.planning import Plan, Region, plan
 from vomstudio.products.ortho.view_directions import (
@@ -74,31 +76,6 @@ class Requested:
     warnings: tuple[Message, ...]
 
 
-def check_direction(
-    trend_deg: float | None, plunge_deg: float | None, plane: object, fold: object
-) -> None:
-    """Raises UsageError unless one way to look is said, and said whole."""
-    line = trend_deg is not None or plunge_deg is not None
-    if sum([line, plane is not None, fold is not None]) != 1:
-        raise UsageError(
-            tr("Give one view direction: --trend T --plunge P, or --plane DD/D, or --fold TABLE.")
-        )
-    if line and (trend_deg is None or plunge_deg is None):
-        raise UsageError(
-            tr("A direction has both a trend and a plunge."),
-            field="--plunge" if plunge_deg is None else "--trend",
-        )
-
-
-def check_gsd(gsd_m: float | None) -> None:
-    """Raises UsageError."""
-    if gsd_m is not None and not 1e-9 <= gsd_m <= 1e6:
-        raise UsageError(
-            tr("The size of a pixel must be a length in metres, a million at most."),
-            field="--gsd",
-        )
-
-
 def parse_region(text: str) -> Region:
     """Of "x,y,z,width,height". Raises UsageError."""
     try:
@@ -132,21 +109,16 @@ def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
     return Direction(None, None, axis)
 
 
-def direction_of(
-    trend_deg: float | None, plunge_deg: float | None, plane: str | None, fold: TableFold | None
-) -> Direction:
-    """plane : "DD/D", dip direction and dip. Raises UsageError."""
-    check_direction(trend_deg, plunge_deg, plane, fold)
+def direction_of(options: OrthoOptions, fold: TableFold | None) -> Direction:
+    """Return the direction of view. fold : the fold of `options.fold`. Raises UsageError."""
+    options.check_direction()
     if fold is not None:
         return Direction(None, fold)
-    if plane is None:
-        assert trend_deg is not None
-        assert plunge_deg is not None
-        return Direction(view_along_line(trend_deg, plunge_deg))
-    try:
-        return Direction(view_of_plane(parse_plane(plane, "dipdir/dip")))
-    except InputError as error:
-        raise UsageError(error.message, field="--plane") from error
+    if options.plane is not None:
+        return Direction(view_of_plane(plane_option(options.plane)))
+    assert options.trend_deg is not None
+    assert options.plunge_deg is not None
+    return Direction(view_along_line(options.trend_deg, options.plunge_deg))
 
 
 def request_picture(
@@ -276,12 +248,9 @@ class WrittenOrthophoto:
     fold: FoldView | None
     warnings: tuple[Message, ...]
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON: the figures stand among the files."""
-        whole = asdict(self)
-        figures = whole.pop("figures")
-        fold, warnings = whole.pop("fold"), whole.pop("warnings")
-        return {**whole, **figures, "fold": fold, "warnings": warnings}
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return to_dict(self, flatten="figures")
 
 
 def written(

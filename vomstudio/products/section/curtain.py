@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.notation import parse_plane
+from vomstudio.geology.notation import plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
@@ -135,7 +135,7 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
 
 def curtain_of_options(options: SectionOptions) -> Curtain:
     """Return the section by a plane through a point. Raises UsageError."""
-    plane = parse_section_plane(str(options.plane))
+    plane = plane_option(str(options.plane))
     return curtain_of_plane(plane, parse_through(str(options.through)))
 
 
@@ -150,11 +150,3 @@ def parse_through(text: str) -> Array:
             tr("A point is given as x,y,z, three numbers of World in metres."), field="--through"
         )
     return found
-
-
-def parse_section_plane(text: str) -> Plane:
-    """Of "DD/D". Raises UsageError."""
-    try:
-        return parse_plane(text, "dipdir/dip")
-    except InputError as error:
-        raise UsageError(error.message, field="--plane") from error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
 from vomstudio.files.spreadsheet_cells import head_line
@@ -20,8 +21,10 @@ from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import WORLD, Axes, columns_of
+from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.curtain import Curtain, curtain_of_plane
 from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
+from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.reprs import Shown
 from vomstudio.version import __version__
 from vomstudio.words import tr
@@ -32,6 +35,7 @@ ENDINGS = (".csv", ".gpkg")
 COLUMNS = ("bed", "line", "x", "y", "z", "error95_m")
 LAYER = "extended_planes"
 _NEIGHBOURS = 6
+DEFAULT_OPTIONS = ExtendOptions()
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +85,9 @@ class ExtendedPlane(Shown):
     traces: tuple[Trace, ...] = field(default=())
     bands: Bands | None = None
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON: all but the traces and the figures of each point."""
-        told = {k: v for k, v in vars(self).items() if k not in ("traces", "bands", "beds")}
-        return {**told, "beds": [asdict(bed) for bed in self.beds]}
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return to_dict(self, leave_out=("traces", "bands"))
 
     def as_fields(self) -> dict[str, npt.NDArray[np.float32]]:
         """Fields of the model's points: distance from the nearest plane, the error of its position
@@ -101,23 +104,27 @@ class ExtendedPlane(Shown):
 def extend(
     data: Mesh | PointCloud,
     belief: PlaneBelief,
-    *,
-    thickness_m: float | None = None,
-    thickness_error_m: float = 0.0,
-    spacing: float = 0.0,
+    options: ExtendOptions = DEFAULT_OPTIONS,
+    spacing: float | None = None,
 ) -> ExtendedPlane:
-    """Carry a plane on through a model of World.
+    """Extend a plane through a model of World.
 
-    thickness_m : repeat it as often as the model is thick; thickness_error_m : 95 %, of it; spacing
-    : of a cloud's points. Raises UsageError for a thickness that is none, GeometryError where no
-    plane meets the model.
+    Parameters
+    ----------
+    options : ExtendOptions
+        The thickness at which the plane is repeated; the plane itself is `belief`.
+    spacing : float, optional
+        Mean distance of neighbouring points of a cloud, metres; estimated if omitted.
+
+    Raises
+    ------
+    GeometryError
+        If no plane meets the model.
     """
-    if thickness_m is not None and not 0.0 < thickness_m < np.inf:
-        raise UsageError(tr("A thickness is a length in metres."), field="--thickness")
-    if not 0.0 <= thickness_error_m <= 1e6:
-        raise UsageError(
-            tr("The error of the thickness is a length in metres."), field="--thickness-error"
-        )
+    thickness_m, thickness_error_m = options.thickness_m, options.thickness_error_m
+    if spacing is None:
+        estimate = 0.0 if isinstance(data, Mesh) else point_spacing(data)
+        spacing = estimate if np.isfinite(estimate) else 0.0
     points = data.vertices if isinstance(data, Mesh) else data.points
     sound = points[np.isfinite(points).all(axis=1)]
     if not len(sound):

@@ -4,13 +4,14 @@ rough the surface is by direction, and profiles."""
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -141,14 +142,10 @@ class SurfaceFigures(Shown):
     holds: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
     profiles: tuple[Profile, ...] = ()
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON: all but the map, the points and the profiles."""
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
         left_out = ("deviations", "plan", "at_points", "holds", "profiles")
-        told = {k: v for k, v in vars(self).items() if k not in left_out}
-        for name in ("trim", "hurst", "smoothest"):
-            if told[name] is not None:
-                told[name] = asdict(told[name])
-        return told
+        return to_dict(self, leave_out=left_out)
 
 
 def analyse(
@@ -166,12 +163,9 @@ def analyse(
     noise_m : standard deviation of the heights that is the model's own; without it that of a
     cloud's points about local planes, of a mesh a quarter of its mean edge
     cell_m : side of the map's cells; the mean edge or spacing
-    Raises UsageError for lengths that are none, GeometryError for a patch without a plane, or too
-    small for a map, Cancelled.
+    Raises UsageError for a map that would be too large, GeometryError for a patch without a plane,
+    or too small for a map, Cancelled.
     """
-    for value, name in ((noise_m, "--noise"), (cell_m, "--gsd")):
-        if value is not None and not (0.0 <= value < math.inf and (value or name == "--noise")):
-            raise UsageError(tr("This is a length in metres."), field=name)
     points, fit, area = _fitted(data)
     edge = resolution(data)
     noise, source = _noise(data, noise_m, edge)

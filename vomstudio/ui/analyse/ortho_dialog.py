@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document.domains import domain_names
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -34,6 +35,7 @@ from vomstudio.jobs.events import Failed
 from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
 from vomstudio.products.ortho.drawn_features import drawing_targets
+from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.ui.analyse.interpretation_box import InterpretationBox
 from vomstudio.ui.common.command_targets import current_model, may_replace, start_folder
@@ -44,7 +46,6 @@ from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, Label, file_field, rich_label
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
-    Word,
     copy_command,
     model_words,
     numbers_text,
@@ -269,26 +270,23 @@ class OrthoDialog(QDialog):
             return
         out = Path(self.target.text()).expanduser()
         line, seen = self._direction, self._seen
-        words: list[Word | tuple[str, Word]] = [
-            "ortho", *place, ("--trend", line.trend_deg), ("--plunge", line.plunge_deg),
-            ("-o", out), ("--gsd", gsd),
-        ]  # fmt: skip
-        if self.flip.isChecked():
-            words.append("--flip")
-        if self.seen.isChecked():
-            around = numbers_text([*seen.centre, seen.width, seen.height])
-            words.append(("--around", around))
-        if (sheet := self._sheet_of(out)) is not None:
-            words.append(("--sheet", sheet))
-        if parts := self.interpretation.drawn:
-            words.append(("--draw", self._studio.project.folder))
-            if parts != interpretation.PARTS:
-                words.append(("--show", ",".join(parts)))
-        if (domain := self.domain.currentData()) is not None:
-            if not parts:
-                words.append(("--draw", self._studio.project.folder))
-            words.append(("--domain", domain))
-        copy_command(self._studio, [*words, "--force"])
+        parts, domain = self.interpretation.drawn, self.domain.currentData()
+        options = OrthoOptions(
+            trend_deg=line.trend_deg, plunge_deg=line.plunge_deg, gsd_m=gsd,
+            flip=self.flip.isChecked(),
+        )  # fmt: skip
+        sheet = self._sheet_of(out)
+        drawing = OrthoDrawing(
+            sheet=None if sheet is None else str(sheet),
+            draw=str(self._studio.project.folder) if parts or domain is not None else None,
+            show=",".join(parts) if parts and parts != interpretation.PARTS else None,
+            domain=domain,
+            around=numbers_text([*seen.centre, seen.width, seen.height])
+            if self.seen.isChecked()
+            else None,
+        )
+        words = [*option_words(options), *option_words(drawing)]
+        copy_command(self._studio, ["ortho", *place, ("-o", out), *words, "--force"])
 
     def _sheet_of(self, out: Path) -> Path | None:
         ending = str(self.sheet_format.currentData())

@@ -65,6 +65,12 @@ class OptionFields(QObject, Generic[Options]):
                 shown: Any = field.minimum() if value is None else value
                 field.setValue(shown)
 
+    def show_automatic(self, name: str, value: float) -> None:
+        """Show the number that the program chose where none is given."""
+        field = self.fields[name]
+        assert isinstance(field, QSpinBox | QDoubleSpinBox)
+        field.setSpecialValueText(f"{value:.3g}{field.suffix()}")
+
     def add_rows(self, form: QFormLayout) -> None:
         """Add a row for each field that has a label beside it."""
         for name, label in self.labels.items():

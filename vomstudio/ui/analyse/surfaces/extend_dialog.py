@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt
@@ -14,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLineEdit,
     QVBoxLayout,
     QWidget,
 )
@@ -29,15 +27,15 @@ from vomstudio.geometry.moving import moved
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.io.models.opening import point_spacing
+from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.extension import ExtendedPlane, band_edges, extend, write_traces
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.scene.extended_plane_drawings import ExtendedLines
 from vomstudio.words import tr, tr_n
 
@@ -57,13 +55,10 @@ class ExtendDialog(QDialog):
         self._studio, self._plane = studio, plane
         self._model_id: str = plane.model_id  # type: ignore[attr-defined]
         self.found: ExtendedPlane | None = None
-        self.thickness, self.error = QLineEdit(), QLineEdit()
-        self.thickness.setPlaceholderText(tr("Empty: this plane alone"))
-        self.error.setPlaceholderText("0")
+        self.limits = OptionFields(ExtendOptions, "extend")
+        self.limits.show_unit(unit_of(axes_of(studio)))
         form = QFormLayout()
-        unit = unit_of(axes_of(studio))
-        form.addRow(tr("Repeat at a thickness of ({unit})", unit=unit), self.thickness)
-        form.addRow(tr("95 % error of the thickness ({unit})", unit=unit), self.error)
+        self.limits.add_rows(form)
         self.painted = QCheckBox(tr("Colour the band by the distance from the plane"))
         self.painted.setToolTip(
             tr("Without colours the outcrop keeps its texture under the lines, so that the plane "
@@ -107,19 +102,16 @@ class ExtendDialog(QDialog):
         if not isinstance(model, Model) or opened is None or fit is None:
             self.said.setText(tr("The plane or its model is not there any more."))
             return
-        numbers = []
-        for field, name in ((self.thickness, tr("thickness")), (self.error, tr("error"))):
-            text = field.text().strip()
-            value = parse_number(text) if text else None
-            if text and (value is None or not value >= 0.0):
-                self.said.setText(tr("The {name} is a length, such as 1.5.", name=name))
-                return
-            numbers.append(value)
+        try:
+            options = self.limits.options()
+        except VomError as error:
+            self.said.setText(error.message)
+            return
         self._busy = True
         self.said.setText(tr("Carrying the plane on…"))
         self._refresh_buttons()
         self._background.run(
-            partial(_carry_on, opened.data, model, fit, numbers[0], numbers[1] or 0.0),
+            partial(_carry_on, opened.data, model, fit, options),
             self._came,
             self._failed,
         )
@@ -211,16 +203,15 @@ class ExtendDialog(QDialog):
 
 
 def _carry_on(
-    data: Mesh | PointCloud, model: Model, fit: PlaneFit, thickness: Any, error: float
+    data: Mesh | PointCloud, model: Model, fit: PlaneFit, options: ExtendOptions
 ) -> tuple[ExtendedPlane, tuple[list[np.ndarray], np.ndarray]]:
     """Carry a plane on through the model, in World. Runs in a worker thread."""
     world = moved(data, model.to_world)
-    spacing = 0.0 if isinstance(world, Mesh) else point_spacing(world)
     belief = belief_of_fit(fit)
-    found = extend(world, belief, thickness_m=thickness, thickness_error_m=error, spacing=spacing)
+    found = extend(world, belief, options)
     edges = [np.zeros((0, 2, 3))]
     if isinstance(world, Mesh):
-        beds = repeated(belief, world.vertices, thickness, error)
+        beds = repeated(belief, world.vertices, options.thickness_m, options.thickness_error_m)
         for bed in found.beds:
             edges += band_edges(world, belief, beds, bed.bed)
     return found, ([trace.points for trace in found.traces], np.concatenate(edges))

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLineEdit,
     QVBoxLayout,
     QWidget,
 )
@@ -31,15 +30,16 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
 from vomstudio.products.surface.figure import draw_surface, in_lines
 from vomstudio.products.surface.patch import of_faces
+from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.products.surface.writing import FIELDS, write_deviations
 from vomstudio.tools.brush_stroke import record_figures
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.words import tr
 
 _SIZE = (760, 520)
@@ -59,15 +59,11 @@ class SurfaceDialog(QDialog):
         self.picture = Label(tr("Looking at the patch…"))
         self.picture.setMinimumSize(*_SIZE)
         self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.noise = QLineEdit()
-        self.noise.setToolTip(
-            tr("Standard deviation of the heights that is the model's own. What is smaller is "
-               "not the rock's.")
-        )  # fmt: skip
-        self.noise.editingFinished.connect(self.start)
+        self.limits = OptionFields(SurfaceOptions, "surface")
+        self.limits.show_unit(unit_of(axes_of(studio)))
+        self.limits.changed.connect(self.start)
         form = QFormLayout()
-        unit = unit_of(axes_of(studio))
-        form.addRow(tr("Noise of the model ({unit})", unit=unit), self.noise)
+        self.limits.add_rows(form)
         self.said = Label()
         self.said.setWordWrap(True)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -89,29 +85,25 @@ class SurfaceDialog(QDialog):
         layout.addLayout(form)
         layout.addWidget(buttons)
         self._refresh_buttons()
-        self._looked_at: str | None = None
+        self._looked_at: SurfaceOptions | None = None
         self._background = QtBackground(self)
         self.start()
 
     def start(self) -> None:
         """Look at the patch, with the noise that is typed."""
-        typed = self.noise.text().strip()
-        if typed == self._looked_at:
-            return
-        noise = parse_number(typed) if typed else None
-        if typed and (noise is None or not noise >= 0.0):
-            self.said.setText(tr("The noise is a length, such as 0.005."))
+        options = self.limits.options()
+        if options == self._looked_at:
             return
         studio, patch = self._studio, self._patch
         model, opened = studio.records.get(patch.model_id), studio.models.get(patch.model_id)
         if not isinstance(model, Model) or opened is None:
             self.said.setText(tr("The model of the patch is not open."))
             return
-        self._looked_at, self.found = typed, None
+        self._looked_at, self.found = options, None
         self._refresh_buttons()
         ratio = self.devicePixelRatioF()
         self._background.run(
-            partial(_look, opened.data, model, patch, ratio, noise), self._came, self._failed
+            partial(_look, opened.data, model, patch, ratio, options), self._came, self._failed
         )
 
     def _failed(self, error: VomError) -> None:
@@ -122,7 +114,8 @@ class SurfaceDialog(QDialog):
         self._part, self.found, image = made
         self.picture.setPixmap(QPixmap.fromImage(image))
         self.said.setText("\n".join(in_lines(self.found, metric=axes_of(self._studio).metric)))
-        self.noise.setPlaceholderText(f"{self.found.noise_m:.3g}")
+        if self._looked_at == SurfaceOptions():
+            self.limits.show_automatic("noise_m", self.found.noise_m)
         self._refresh_buttons()
 
     def _refresh_buttons(self) -> None:
@@ -198,7 +191,7 @@ def _points_of(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:
 
 
 def _look(
-    data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float, noise: float | None
+    data: Mesh | PointCloud, model: Model, patch: Painted, ratio: float, options: SurfaceOptions
 ) -> tuple[Mesh | PointCloud, SurfaceFigures, QImage]:
     """Return the patch alone in World, its figures and their picture. Runs in a worker thread."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -207,7 +200,7 @@ def _look(
     ids = ids_of(patch.runs)
     part = of_faces(data, ids) if isinstance(data, Mesh) else data.of_rows(ids)
     part = moved(part, model.to_world)
-    found = analyse(part, noise_m=noise, model=model.name)
+    found = analyse(part, noise_m=options.noise_m, model=model.name)
     dpi = 100.0 * ratio
     figure = Figure(figsize=(_SIZE[0] / 100.0, _SIZE[1] / 100.0), dpi=dpi)
     canvas = FigureCanvasAgg(figure)

@@ -1,0 +1,122 @@
+"""Options of orthophotos, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import (
+    MAX_LENGTH_M,
+    MIN_LENGTH_M,
+    check_alternatives,
+    check_exclusive,
+    check_options,
+    check_requires,
+    option,
+)
+from vomstudio.words import to_translate
+
+
+@dataclass(frozen=True)
+class OrthoOptions:
+    """View and pixel size of an orthophoto.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, for more than one direction, and for half of one.
+    """
+
+    trend_deg: float | None = option(
+        None,
+        minimum=-3600.0,
+        maximum=3600.0,
+        metavar="T",
+        help=to_translate("look toward this trend, degrees (with --plunge)"),
+    )
+    plunge_deg: float | None = option(
+        None,
+        minimum=-90.0,
+        maximum=90.0,
+        metavar="P",
+        help=to_translate("and this plunge, degrees: 90 is straight down"),
+    )
+    plane: str | None = option(
+        None, metavar="DD/D", help=to_translate("look against the upward normal of this plane")
+    )
+    fold: str | None = option(
+        None,
+        metavar="TABLE",
+        help=to_translate("look along the fold axis of the bedding in this table"),
+    )
+    gsd_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("size of a pixel, m"),
+        automatic=to_translate("the resolution of the texture or cloud"),
+    )
+    flip: bool = option(False, help=to_translate("look from the other side: a mirror image"))
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        for name in ("trend_deg", "plunge_deg"):
+            check_exclusive(self, name, "plane", "fold")
+        check_requires(self, "trend_deg", "plunge_deg")
+        check_requires(self, "plunge_deg", "trend_deg")
+
+    @property
+    def has_direction(self) -> bool:
+        """Whether a direction of view is given."""
+        return any(each is not None for each in (self.trend_deg, self.plane, self.fold))
+
+    def check_direction(self) -> None:
+        """Raise UsageError if no direction of view is given."""
+        check_alternatives(self, "trend_deg", "plane", "fold")
+
+
+@dataclass(frozen=True)
+class OrthoDrawing:
+    """Sheet, part and interpretation of an orthophoto, for the command and the window.
+
+    Raises
+    ------
+    UsageError
+        For parts or a domain of the interpretation without a project.
+    """
+
+    sheet: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("also a page to scale with ticks and scale bar (.png, .jpg, .pdf)"),
+    )
+    draw: str | None = option(
+        None,
+        metavar="PROJECT",
+        help=to_translate(
+            "also NAME_drawing.gpkg, .svg and .dxf: the features of this project, with the"
+            " apparent dips of planes, on a map their strikes and true dips"
+        ),
+    )
+    show: str | None = option(
+        None,
+        metavar="PARTS",
+        help=to_translate("parts of the drawing: traces, patches, symbols, legend, between commas"),
+        automatic=to_translate("all"),
+    )
+    domain: str | None = option(
+        None,
+        metavar="NAME",
+        help=to_translate(
+            "show this domain of the project, the rest grey, along its own axis if no direction"
+            " is given"
+        ),
+    )
+    around: str | None = option(
+        None,
+        metavar="X,Y,Z,W,H",
+        help=to_translate("only this width and height in metres about a point of World"),
+    )
+
+    def __post_init__(self) -> None:
+        check_requires(self, "show", "draw")
+        check_requires(self, "domain", "draw")

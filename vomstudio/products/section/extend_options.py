@@ -1,0 +1,79 @@
+"""Options of planes extended through a model, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import (
+    MAX_LENGTH_M,
+    MIN_LENGTH_M,
+    check_options,
+    check_requires,
+    option,
+)
+from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
+
+
+@dataclass(frozen=True)
+class ExtendOptions:
+    """Plane to extend, if it is not fitted to points, and the beds beside it.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and for a plane without its point or error.
+    """
+
+    plane: str | None = option(
+        None,
+        metavar="DD/D",
+        help=to_translate("in place of points: dip direction and dip (with --through and --error)"),
+    )
+    through: str | None = option(
+        None, metavar="X,Y,Z", help=to_translate("a point of World on the plane")
+    )
+    error_deg: float | None = option(
+        None, minimum=0.0, maximum=44.9, help=to_translate("95 % error of the plane's attitude")
+    )
+    through_error_m: float = option(
+        0.0,
+        minimum=0.0,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("95 % error of the point, across the plane, m"),
+    )
+    thickness_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("Thickness"),
+        help=to_translate("repeat the plane at this thickness of the beds, m"),
+        tip=to_translate("Repeat the plane at this thickness of the beds"),
+        empty=to_translate("this plane alone"),
+    )
+    thickness_error_m: float = option(
+        0.0,
+        minimum=0.0,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("95 % error"),
+        help=to_translate("95 % error of the thickness; that of the k-th bed is k times larger, m"),
+        tip=to_translate("95 % error of the thickness"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_requires(self, "plane", "through")
+        check_requires(self, "plane", "error_deg")
+        for name in ("through", "error_deg", "through_error_m"):
+            check_requires(self, name, "plane")
+        check_requires(self, "thickness_error_m", "thickness_m")
+
+    def check_points(self, points: object, name: str) -> None:
+        """Raise UsageError unless the argument of this name or a plane is given."""
+        if points is None and self.plane is None:
+            raise UsageError(Finding("option.none-given", options=(name, "--plane")), field=name)
+        if points is not None and self.plane is not None:
+            raise UsageError(
+                Finding("option.conflict", option=name, other="--plane"), field="--plane"
+            )

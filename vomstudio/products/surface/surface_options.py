@@ -1,0 +1,41 @@
+"""Options of the analysis of a patch as a surface, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
+from vomstudio.words import to_translate
+
+
+@dataclass(frozen=True)
+class SurfaceOptions:
+    """Patch and map of its deviations. Raises UsageError for a value outside its bounds."""
+
+    around: str | None = option(
+        None,
+        metavar="X,Y,Z,R",
+        help=to_translate("only the part of the model within R metres of a place of World"),
+    )
+    noise_m: float | None = option(
+        None,
+        minimum=0.0,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("Noise"),
+        help=to_translate("standard deviation of the heights due to the model, m"),
+        tip=to_translate("Standard deviation of the heights due to the model"),
+        automatic=to_translate(
+            "of a cloud that of its points about local planes, of a mesh a quarter of its mean edge"
+        ),
+        decimals=5,
+    )
+    gsd_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("side of a cell of the map, m"),
+        automatic=to_translate("the mean edge or spacing"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
