@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
+from vomstudio.core.results import to_dict
+
 _MOST = 6
 
 
@@ -14,17 +16,25 @@ class Shown:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints."""
-        raise NotImplementedError
+        return to_dict(self)
 
     def as_dict(self) -> dict[str, Any]:
         """Return what `to_dict` returns; results that are not converted override it."""
         return self.to_dict()
 
     def __repr__(self) -> str:
-        return in_lines(type(self).__name__, self.as_dict())
+        return in_lines(type(self).__name__, self._figures())
 
     def _repr_html_(self) -> str:
-        return html_table(type(self).__name__, self.as_dict())
+        return html_table(type(self).__name__, self._figures())
+
+    def _figures(self) -> dict[str, Any]:
+        """Return the object with its warnings as sentences."""
+        figures = self.as_dict()
+        if "warnings" in figures:
+            warnings = getattr(self, "warnings", figures["warnings"])
+            figures = figures | {"warnings": [str(each) for each in warnings]}
+        return figures
 
 
 def in_lines(title: str, figures: Mapping[str, Any]) -> str:

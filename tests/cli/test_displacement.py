@@ -77,7 +77,7 @@ def test_an_oblique_slip_goes_the_way_of_its_lineation(run, write) -> None:
     [
         (["--fault", "steep"], "usage", "--fault"),
         (["--fault", "90/100"], "usage", "--fault"),
-        (["--fault", "90/60", "--rake", "90"], "displacement.no-bed", "--bed"),
+        (["--fault", "90/60", "--rake", "90"], "option.requires", "--rake"),
         (["--fault", "90/60", "--bed", "90/60"], "geometry", None),
         (["--fault", "90/60", "--bed", "0/0", "--rake", "-30"], "option.out-of-range", "--rake"),
         (["--fault", "90/60", "--rake", "9", "--slip", "9/9"], "option.conflict", "--slip"),

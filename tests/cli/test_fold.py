@@ -172,7 +172,7 @@ def test_domains_have_their_own_axes(run, write) -> None:
     ("words", "code"),
     [
         (["--by", "set", "--sets", "hw,fw"], "option.conflict"),
-        (["--by", "nothing"], "usage"),
+        (["--by", "nothing"], "table.unknown-column"),
         (["--sets", "hw,HW"], "fold.too-few-sets"),
         (["--waviness", "-1"], "option.out-of-range"),
         (["--waviness", "nan"], "option.out-of-range"),

@@ -11,7 +11,8 @@ import numpy as np
 from vomstudio.api.checking import items_of, joined, numbers, plane_text, warn
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
-from vomstudio.geology.sets.proposals import SetProposal, propose_sets
+from vomstudio.core.results import to_dict
+from vomstudio.geology.sets.proposals import FIGURES_OF_ROWS, SetProposal, propose_sets
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.io.gate.point_tables import read_places
 from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
@@ -23,10 +24,9 @@ class ProposedSets(SetProposal):
 
     table: Any = None
 
-    def as_dict(self) -> dict[str, Any]:
-        """All but the table."""
-        own = {f.name: getattr(self, f.name) for f in fields(SetProposal)}
-        return SetProposal(**own).as_dict()
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object of the command, without the table."""
+        return to_dict(self, leave_out=(*FIGURES_OF_ROWS, "table"))
 
 
 def sets(

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     with numbers_of(args.pairs):
         found = displacements(pairs.names, pairs.points[:, :3], pairs.points[:, 3:], options)
     found = replace(found, warnings=(*pairs.warnings, *found.warnings))
-    result = found.as_dict()
+    result = found.to_dict()
     out.result(result)
     out.warn(found.warnings)
     out.warn([f"{each['id']}: {each['reason']}" for each in found.skipped])

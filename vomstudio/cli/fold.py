@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Finding the fold axis"))
     found = table_fold(table, options)
-    out.result(found.as_dict())
+    out.result(found.to_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
     out.text(_in_words(found))
@@ -129,7 +129,7 @@ def _domains(domains: Mapping[str, DomainFigures] | None) -> list[tuple[str, str
 
 
 def _in_words(found: TableFold) -> str:
-    result = found.as_dict()
+    result = found.to_dict()
     beta, plane = result["beta"], result["pi_plane"]
     confidence = tr("undefined")
     if beta["max_confidence95_deg"] is not None:

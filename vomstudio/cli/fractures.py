@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
         with atomic_write(args.plot, args.force) as temporary:
             write_fractures(temporary, mapped, format=format_)
-    result = {**mapped.found.as_dict(), "image": args.plot}
+    result = {**mapped.found.to_dict(), "image": args.plot}
     out.result(result)
     out.warn(mapped.found.warnings)
     out.text(_in_words(mapped.found))

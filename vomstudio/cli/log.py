@@ -96,7 +96,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.output is not None:
         write_log(args.output, found, about=about, metric=made.metric, force=args.force)
     result = {
-        **found.as_dict(),
+        **found.to_dict(),
         "table": args.output,
         "image": args.plot,
         "dropped_lines": list(made.dropped),

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     write_bytes(args.output, text.encode("utf-8"), force=args.force)
     warnings = [*(() if places is None else places.findings), *found.warnings]
-    result = {**found.as_dict(), "table": args.output, "warnings": warnings}
+    result = {**found.to_dict(), "table": args.output, "warnings": warnings}
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(warnings)

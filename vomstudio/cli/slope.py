@@ -109,7 +109,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
 
         with atomic_write(args.plot, args.force) as temporary:
             write_slope_figure(temporary, table, face, found, format=format_)
-    out.result({**found.as_dict(), "image": args.plot})
+    out.result({**found.to_dict(), "image": args.plot})
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
     out.text(_in_words(found))
@@ -148,7 +148,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
         write_facet_slopes(args.output, found, force=args.force)
     if args.paint is not None and model is not None:
         warnings += write_labelled(args, model, painted(found, labels_of(model.data)), args.paint)
-    out.result({**found.as_dict(), "table": args.output, "model": args.paint, "warnings": warnings})
+    out.result({**found.to_dict(), "table": args.output, "model": args.paint, "warnings": warnings})
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(warnings)
     out.text(_facets_in_words(found))

@@ -36,7 +36,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Computing statistics"))
     found = table_statistics(table, options)
-    result = found.as_dict()
+    result = found.to_dict()
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)

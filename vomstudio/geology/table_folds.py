@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,10 +56,6 @@ class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
     of `FoldAxis`. domains : each with its own axis, one_axis : whether one serves all; None where
     no domains were named. convention, dropped_lines : of the table as it was read; warnings : those
     of the table, and findings on the axis."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
 
 
 def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> TableFold:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -110,10 +109,6 @@ class TableSlope(Shown):
     convention: str
     dropped_lines: tuple[int, ...]
     warnings: tuple[Message, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
 
 
 def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:

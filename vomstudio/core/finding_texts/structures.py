@@ -17,10 +17,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Two or three different sets are needed, such as A,B."),
     ),
-    "displacement.no-bed": (
-        "error",
-        to_translate("A slip direction needs the bed whose cut-offs were measured. Give the bed."),
-    ),
     "displacement.rake-without-strike": (
         "error",
         to_translate(

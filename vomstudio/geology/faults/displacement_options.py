@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.findings import Finding
-from vomstudio.core.options import check_exclusive, check_options, option
-from vomstudio.errors import UsageError
+from vomstudio.core.options import check_exclusive, check_options, check_requires, option
 from vomstudio.words import to_translate
 
 MAX_SIGMA_M = 1e6
@@ -91,5 +89,5 @@ class DisplacementOptions:
     def __post_init__(self) -> None:
         check_options(self)
         check_exclusive(self, "rake_deg", "slip")
-        if self.bed is None and (self.rake_deg is not None or self.slip is not None):
-            raise UsageError(Finding("displacement.no-bed"), field="--bed")
+        check_requires(self, "rake_deg", "bed")
+        check_requires(self, "slip", "bed")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -60,10 +59,6 @@ class Displacements(Shown):
     std_heave_m: float | None
     skipped: tuple[dict[str, str], ...]
     warnings: tuple[Message, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
 
 
 def displacements(

@@ -6,8 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -88,10 +87,6 @@ class FacetSlopes(Shown):
     convention: str
     dropped_lines: tuple[int, ...]
     warnings: tuple[Message, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
 
     def shares(self, mode: str) -> npt.NDArray[np.float64]:
         """(facets,) shares of one of MODES, NaN of nothing."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.intervals import (
     UNKNOWN,
@@ -148,12 +149,9 @@ class FractureNetwork(Shown):
     notes: tuple[str, ...]
     plane: TracePlane | None = None
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the figures ready for JSON; `plane` only if there is one."""
-        figures = asdict(self)
-        if self.plane is None:
-            del figures["plane"]
-        return figures
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints; `plane` only if there is one."""
+        return to_dict(self, leave_out=("plane",) if self.plane is None else ())
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -112,10 +111,6 @@ class SetStatistics(Shown):
     kent_reason: str | None
     uniformity: UniformityFigures
     weights: WeightFigures | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON: None, never NaN."""
-        return asdict(self)
 
 
 def mean_regions(

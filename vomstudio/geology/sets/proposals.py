@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
@@ -43,6 +44,8 @@ from vomstudio.words import tr, tr_n
 Floats = npt.NDArray[np.float64]
 
 LEVEL = 0.05
+FIGURES_OF_ROWS = ("assignment", "probability", "rows", "discontinuity")
+"""Fields of `SetProposal` that tables contain and ``--json`` does not."""
 
 
 @dataclass(frozen=True)
@@ -107,12 +110,9 @@ class SetProposal(Shown):
     discontinuities: tuple[Discontinuity, ...] = field(default=())
     discontinuity: tuple[str, ...] = field(default=())
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON; rows one by one stand in the table."""
-        made = asdict(self)
-        for name in ("assignment", "probability", "rows", "discontinuity"):
-            made.pop(name)
-        return made
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints, without the figures of single rows."""
+        return to_dict(self, leave_out=FIGURES_OF_ROWS)
 
 
 def propose_sets(
