@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
@@ -34,8 +34,3 @@ def copy_with_table(
 def beside(table: Path, ending: str) -> Path:
     """A result of the command: NAME_result.ENDING beside its table."""
     return table.with_name(f"{table.stem}_result.{ending}")
-
-
-def options(pairs: Sequence[tuple[str, str | float | None]]) -> list[tuple[str, str | float]]:
-    """Those that have a value."""
-    return [(name, value) for name, value in pairs if value is not None]
