@@ -386,7 +386,7 @@ def test_no_output_replaces_the_input_not_even_by_force(
         target = tmp_path / "target.svg"
         (os.symlink if way == "link" else os.link)(source, target)
     said = vom(command, source, "-o", target, "--force", "--json")
-    assert said.error["code"] == "target"
+    assert said.error["code"] == "output.is-input"
     assert source.read_text() == text
     assert target.read_text() == text
 
@@ -426,7 +426,7 @@ def test_every_legal_face_of_an_obj_counts(
     assert set(found) >= INFO_KEYS
     assert (found["kind"], found["faces"]) == ("mesh", triangles)
     assert found["bounds"] == [[0, 0, 0], [1, 1, 1]]
-    assert ("uncoded" in codes(found)) == ("99" in faces)
+    assert ("model.faces-without-vertices" in codes(found)) == ("99" in faces)
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -447,7 +447,7 @@ def test_a_ply_in_either_byte_order_is_read_as_far_as_it_is_sound(
     assert said.code == 0
     assert (found["kind"], found["points"]) == ("cloud", int(20 * keep))
     assert found["bounds"][0] == [5e5, 5e6, 0]
-    assert ("uncoded" in codes(found)) == (keep < 1)
+    assert ("model.incomplete" in codes(found)) == (keep < 1)
 
 
 @pytest.mark.parametrize("name", ["m.obj", "m.ply", "m.las", "m.laz", "m.csv", "m.xyz", "m"])

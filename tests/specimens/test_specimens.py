@@ -166,7 +166,7 @@ def test_a_project_of_a_later_schema_is_refused_and_left_as_it_is(specimen: Path
     assert "newer VOM Studio" in refusal(specimen)
     assert hashes(specimen) == before
     code, said = figures.command("export", specimen, "--to", "csv", "-o", specimen / "t.csv")
-    assert (code, said["error"]["code"]) == (2, "input")
+    assert (code, said["error"]["code"]) == (2, "project.newer")
     assert "newer" in said["error"]["message"]
     assert hashes(specimen) == before
 

@@ -178,4 +178,7 @@ def _shown(value: Any) -> Any:
             return ", ".join(map(str, value))
         first = ", ".join(map(str, value[:MAX_SHOWN]))
         return tr("{names} and {count} more", names=first, count=len(value) - MAX_SHOWN)
+    if isinstance(value, str):
+        # Messages of libraries may have several lines.
+        return " ".join(value.split()) if "\n" in value else value
     return tr("none") if value is None else value
