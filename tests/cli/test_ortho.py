@@ -136,7 +136,7 @@ def test_a_missing_model_a_wrong_ending_and_an_existing_file_are_refused(
     assert ".tif" in run("ortho", model, *view, "-o", tmp_path / "o.png").said
     (tmp_path / "o_depth.tif").write_text("mine")
     ran = run("ortho", model, *view, "-o", tmp_path / "o.tif", "--json")
-    assert ran.json["error"]["code"] == "target"
+    assert ran.json["error"]["code"] == "output.exists"
     assert (tmp_path / "o_depth.tif").read_text() == "mine"
     assert not (tmp_path / "o.tif").exists()
     forced = run("ortho", model, *view, "-o", tmp_path / "o.tif", "--gsd", 0.1, "--force")

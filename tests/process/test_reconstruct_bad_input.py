@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.messages import messages
+from tests.messages import messages, shown_codes
 from tests.photogrammetry import photo_set, rock_face
 from tests.process.reconstruction_runs import End, reconstruct, refused, whole
 from tests.small_disk import small_disk
@@ -303,7 +303,8 @@ def test_control_without_its_marks_asks_for_them(photos: Path, tmp_path: Path) -
     )
     said = words(photos, "-o", tmp_path / "out", "--gcp", tmp_path / "points.xml")
     assert "marks.csv" in said
-    assert "--marks: " in said
+    assert "control.marks-missing" in shown_codes(said)
+    assert "--marks " in said
 
 
 def test_marks_in_photos_that_are_not_there_are_refused_with_their_names(

@@ -127,7 +127,7 @@ def _tables(
         marks = with_photos
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
-            Finding("file.missing"),
+            Finding("control.marks-missing"),
             file=marks,
             field="--marks",
         )

@@ -393,4 +393,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("There is no photo below the coordinate system. Add lines."),
     ),
+    "control.marks-missing": (
+        "error",
+        to_translate(
+            "The marks of the control points in photos are missing. Name their file with --marks."
+        ),
+    ),
 }
