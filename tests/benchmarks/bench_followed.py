@@ -180,7 +180,7 @@ class Followed:
             self.fit,
             resolution_m=self.resolution,
             outcrop_normal=self.face,
-            seen=() if rest is None else rest.reasons(),
+            seen=() if rest is None else rest.findings(),
             stretch_error_deg=stretch,
         )
         return 90.0 if total is None else total, verdict.quality == "good"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Run
-from tests.messages import codes, messages
+from tests.messages import codes, messages, shown_codes
 from tests.specimens import figures
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
@@ -397,12 +397,12 @@ def test_features_of_an_earlier_rule_say_so_and_are_measured_anew(run: Run, tmp_
     session.save()
     opened.close()
     before = fitted(run, folder)
-    assert "earlier rule" in before["quality_notes"]
+    assert "plane.earlier-rule" in shown_codes(before["quality_notes"])
     assert before["resolution_m"] == 3.0
     said = run("project", folder, "update", "--json").json
     assert said["updated"] == 1
     after = fitted(run, folder)
-    assert "earlier rule" not in (after["quality_notes"] or "")
+    assert "plane.earlier-rule" not in shown_codes(after["quality_notes"] or "")
     assert after["resolution_m"] == pytest.approx(0.5, rel=0.5)
     # y = a x + b z + c, since the normal lies nearest to y.
     (a, b, _), *_ = np.linalg.lstsq(np.column_stack([x, xyz[:, 2], np.ones(9)]), xyz[:, 1])

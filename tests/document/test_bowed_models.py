@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.messages import by_code, with_code
 from vomstudio.document.records import Frame, Model, Registration, RegistrationPoint
 from vomstudio.document.registration_errors import bowed_deg, bowing_of_registration
 from vomstudio.geology.folds import fold_axis
@@ -71,15 +72,16 @@ def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_i
     assert facts["Scale, 95 %"] == "± 0.39 %"
     assert "Bowing by residuals, 95 %" in facts
     assert "0.59° (95 %)" in told.sentence
-    assert any("bowed" in said for said in told.warnings)
-    assert not any("bowed" in said for said in summary_of(registration(0.0)).warnings)
+    (bowed,) = with_code(told.warnings, "registration.bowed")
+    assert (bowed.values["source"], bowed.values["n"]) == ("residuals", 14)
+    assert not with_code(summary_of(registration(0.0)).warnings, "registration.bowed")
 
 
 def test_few_points_and_none_that_judge_are_said() -> None:
     record = registration(0.0, n=3)
-    said = " ".join(summary_of(record).warnings)
-    assert "fewer than four" in said
-    assert "No check points" in said
+    warnings = by_code(summary_of(record).warnings)
+    assert warnings["control.no-redundancy"] == {"count": 3, "least": 4}
+    assert "control.no-check-points" in warnings
 
 
 def test_of_a_registration_without_errors_nothing_is_made_up() -> None:

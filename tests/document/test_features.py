@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.messages import refused
+from tests.messages import by_code, refused, with_code
 from tests.samples import placed
 from vomstudio.core.findings import Finding
 from vomstudio.document import codec, edits
@@ -228,10 +228,11 @@ def test_an_intersection_with_a_folded_set_says_that_its_mean_is_no_plane():
     fault = trace("f1", Plane(0.0, 70.0), "fault", 9)
     crossing = Intersection("i1", "I1", "lineation", Group("", "bedding"), Group("f1"))
     folded = Measurements().of(records(*limbs, fault, crossing), ["i1"])["i1"]
-    assert any("35" in reason and "limb" in reason for reason in folded.verdict.reasons)
+    (reason,) = with_code(folded.verdict.reasons, "line.scattered-set")
+    assert reason.values["scatter_deg"] == pytest.approx(35.0, abs=1.0)
     limb = [t for i, t in enumerate(limbs) if i % 2]
     one = Measurements().of(records(*limb, fault, crossing), ["i1"])["i1"]
-    assert not any("limb" in reason for reason in one.verdict.reasons)
+    assert not with_code(one.verdict.reasons, "line.scattered-set")
 
 
 def test_lengths_of_a_model_of_unknown_scale_are_marked_as_units():
@@ -275,8 +276,8 @@ def test_of_a_face_that_was_scanned_it_is_asked_whether_it_is_a_trace() -> None:
     for asked in (traces, *([each] for each in traces)):
         for each, found in zip(asked, measure_all({"m1": MODEL}, asked), strict=True):
             assert found.verdict is not None
-            notes = " ".join(found.verdict.notes)
-            assert ("is this a trace?" in notes) == each.name.startswith("scan"), each.name
+            is_asked = "plane.to-and-fro" in by_code(found.verdict.notes)
+            assert is_asked == each.name.startswith("scan"), each.name
 
 
 def test_a_patch_at_two_levels_stays_doubtful_and_its_gap_grows_with_its_model():
@@ -287,7 +288,7 @@ def test_a_patch_at_two_levels_stays_doubtful_and_its_gap_grows_with_its_model()
     to_world = np.diag([2.0, 2.0, 2.0, 1.0])
     large = {**records(feature), "m1": placed(MODEL, to_world)}
     assert measure_all(records(plain), [plain])[0].verdict.quality == "good"
-    for known, said in ((records(feature), "0.012 m"), (large, "0.024 m")):
+    for known, gap_m in ((records(feature), 0.012), (large, 0.024)):
         verdict = measure_all(known, [feature])[0].verdict
         assert verdict.quality == "doubtful"
-        assert any("two levels" in reason and said in reason for reason in verdict.reasons)
+        assert by_code(verdict.reasons)["plane.levels"] == {"gap_m": pytest.approx(gap_m)}

@@ -211,8 +211,13 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
         f"normal_cov_{'enu'[i]}{'enu'[j]}": covariance[i, j] for i in range(3) for j in range(i, 3)
     }
     verdict = subject.measured.verdict
-    expected |= {"quality": verdict.quality, "quality_reason": " ".join(verdict.reasons)}
-    expected |= {"quality_notes": " ".join(verdict.notes), "profile": "error"}
+    expected |= {
+        "quality": verdict.quality,
+        "quality_reason": " ".join(each.message for each in verdict.reasons),
+        "reason_codes": " ".join(each.code for each in verdict.reasons),
+        "quality_notes": " ".join(each.message for each in verdict.notes),
+        "profile": "error",
+    }
     assert list(found) == [figure.name for figure in of.ORIENTATION]
     assert set(found) == set(expected)
     for name, value in expected.items():
@@ -234,7 +239,8 @@ def test_every_column_of_a_line_says_what_its_line_says():
         "min_confidence95_deg": fit.confidence95_deg,
         "total95_deg": pytest.approx(fit.confidence95_deg), "method": "line", "model": "cliff",
         "frame": "local, north known", "quality": found["quality"],
-        "quality_reason": found["quality_reason"], "quality_notes": "", "profile": "error",
+        "quality_reason": found["quality_reason"], "reason_codes": found["reason_codes"],
+        "quality_notes": "", "profile": "error",
         "x": 1.5, "y": pytest.approx(0.025), "z": pytest.approx(-1.525),
     }  # fmt: skip
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.document.conftest import MODEL
+from tests.messages import by_code
 from tests.samples import placed
 from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
@@ -137,7 +138,9 @@ def test_a_line_off_its_plane_is_laid_into_it_and_says_by_how_much(off):
     assert found.off_plane_deg == pytest.approx(off, abs=1e-6)
     assert found.rake_deg == pytest.approx(40.0, abs=1e-6)
     assert found.line.vector() == pytest.approx(inside, abs=1e-8)
-    assert any("off the plane" in r for r in found.verdict.reasons) == (off > 10.0)
+    reasons = by_code(found.verdict.reasons)
+    expected = {"angle_deg": pytest.approx(off, abs=1e-6)} if off > 10.0 else None
+    assert reasons.get("line.off-plane") == expected
 
 
 def test_a_plane_that_is_gone_leaves_the_line_and_says_so():
@@ -145,7 +148,7 @@ def test_a_plane_that_is_gone_leaves_the_line_and_says_so():
     assert found.rake_deg is None
     assert found.slip_rake_deg is None
     assert found.line is not None
-    assert any("gone" in r for r in found.verdict.reasons)
+    assert "line.plane-missing" in by_code(found.verdict.reasons)
 
 
 def test_a_compass_reading_is_a_plane_without_a_known_error():
@@ -155,7 +158,7 @@ def test_a_compass_reading_is_a_plane_without_a_known_error():
     found = measured(world(reading, lineation(points, "r1", "normal")), "l1")
     assert found.slip_rake_deg == pytest.approx(-40.0, abs=1.0)
     assert found.max_confidence95_deg is None
-    assert any("plane it lies on is unknown" in r for r in found.verdict.reasons)
+    assert "line.plane-error-unknown" in by_code(found.verdict.reasons)
 
 
 @pytest.mark.full

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.document.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
+from tests.messages import by_code
 from tests.samples import ZIGZAG, bed, placed
 from vomstudio.document import edits
 from vomstudio.document.kind import kind_of
@@ -296,19 +297,24 @@ def test_the_outcrop_face_turns_with_its_model_and_warns_of_a_trace_within_it():
     found = measure_all({"m1": TURNED}, [within])[0]
     x, y, z = fit.normal
     assert found.outcrop_normal == pytest.approx([-y, x, z])
-    assert any("outcrop face" in reason for reason in found.verdict.reasons)
+    assert by_code(found.verdict.reasons)["plane.in-face"] == {
+        "angle_deg": pytest.approx(0.0, abs=0.05)
+    }
     plain = measure_all({"m1": TURNED}, [bed("t1")])[0]
     assert plain.outcrop_normal is None
-    assert not any("outcrop face" in reason for reason in plain.verdict.reasons)
+    assert "plane.in-face" not in by_code(plain.verdict.reasons)
+
+
+OF_RESOLUTION = {"plane.resolution", "plane.too-small"}
 
 
 def test_a_resolution_that_is_too_coarse_is_a_reason_of_a_trace_and_a_patch():
     for name in ("trace", "patch"):
         coarse = replace(ONE_OF_EACH[name], resolution=1.0)
         found = measure_all(RECORDS_OF_ALL, [coarse])[0]
-        assert any("resolution" in reason for reason in found.verdict.reasons)
+        assert OF_RESOLUTION & by_code(found.verdict.reasons).keys()
         unknown = measure_all(RECORDS_OF_ALL, [ONE_OF_EACH[name]])[0]
-        assert not any("resolution" in reason for reason in unknown.verdict.reasons)
+        assert not OF_RESOLUTION & by_code(unknown.verdict.reasons).keys()
 
 
 # --- planes with their error -----------------------------------------------------------------
@@ -418,6 +424,7 @@ def test_a_line_is_told_of_its_plane_only_where_it_was_given_one():
         (RECORDS_OF_ALL, "m1", True),
     ):
         found = measure_all(records, [replace(line, plane_id=plane_id)])[0]
-        assert any("gone" in reason for reason in found.verdict.reasons) == gone
+        reasons = by_code(found.verdict.reasons)
+        assert ("line.plane-missing" in reasons) == gone
         # On a plane of known error, or on none, nothing is missing for its own.
-        assert not any("plane it lies on is unknown" in r for r in found.verdict.reasons)
+        assert "line.plane-error-unknown" not in reasons

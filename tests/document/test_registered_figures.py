@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from tests.messages import by_code
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.intersection import Intersection
 from vomstudio.document.kinds.lineation import Lineation
@@ -113,7 +114,7 @@ def test_compass_readings_and_declared_models_have_none() -> None:
     found = measured(meeting(*PLANES), model("m1", Frame("local")), on_plane("a", A, "m1"), level)
     assert found.registration_error_deg is None
     assert found.verdict is not None
-    assert not any("Register" in said for said in found.verdict.reasons)
+    assert "line.registration" not in by_code(found.verdict.reasons)
 
 
 def test_the_verdict_on_a_line_says_when_the_registration_is_to_blame() -> None:
@@ -123,7 +124,7 @@ def test_the_verdict_on_a_line_says_when_the_registration_is_to_blame() -> None:
     )
     assert found.verdict is not None
     assert found.verdict.quality == "poor"
-    assert any("Register the model better." in said for said in found.verdict.reasons)
+    assert by_code(found.verdict.reasons)["line.registration"]["limit_deg"] == 15.0
 
 
 def lineation(plane_id: str, model_id: str = "m1") -> Lineation:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from tests.messages import with_code
 from vomstudio.document import codec, edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import Measurement
@@ -65,7 +66,11 @@ def test_the_verdict_is_decided_by_all_of_it_and_says_what_counts() -> None:
     bad = measured(registered(rotation_error_deg=(0.0, 0.0, 4.0)))
     assert bad.verdict is not None
     assert bad.verdict.quality == "doubtful"
-    assert any("registration" in said for said in bad.verdict.reasons)
+    (reason,) = with_code(bad.verdict.reasons, "plane.registration")
+    assert reason.values == {
+        "error_deg": pytest.approx(bad.registration_error_deg),
+        "limit_deg": 5.0,
+    }
     worse = measured(registered(rotation_error_deg=(0.0, 0.0, 8.0)))
     assert worse.verdict is not None
     assert worse.verdict.quality == "poor"

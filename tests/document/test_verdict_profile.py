@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
@@ -129,8 +130,8 @@ def test_every_file_of_verdicts_names_the_profile_and_its_limits(
     export_records(judged, "gpkg", layers)
     lines = table.read_text(encoding="utf-8").splitlines()
     assert f"# profile: {profile.in_words}" in lines
-    head, row = [line for line in lines if not line.startswith("#")]
-    assert row.split(",")[head.split(",").index("profile")] == profile.profile
+    (row,) = csv.DictReader(line for line in lines if not line.startswith("#"))
+    assert row["profile"] == profile.profile
     with closing(sqlite3.connect(layers)) as file:
         described = file.execute("SELECT table_name, description FROM gpkg_contents").fetchall()
     said = {name: text for name, text in described if name != "layer_styles"}

@@ -12,6 +12,7 @@ from tests.extraction.planes_by_construction import (
     normal_of,
     sheet,
 )
+from tests.messages import by_code
 from tests.tiers import first_in_default_tier
 from vomstudio.extraction.facets import Facets, find_facets
 from vomstudio.geometry.cloud import PointCloud
@@ -153,5 +154,7 @@ def test_two_layers_in_one_facet_are_said_and_are_not_good() -> None:
     both, alone = (find_facets(PointCloud(x)) for x in (np.concatenate(layers), layers[0]))
     assert len(both.facets) == len(alone.facets) == 1
     assert both.facets[0].verdict.quality == "doubtful"
-    assert any("two layers" in said for said in both.facets[0].verdict.reasons)
+    assert by_code(both.facets[0].verdict.reasons)["plane.levels"] == {
+        "gap_m": pytest.approx(0.06, rel=0.1)
+    }
     assert alone.facets[0].verdict.quality == "good"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, axes_of, grid_mesh, normal_of
+from tests.messages import by_code
 from tests.tiers import first_in_default_tier
 from vomstudio.extraction.facets import Facets, find_facets
 from vomstudio.geometry.cloud import PointCloud
@@ -33,7 +34,7 @@ def are_told(found: Facets) -> bool:
     """The two levels are two good planes of the right attitude, or the one is said to be none."""
     if len(found.facets) == 1:
         verdict = found.facets[0].verdict
-        return verdict.quality != "good" and any("two levels" in said for said in verdict.reasons)
+        return verdict.quality != "good" and "plane.levels" in by_code(verdict.reasons)
     return all(
         angle_deg(facet.fit.normal, normal_of(*ATTITUDE)) < 0.1 for facet in found.facets[:2]
     )

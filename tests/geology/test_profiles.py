@@ -7,9 +7,12 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from tests.messages import by_code
 from vomstudio.geology.profiles import DEFAULTS, PROFILES, TEXTBOOK, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.planes import fit_plane
+
+COPLANARITY, COLLINEARITY, EXTENT = "plane.not-coplanar", "plane.collinear", "plane.too-small"
 
 
 def points(length: float, width: float, rough: float, n: int = 60) -> np.ndarray:
@@ -37,11 +40,11 @@ def test_the_limits_are_where_m_is_4_and_k_is_0_8() -> None:
     ("shape", "resolution", "quality", "missed"),
     [
         ((4.0, 3.0, 0.02), 0.01, "good", ()),
-        ((4.0, 3.0, 0.6), 0.01, "doubtful", ("coplanarity",)),
-        ((4.0, 0.6, 0.02), 0.01, "doubtful", ("collinearity",)),
-        ((4.0, 3.0, 0.02), 0.1, "doubtful", ("extent",)),
-        ((4.0, 0.6, 0.02), 0.1, "poor", ("collinearity", "extent")),
-        ((4.0, 0.7, 0.17), 0.1, "poor", ("coplanarity", "collinearity", "extent")),
+        ((4.0, 3.0, 0.6), 0.01, "doubtful", (COPLANARITY,)),
+        ((4.0, 0.6, 0.02), 0.01, "doubtful", (COLLINEARITY,)),
+        ((4.0, 3.0, 0.02), 0.1, "doubtful", (EXTENT,)),
+        ((4.0, 0.6, 0.02), 0.1, "poor", (COLLINEARITY, EXTENT)),
+        ((4.0, 0.7, 0.17), 0.1, "poor", (COPLANARITY, COLLINEARITY, EXTENT)),
     ],
 )
 def test_one_missed_limit_makes_a_plane_doubtful_and_two_make_it_poor(
@@ -50,14 +53,22 @@ def test_one_missed_limit_makes_a_plane_doubtful_and_two_make_it_poor(
     xyz = points(*shape)
     coplanarity, collinearity = indices(xyz)
     assert (coplanarity < 65.0, collinearity > 6.0) == (
-        "coplanarity" in missed, "collinearity" in missed,
+        COPLANARITY in missed, COLLINEARITY in missed,
     )  # fmt: skip
     fit = fit_plane(xyz, ordered=False)
     verdict = judge(fit, resolution_m=resolution, outcrop_normal=None, thresholds=TEXTBOOK)
     assert (verdict.quality, verdict.profile) == (quality, "textbook")
-    assert len(verdict.reasons) == len(missed)
-    for word, reason in zip(missed, verdict.reasons, strict=True):
-        assert f"The {word} is" in reason
+    assert tuple(each.code for each in verdict.reasons) == missed
+    values = by_code(verdict.reasons)
+    if COPLANARITY in missed:
+        assert values[COPLANARITY] == {"coplanarity": pytest.approx(coplanarity), "minimum": 65.0}
+    if COLLINEARITY in missed:
+        number = float(values[COLLINEARITY].pop("collinearity"))
+        assert number == pytest.approx(collinearity, rel=0.05)
+        assert values[COLLINEARITY] == {"maximum": 6.0}
+    if EXTENT in missed:
+        ratio = fit.extent / resolution if fit.extent else None
+        assert values[EXTENT] == {"ratio": pytest.approx(ratio), "minimum": 100.0}
 
 
 def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
@@ -77,7 +88,7 @@ def test_three_points_are_at_most_doubtful_and_no_plane_is_poor_by_every_profile
     for limits in PROFILES.values():
         verdict = judge(three, resolution_m=0.001, outcrop_normal=None, thresholds=limits)
         assert verdict.quality == "doubtful"
-        assert "three points" in verdict.reasons[0]
+        assert verdict.reasons[0].code == "plane.three-points"
 
 
 def test_limits_that_are_no_numbers_are_refused() -> None:

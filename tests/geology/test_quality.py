@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.messages import by_code
+from vomstudio.core.findings import Finding
 from vomstudio.geology.quality import (
     Kind,
     Thresholds,
@@ -40,66 +41,87 @@ def judged(fit: PlaneFit, **changes: object) -> Verdict:
     return judge(fit, **options)  # type: ignore[arg-type]
 
 
-def verdict(fit: PlaneFit, **changes: object) -> tuple[str, str]:
+def verdict(fit: PlaneFit, **changes: object) -> tuple[str, list[str]]:
+    """Return the quality and the codes of the reasons."""
     result = judged(fit, **changes)
-    return result.quality, " ".join(result.reasons)
+    return result.quality, [each.code for each in result.reasons]
 
 
-def notes(fit: PlaneFit, **changes: object) -> str:
-    return " ".join(judged(fit, **changes).notes)
+def reason(fit: PlaneFit, **changes: object) -> Finding:
+    """Return the only reason of a verdict."""
+    (only,) = judged(fit, **changes).reasons
+    return only
+
+
+def notes(fit: PlaneFit, **changes: object) -> dict[str, dict[str, object]]:
+    """Return the values of the notes by their codes."""
+    return by_code(judged(fit, **changes).notes)
 
 
 def test_a_well_bent_trace_on_a_fine_model_is_good_without_reasons() -> None:
-    assert verdict(GOOD) == ("good", "")
+    assert verdict(GOOD) == ("good", [])
 
 
 def test_unknown_resolution_and_face_are_not_held_against_a_plane() -> None:
-    assert verdict(GOOD, resolution_m=None, outcrop_normal=None) == ("good", "")
+    assert verdict(GOOD, resolution_m=None, outcrop_normal=None) == ("good", [])
 
 
 @pytest.mark.parametrize(
     ("angle", "quality"), [(5.0, "good"), (5.1, "doubtful"), (15.0, "doubtful"), (15.1, "poor")]
 )
 def test_confidence_alone_sets_the_bounds(angle: float, quality: str) -> None:
-    found, reasons = verdict(replace(GOOD, max_confidence95_deg=angle))
-    assert found == quality
-    assert ("uncertain by" in reasons) == (quality != "good")
+    limit_deg = 15.0 if quality == "poor" else 5.0
+    expected = Finding("plane.uncertain", error_deg=angle, limit_deg=limit_deg)
+    found = judged(replace(GOOD, max_confidence95_deg=angle))
+    assert found.quality == quality
+    assert found.reasons == (() if quality == "good" else (expected,))
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "code", "values"),
     [
-        ({"M": 4.0}, "M 4.0"),
-        ({"K": 0.8, "collinearity": 38.4}, "collinearity 38"),
-        ({"hyperbolic_overflow": True}, "90°"),
+        ({"M": 4.0}, "plane.scattered", {"M": 4.0, "recommended": 4.0}),
+        (
+            {"K": 0.8, "collinearity": 38.4},
+            "plane.almost-straight",
+            {"collinearity": "38", "K": "0.8", "recommended": 0.8},
+        ),
+        ({"hyperbolic_overflow": True}, "plane.unbounded-error", {}),
     ],
 )
-def test_shape_is_a_note_and_lowers_no_verdict(change: dict[str, object], words: str) -> None:
+def test_shape_is_a_note_and_lowers_no_verdict(
+    change: dict[str, object], code: str, values: dict[str, object]
+) -> None:
     shaped = replace(GOOD, **change)  # type: ignore[arg-type]
-    assert verdict(shaped) == ("good", "")
-    assert words in notes(shaped)
-    assert notes(GOOD) == ""
+    assert verdict(shaped) == ("good", [])
+    (note,) = judged(shaped).notes
+    assert note.code == code
+    assert note.values.items() >= values.items()
+    assert notes(GOOD) == {}
 
 
 def test_what_the_error_cannot_know_makes_doubtful() -> None:
-    quality, reasons = verdict(replace(GOOD, long_roughness=True))
-    assert quality == "doubtful"
-    assert "as long as the trace" in reasons
+    long = replace(GOOD, long_roughness=True)
+    assert verdict(long) == ("doubtful", ["plane.long-roughness"])
 
 
 def test_an_extent_under_a_hundred_resolutions_is_a_note_and_under_ten_a_reason() -> None:
     assert GOOD.extent is not None
     at = GOOD.extent
     assert judged(GOOD, resolution_m=at / 100.0) == Verdict("good", ())
-    note = (
-        "The extent is 99 times the resolution of the model (100 recommended): planes of this size "
-        "can be expected within 0.3°."
-    )
-    assert judged(GOOD, resolution_m=at / 99.0) == Verdict("good", (), (note,))
+    found = judged(GOOD, resolution_m=at / 99.0)
+    assert (found.quality, found.reasons) == ("good", ())
+    (note,) = found.notes
+    assert note.code == "plane.small"
+    assert note.values == {
+        "ratio": 99, "recommended": 100.0, "error_deg": pytest.approx(0.3, abs=0.05),
+    }  # fmt: skip
     assert judged(GOOD, resolution_m=at / 10.0).quality == "good"
-    quality, reasons = verdict(GOOD, resolution_m=at / 9.9)
-    assert quality == "doubtful"
-    assert reasons.startswith("The extent is only 9.9 times the resolution of the model.")
+    found = judged(GOOD, resolution_m=at / 9.9)
+    assert found.quality == "doubtful"
+    assert by_code(found.reasons)["plane.too-small"] == {
+        "ratio": pytest.approx(9.9), "minimum": 10.0,
+    }  # fmt: skip
 
 
 def test_the_resolution_tilts_a_patch_by_half_a_spacing_over_its_width() -> None:
@@ -114,9 +136,9 @@ def test_the_resolution_tilts_a_patch_by_half_a_spacing_over_its_width() -> None
     assert total_error_deg(rough, 0.4, "patch") == 30.0
     unknown = replace(fit, max_confidence95_deg=None, max_angular_error_deg=None)
     assert total_error_deg(unknown, 0.4, "patch") is None
-    quality, reasons = verdict(fit, resolution_m=0.4, kind="patch")
-    assert quality == "doubtful"
-    assert "5.7°" in reasons
+    assert verdict(fit, resolution_m=0.4, kind="patch")[0] == "doubtful"
+    expected = Finding("plane.resolution", error_deg=tilt, limit_deg=5.0)
+    assert expected in judged(fit, resolution_m=0.4, kind="patch").reasons
     assert verdict(fit, resolution_m=1.2, kind="patch")[0] == "poor"
     assert verdict(fit, resolution_m=0.3, kind="patch")[0] == "good"
 
@@ -228,8 +250,11 @@ def test_an_unknown_resolution_tilts_nothing(unknown: float | None) -> None:
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_trace_along_the_outcrop_face_is_asked_about_and_a_patch_is_not(sense: float) -> None:
     face = sense * np.array([np.sin(np.radians(9.0)), 0.0, np.cos(np.radians(9.0))])
-    question = "The plane follows the outcrop face within 9.0°: is that face the structure itself?"
-    assert judged(GOOD, outcrop_normal=face) == Verdict("good", (), (question,))
+    found = judged(GOOD, outcrop_normal=face)
+    assert (found.quality, found.reasons) == ("good", ())
+    (question,) = found.notes
+    assert question.code == "plane.along-face"
+    assert question.values["angle_deg"] == pytest.approx(9.0, abs=0.05)
     assert judged(GOOD, outcrop_normal=face, kind="patch") == Verdict("good", ())
     away = np.array([np.sin(np.radians(11.0)), 0.0, np.cos(np.radians(11.0))])
     assert judged(GOOD, outcrop_normal=away) == Verdict("good", ())
@@ -238,29 +263,25 @@ def test_a_trace_along_the_outcrop_face_is_asked_about_and_a_patch_is_not(sense:
 def test_a_trace_without_relief_out_of_the_face_is_doubtful() -> None:
     """Its relief, four standard deviations, is 4 x 5 mm of noise; three resolutions of 1 cm are
     more, and so are 2 per cent of 10 m."""
-    quality, reasons = verdict(GOOD, outcrop_normal=GOOD.normal)
-    assert quality == "doubtful"
-    assert "has little relief out of it" in reasons
-    assert re.search(r"within 0(\.0)?° and", reasons)
+    assert verdict(GOOD, outcrop_normal=GOOD.normal) == ("doubtful", ["plane.in-face"])
+    angle_deg = reason(GOOD, outcrop_normal=GOOD.normal).values["angle_deg"]
+    assert angle_deg == pytest.approx(0.0, abs=0.01)
     small = fit_plane([[0, 0, 0], [1, 0, 0.03], [1, 1, 0], [0, 1, 0.03], [0.5, 0.5, 0.0]])
     for resolution, expected in ((0.01, "good"), (0.03, "doubtful")):
         found = judged(small, resolution_m=resolution, outcrop_normal=(0, 0, 1))
-        assert ("little relief" in " ".join(found.reasons)) == (expected == "doubtful")
-        assert ("is that face" in " ".join(found.notes)) == (expected == "good")
+        assert ("plane.in-face" in by_code(found.reasons)) == (expected == "doubtful")
+        assert ("plane.along-face" in by_code(found.notes)) == (expected == "good")
 
 
 def test_three_points_are_at_most_doubtful() -> None:
     fit = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0]])
-    quality, reasons = verdict(fit)
-    assert quality == "doubtful"
-    assert "Of three points" in reasons
+    assert verdict(fit) == ("doubtful", ["plane.three-points"])
 
 
 def test_an_undefined_error_of_more_than_three_points_is_poor() -> None:
     fit = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])
-    quality, reasons = verdict(fit)
-    assert quality == "poor"
-    assert "Only 3 of the 4 points differ" in reasons
+    assert verdict(fit) == ("poor", ["plane.three-distinct-points"])
+    assert reason(fit).values == {"n": 4}
 
 
 def test_an_almost_straight_trace_is_called_so_and_told_what_to_do() -> None:
@@ -269,8 +290,8 @@ def test_an_almost_straight_trace_is_called_so_and_told_what_to_do() -> None:
     fit = fit_plane(points + np.random.default_rng(0).normal(0.0, 0.02, (40, 3)))
     quality, reasons = verdict(fit)
     assert quality == "poor"
-    assert "The trace is almost straight: collinearity" in notes(fit)
-    assert "Add points where the trace bends." in reasons
+    assert "plane.almost-straight" in notes(fit)
+    assert "plane.too-straight" in reasons
 
 
 def test_the_wider_figure_counts_where_the_roughness_is_as_long_as_the_trace() -> None:
@@ -287,7 +308,7 @@ def test_a_patch_is_judged_by_the_wider_figure() -> None:
 
 def test_points_exactly_in_a_plane_are_good() -> None:
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 5.0
-    assert verdict(fit_plane(square)) == ("good", "")
+    assert verdict(fit_plane(square)) == ("good", [])
 
 
 def test_the_extent_of_a_disc_shaped_patch_is_its_diameter() -> None:
@@ -305,53 +326,63 @@ def test_thresholds_can_be_set() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "more", "points"),
-    [
-        ("trace", "Add points where the trace bends.", "Pick more points."),
-        ("patch", "Enlarge the patch.", "Enlarge the patch."),
-    ],
+    ("kind", "code"), [("trace", "plane.uncertain"), ("patch", "plane.uncertain-patch")]
 )
-def test_what_to_do_is_what_can_be_done_with_such_a_feature(
-    kind: Kind, more: str, points: str
-) -> None:
+def test_the_advice_fits_the_kind_of_feature(kind: Kind, code: str) -> None:
     wide = replace(GOOD, max_confidence95_deg=7.25)
-    assert verdict(wide, kind=kind)[1] == f"The direction is uncertain by 7.2° (5° wanted). {more}"
+    assert reason(wide, kind=kind) == Finding(code, error_deg=7.25, limit_deg=5.0)
     wider = replace(GOOD, max_confidence95_deg=22.4)
-    assert verdict(wider, kind=kind)[1] == (
-        f"The direction is uncertain by 22° (15° is the limit). {more}"
-    )
+    assert reason(wider, kind=kind) == Finding(code, error_deg=22.4, limit_deg=15.0)
     three = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0]])
-    assert verdict(three, kind=kind)[1].endswith(f"no error can be stated. {points}")
+    assert verdict(three, kind=kind)[1] == ["plane.three-points"]
     twice = fit_plane([[0, 0, 0], [10, 0, 0], [3, 9, 1.0], [3, 9, 1.0]])
-    assert f"no error can be stated. {points}" in verdict(twice, kind=kind)[1]
+    assert "plane.three-distinct-points" in verdict(twice, kind=kind)[1]
     straight = replace(GOOD, K=None, collinearity=None)
-    assert notes(straight, kind=kind) == (
-        f"The {kind} is almost straight: collinearity infinite, K infinite (below 0.8 recommended)."
+    assert notes(straight, kind=kind) == {
+        "plane.almost-straight": {"collinearity": "infinite", "K": "infinite", "recommended": 0.8}
+    }
+
+
+def test_an_uncertain_trace_that_is_straight_gets_the_code_of_straight_ones() -> None:
+    straight = replace(GOOD, K=1.2, max_confidence95_deg=7.25)
+    expected = Finding("plane.too-straight", error_deg=7.25, limit_deg=5.0)
+    assert reason(straight) == expected
+    assert reason(straight, kind="patch").code == "plane.uncertain-patch"
+
+
+def test_texts_show_the_significant_digits() -> None:
+    scattered = notes(replace(GOOD, M=3.94, coplanarity=51.7))["plane.scattered"]
+    assert scattered == {"M": 3.94, "coplanarity": "52", "recommended": 4.0}
+    few = notes(replace(GOOD, M=1.0, coplanarity=9.94))["plane.scattered"]
+    assert few["coplanarity"] == "9.9"
+    infinite = notes(replace(GOOD, M=1.0, coplanarity=None))["plane.scattered"]
+    assert infinite["coplanarity"] == "infinite"
+    straight = notes(replace(GOOD, K=1.234, collinearity=9.96))["plane.almost-straight"]
+    assert straight == {"collinearity": "10", "K": "1.2", "recommended": 0.8}
+    for angle, words in ((9.94, "9.9°"), (9.96, "10.0°"), (6.0, "6.0°"), (5.4, "5.4°")):
+        assert f"by {words} " in reason(replace(GOOD, max_confidence95_deg=angle)).message
+    assert (
+        "M 3.9, coplanarity 52 " in judged(replace(GOOD, M=3.94, coplanarity=51.7)).notes[0].message
     )
 
 
-def test_figures_in_the_words_have_the_digits_that_matter() -> None:
-    scattered = replace(GOOD, M=3.94, coplanarity=51.7)
-    assert "M 3.9, coplanarity 52 (M above 4 recommended)" in notes(scattered)
-    few = replace(GOOD, M=1.0, coplanarity=9.94)
-    assert "coplanarity 9.9 " in notes(few)
-    assert "coplanarity infinite" in notes(replace(GOOD, M=1.0, coplanarity=None))
-    straight = replace(GOOD, K=1.234, collinearity=9.96)
-    assert "collinearity 10, K 1.2 (below 0.8 recommended)" in notes(straight)
-    for angle, words in ((9.94, "9.9°"), (9.96, "10°"), (6.0, "6°"), (5.4, "5.4°")):
-        assert f"by {words} " in verdict(replace(GOOD, max_confidence95_deg=angle))[1]
-    assert verdict(replace(GOOD, error="too few"))[:2] == ("poor", "There is no plane: too few.")
+def test_a_failed_fit_is_poor_for_its_cause() -> None:
+    failed = judged(replace(GOOD, error="too few"))
+    assert failed.quality == "poor"
+    assert failed.reasons == (Finding("plane.no-fit", reason="too few."),)
 
 
 def test_a_resolution_of_nothing_is_no_resolution() -> None:
-    assert verdict(GOOD, resolution_m=0.0) == ("good", "")
-    assert verdict(GOOD, resolution_m=-1.0) == ("good", "")
+    assert verdict(GOOD, resolution_m=0.0) == ("good", [])
+    assert verdict(GOOD, resolution_m=-1.0) == ("good", [])
 
 
 def test_a_face_without_a_direction_is_not_compared() -> None:
     for normal in ((0.0, 0.0, 0.0), (np.nan, 0.0, 1.0)):
-        assert verdict(GOOD, outcrop_normal=normal) == ("good", "")
-    assert "within 0.0°" in verdict(GOOD, outcrop_normal=1e-6 * GOOD.normal)[1]
+        assert verdict(GOOD, outcrop_normal=normal) == ("good", [])
+    tiny = reason(GOOD, outcrop_normal=1e-6 * GOOD.normal)
+    assert tiny.code == "plane.in-face"
+    assert tiny.values["angle_deg"] == pytest.approx(0.0, abs=0.05)
 
 
 def test_what_follows_from_a_plane_takes_the_figure_it_is_judged_by() -> None:
@@ -388,62 +419,62 @@ def straight(n: int, noise: float = 0.0) -> LineFit:
 
 
 @pytest.mark.parametrize(
-    ("angle", "quality", "words"),
-    [
-        (5.0, "good", ""),
-        (5.1, "doubtful", "The direction is uncertain by 5.1° (5° wanted). "),
-        (15.0, "doubtful", "The direction is uncertain by 15° (5° wanted). "),
-        (15.1, "poor", "The direction is uncertain by 15° (15° is the limit). "),
-    ],
+    ("angle", "quality", "limit_deg"),
+    [(5.0, "good", None), (5.1, "doubtful", 5.0), (15.0, "doubtful", 5.0), (15.1, "poor", 15.0)],
 )
-def test_a_line_is_judged_by_its_error(angle: float, quality: str, words: str) -> None:
+def test_a_line_is_judged_by_its_error(angle: float, quality: str, limit_deg: float | None) -> None:
     fit = straight(9, 0.01)
     assert fit.confidence95_deg is not None
-    for given, advice in (
-        (None, "Measure its planes better."),
-        (fit, "Measure the plane it lies on better."),
-        (replace(fit, confidence95_deg=90.0), "Pick a longer or straighter line."),
-        (replace(fit, confidence95_deg=angle), "Pick a longer or straighter line."),
-        (straight(2), "Pick a longer or straighter line."),
+    for given, code in (
+        (None, "line.uncertain-plane"),
+        (fit, "line.uncertain-plane"),
+        (replace(fit, confidence95_deg=90.0), "line.uncertain"),
+        (replace(fit, confidence95_deg=angle), "line.uncertain"),
+        (straight(2), "line.uncertain"),
     ):
         found = judge_line(given, confidence95_deg=angle)
         assert found.quality == quality
-        assert found.reasons == ((words + advice,) if words else ())
+        expected = Finding(code, error_deg=angle, limit_deg=limit_deg)
+        assert found.reasons == (() if limit_deg is None else (expected,))
 
 
-def test_a_line_of_unknown_error_says_whose_it_is() -> None:
-    def reasons(fit: LineFit | None, known: bool = True) -> tuple[str, ...]:
+@pytest.mark.parametrize(("registration", "is_most"), [(7.0, False), (7.1, True)])
+def test_a_line_uncertain_mostly_from_the_registration_has_that_reason(
+    registration: float, is_most: bool
+) -> None:
+    """From half of the variance on."""
+    for fit in (None, straight(9, 0.01)):
+        found = judge_line(fit, confidence95_deg=10.0, registration_deg=registration)
+        code = "line.registration" if is_most else "line.uncertain-plane"
+        assert found.reasons == (Finding(code, error_deg=10.0, limit_deg=5.0),)
+
+
+def test_a_line_of_unknown_error_has_the_cause_as_its_reason() -> None:
+    def reasons(fit: LineFit | None, known: bool = True) -> list[str]:
         found = judge_line(fit, confidence95_deg=None, plane_is_known=known)
         assert found.quality == ("doubtful" if found.reasons else "good")
-        return found.reasons
+        return [each.code for each in found.reasons]
 
-    planes = "The error of one of its planes is unknown, and so is that of the line."
-    plane = "The error of the plane it lies on is unknown, and so is that of the line."
-    two = "Of two points no error can be stated. Pick more points along the line."
-    assert reasons(None) == reasons(None, False) == (planes,)
-    assert reasons(straight(2)) == (two,)
-    assert reasons(straight(2), False) == (two, plane)
-    assert reasons(straight(9, 0.01), False) == (plane,)
-    assert reasons(straight(9, 0.01)) == ()
+    plane, two = "line.plane-error-unknown", "line.two-points"
+    assert reasons(None) == reasons(None, False) == [plane]
+    assert reasons(straight(2)) == [two]
+    assert reasons(straight(2), False) == [two, plane]
+    assert reasons(straight(9, 0.01), False) == [plane]
+    assert reasons(straight(9, 0.01)) == []
 
 
 def test_lines_off_their_plane_of_a_folded_set_or_without_their_plane_are_doubtful() -> None:
     fit = straight(9, 0.01)
 
-    def found(**more: object) -> tuple[str, tuple[str, ...]]:
+    def found(**more: object) -> tuple[str, tuple[Finding, ...]]:
         verdict_ = judge_line(fit, confidence95_deg=1.0, **more)  # type: ignore[arg-type]
         return verdict_.quality, verdict_.reasons
 
     assert found(off_plane_deg=10.0, scatter_deg=12.0) == ("good", ())
-    quality, (words,) = found(off_plane_deg=10.4)
-    assert (quality, words) == (
-        "doubtful", "The line is 10° off the plane it is said to lie on. Pick it on that plane.",
-    )  # fmt: skip
-    quality, (words,) = found(scatter_deg=12.6)
-    assert quality == "doubtful"
-    assert words.startswith("The planes of one set lie 13° (RMS) from their mean")
-    quality, (words,) = found(plane_is_gone=True)
-    assert quality == "doubtful"
-    assert words.startswith("The plane it lay on is gone")
+    off = Finding("line.off-plane", angle_deg=10.4)
+    assert found(off_plane_deg=10.4) == ("doubtful", (off,))
+    scattered = Finding("line.scattered-set", scatter_deg=12.6)
+    assert found(scatter_deg=12.6) == ("doubtful", (scattered,))
+    assert found(plane_is_gone=True) == ("doubtful", (Finding("line.plane-missing"),))
     strict = Thresholds(good_confidence95_deg=0.5, poor_confidence95_deg=0.9)
     assert found(thresholds=strict)[0] == "poor"

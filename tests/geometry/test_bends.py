@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from vomstudio.geology.quality import judge
+from tests.messages import with_code
+from vomstudio.geology.quality import Verdict, judge, total_error_deg
 from vomstudio.geometry.heights.bends import bend_of
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import moments
@@ -63,11 +66,16 @@ def test_the_verdict_tells_that_a_bent_face_is_local_and_stays_what_it_is() -> N
     bend = bend_of(points, fit.normal)
     assert bend is not None
 
-    def judged(bend_deg: float | None) -> tuple[str, int]:
-        verdict = judge(
-            fit, resolution_m=0.01, outcrop_normal=None, kind="patch", bend_deg=bend_deg
-        )
-        return verdict.quality, len(verdict.notes)
+    def judged(bend_deg: float | None) -> Verdict:
+        return judge(fit, resolution_m=0.01, outcrop_normal=None, kind="patch", bend_deg=bend_deg)
 
-    assert judged(bend) == (judged(None)[0], judged(None)[1] + 1)
-    assert judged(0.01) == judged(None)
+    plain, bent = judged(None), judged(bend)
+    assert judged(0.01) == plain
+    (note,) = with_code(bent.notes, "plane.local")
+    assert bent == replace(plain, notes=(*plain.notes, note))
+    error_deg = total_error_deg(fit, 0.01, "patch")
+    assert error_deg is not None
+    assert note.values == {
+        "bend_deg": bend,
+        "regional_deg": pytest.approx(np.hypot(error_deg, bend)),
+    }

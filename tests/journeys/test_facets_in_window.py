@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QLabel
 
 from tests import driver
 from tests.extraction.test_facets_with_levels import at_two_levels
+from tests.messages import by_code
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
@@ -262,4 +263,4 @@ def test_a_facet_at_two_levels_says_so_in_the_list_and_as_a_patch(window, tmp_pa
     (patch,) = patches(window)
     for measured in (proposed, window.studio.measured([patch.id])[patch.id]):
         assert measured.verdict.quality == "doubtful"
-        assert any("two levels" in reason for reason in measured.verdict.reasons)
+        assert "plane.levels" in by_code(measured.verdict.reasons)

@@ -28,7 +28,8 @@ ZERO = 1e-12
 """Below this a number is rounding, such as the roughness of a line through two points."""
 # Verdicts are not compared: they are what the rules of the present version state.
 JUDGED = {
-    "quality", "quality_reason", "reason", "quality_notes", "q_notes", "total95_deg", "total95",
+    "quality", "quality_reason", "reason", "reason_codes", "codes", "quality_notes", "q_notes",
+    "total95_deg", "total95",
 }  # fmt: skip
 
 

@@ -475,7 +475,7 @@ REASONS = _text(
 )
 REASON_CODES = _text(
     "reason_codes",
-    _("Codes of reasons"),
+    _("Reason codes"),
     _("Codes of the findings that lowered the verdict"),
     _reason_codes,
     short="codes",

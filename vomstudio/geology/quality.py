@@ -261,7 +261,8 @@ def _by_error(
     if resolution_m is not None and resolution_m > 0.0 and extent is not None:
         ratio = extent / resolution_m
         if ratio < thresholds.least_extent_over_resolution:
-            reasons.append(Finding("plane.too-small", ratio=ratio))
+            minimum = thresholds.least_extent_over_resolution
+            reasons.append(Finding("plane.too-small", ratio=ratio, minimum=minimum))
         elif ratio < thresholds.extent_over_resolution:
             notes.append(
                 Finding(
@@ -303,7 +304,8 @@ def _by_shape(
     if extent is None or resolution_m is None or not resolution_m > 0.0:
         notes.append(Finding("plane.unknown-resolution"))
     elif extent < t.extent_over_resolution * resolution_m:
-        missed.append(Finding("plane.too-small", ratio=extent / resolution_m))
+        ratio = extent / resolution_m
+        missed.append(Finding("plane.too-small", ratio=ratio, minimum=t.extent_over_resolution))
     poor = len(missed) > 1
     _, of_error = _of_direction(
         fit, kind, resolution_m, t, registration_deg, face, stretch_error_deg

@@ -66,8 +66,8 @@ TEXTS: dict[str, Entry] = {
     "plane.too-small": (
         "warning",
         to_translate(
-            "The extent is only {ratio:.1f} times the resolution of the model. Pick a"
-            " longer one, or use a finer model."
+            "The extent is {ratio:.1f} times the resolution of the model (minimum {minimum:g})."
+            " Pick a longer one, or use a finer model."
         ),
     ),
     "plane.small": (

@@ -255,9 +255,10 @@ class ProjectTree(QWidget):
         item.setIcon(ORIENTATION, theme.verdict_icon(row.quality) if judged else QIcon())
         says = [tr("Overturned")] if row.overturned else []
         judged_so = measured.verdict
-        reasons = (
-            (*judged_so.reasons, *judged_so.notes) if judged_so else (str(measured.problem or ""),)
+        findings = (
+            (*judged_so.reasons, *judged_so.notes) if judged_so else (measured.problem or "",)
         )
+        reasons = map(str, findings)
         item.setToolTip(ORIENTATION, as_words("\n".join([*says, *reasons])))
         about = [f"{feature.name}: {row.class_name}", *says]
         if row.set_name:
