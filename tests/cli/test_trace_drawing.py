@@ -326,8 +326,14 @@ def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  #
     assert far.json["drawing"] is None
     assert any("no drawing is written" in said for said in messages(far.json))
     assert not list(tmp_path.glob("far_drawing*"))
+    alone = run(*words, "-o", tmp_path / "none.tif", "--show", "traces", "--json")
+    assert alone.code == 2
+    error = alone.json["error"]
+    assert (error["code"], error["option"], error["other"], error["field"]) == (
+        "option.requires", "--show", "--draw", "--show",
+    )  # fmt: skip
+    assert not (tmp_path / "none.tif").exists()
     for more, said in (
-        (("--show", "traces"), "--draw PROJECT"),
         (("--draw", SPECIMEN, "--show", "faults"), "'faults'"),
         (("--draw", SPECIMEN, "--show", ""), "traces, patches, symbols, legend"),
         (("--draw", SPECIMEN, "--show", "legend"), "A legend alone"),

@@ -260,6 +260,10 @@ def test_sets_overturned_beds_and_notes_are_seen_in_the_tree(window, studio):
     assert item.text(2) == "limb A"
     assert "covered by scree" in item.toolTip(0)
     assert "Overturned" in item.toolTip(1)
+    verdict = studio.measured(["t2"])["t2"].verdict
+    findings = {each.code for each in (*verdict.reasons, *verdict.notes)}
+    assert findings
+    assert shown_codes(item.toolTip(1)) == findings
     assert item.text(1) != window.tree._items["t1"].text(1)
     item.setText(2, "limb B")
     assert studio.records["t2"].set_name == "limb B"
