@@ -72,7 +72,8 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
     db.close()
     opened = Project.open(project)
     assert id_ not in opened.session.records
-    assert any(f"row {row[0]} " in said and "name" in said for said in opened.problems)
+    messages = [str(problem) for problem in opened.problems]
+    assert any(f"row {row[0]} " in message and "name" in message for message in messages)
     opened.close()
 
 

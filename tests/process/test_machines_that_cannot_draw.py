@@ -48,10 +48,11 @@ def test_an_opengl_that_is_too_old(tmp_path: Path) -> None:
 
 
 def test_a_library_that_is_missing_is_named_with_its_package() -> None:
-    said = missing_library(ImportError("libEGL.so.1: cannot open shared object file"))
-    assert said is not None
-    assert "libEGL.so.1" in said
-    assert "apt install libegl1" in said
+    finding = missing_library(ImportError("libEGL.so.1: cannot open shared object file"))
+    assert finding is not None
+    assert finding.code == "program.package-missing"
+    assert finding.values == {"library": "libEGL.so.1", "package": "libegl1"}
+    assert "apt install libegl1" in finding.message
     assert "libusb-1.0-0" in str(missing_library("libusb-1.0.so.0: file too short"))
     assert "liboddity.so.3" in str(missing_library("liboddity.so.3: no version information"))
     assert missing_library(ImportError("No module named 'pye57'")) is None

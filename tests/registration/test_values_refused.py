@@ -50,5 +50,5 @@ def test_errors_that_are_stated_or_not() -> None:
 def test_commas_in_geo_txt_are_named(tmp_path: Path) -> None:
     path = tmp_path / "geo.txt"
     path.write_text("EPSG:32633\na.jpg,398000,4980000,320\nb.jpg,398010,4980000,321\n")
-    with pytest.raises(InputError, match="parted by “,”"):
+    with refused("table.other-delimiter", delimiter=","):
         read_positions(path)
