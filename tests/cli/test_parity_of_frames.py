@@ -176,7 +176,7 @@ _IN_WORLD = ("not stated", "y up, not stated", "degrees, not stated")
 _CONVERTED = ("web mercator", "equal area", "degrees", "feet")
 OTHER_ANSWERS: dict[tuple[str, str], set[str]] = {
     # The model and its benchmark are in two systems, or far apart.
-    ("compare", "feet"): {"usage"},
+    ("compare", "feet"): {"crs.different"},
     ("compare", "degrees, not stated"): {"geometry"},
     ("compare", "y up, not stated"): {"geometry"},
     # The bed is vertical then.
