@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QPushButton
 from tests import driver
 from tests.driver import key, wait
 from tests.journeys.recorded import on_screen
+from tests.messages import shown_codes
 from tests.samples import ZIGZAG
 from tests.small_disk import fill, small_disk
 from vomstudio.document import edits
@@ -467,7 +468,7 @@ def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, 
     assert window.studio.project.folder == before
     assert "bad.vom" in window.message_bar.text
     window.open_path(tmp_path / "nowhere.vom")
-    assert "does not exist" in window.message_bar.text
+    assert "file.missing" in shown_codes(window.message_bar.text)
 
 
 @pytest.mark.full
