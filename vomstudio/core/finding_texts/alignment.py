@@ -299,6 +299,10 @@ TEXTS: dict[str, Entry] = {
             " Mark more, not in one line, in two photos of each."
         ),
     ),
+    "join.begun-markers": (
+        "info",
+        to_translate("Component {component} needs more marks of these markers: {markers}."),
+    ),
     "join.collinear": (
         "error",
         to_translate(

@@ -387,7 +387,7 @@ def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Findin
 def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[Finding]:
     """Report what joining the other components still needs; model : photos of the first."""
     findings = []
-    for part in placed.parts[1:]:
+    for number, part in enumerate(placed.parts[1:], start=2):
         other = {view.name for view in part.views}
         counts = {
             label: (
@@ -411,6 +411,19 @@ def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> l
                     ],
                 )
             )
+            begun = [
+                tr(
+                    "{point} ({first} in the model, {second} in component {number})",
+                    point=label,
+                    first=a,
+                    second=b,
+                    number=number,
+                )
+                for label, (a, b) in counts.items()
+                if label not in joined and b
+            ]
+            if begun:
+                findings.append(Finding("join.begun-markers", component=number, markers=begun))
     return findings
 
 
