@@ -68,4 +68,6 @@ def shown_codes(text: str) -> set[str]:
 
 
 def _pattern(sentence: str) -> str:
-    return re.sub(r"\\\{.*?\\\}", ".+?", re.escape(sentence))
+    """Return a pattern of a text whose values may be anything, and at the end nothing."""
+    pattern = re.sub(r"\\\{.*?\\\}", ".+?", re.escape(sentence))
+    return pattern.removesuffix("\\ .+?")

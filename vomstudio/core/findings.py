@@ -94,6 +94,8 @@ class Finding:
             sentence = tr_n(text, several[0], self.values["count"], **values)
         else:
             sentence = tr(text, **values)
+        # A text may end with reasons, of which there are none.
+        sentence = sentence.rstrip()
         file = self.values.get("file")
         return sentence if file is None or "{file}" in text else f"{file}: {sentence}"
 

@@ -147,8 +147,9 @@ def test_parts_of_the_photos_have_frames_of_their_own() -> None:
     made = marked("a.jpg", "b.jpg").marked("A", "pc.jpg", (5.0, 5.0))
     assert set(placed.predict(made, "A").expected) == {"c.jpg"}
     assert placed.part_of("pb.jpg") == 1
-    (finding,) = missing(made, placed)
+    finding, begun = missing(made, placed)
     assert (finding.code, finding.values["size"]) == ("join.few-markers", 3)
+    assert (begun.code, begun.values["component"]) == ("join.begun-markers", 2)
     assert finding.values["not_located"] == ("A",)
 
 
