@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, progress_of
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.reporting import Reporter
+from vomstudio.core.findings import Message
 from vomstudio.errors import TargetError, WorkerError
 from vomstudio.progress import Progress
 from vomstudio.words import tr
@@ -70,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     watch = _Watch(progress, 4 if args.without_photos else 5)
     files: list[Path] = []
-    notes: list[str] = []
+    notes: list[Message] = []
     with watch.step("measure", tr("Measuring the sample")):
         from vomstudio.io.project.sample import read_picks, read_truth
         from vomstudio.products.sample.check import check_sample
@@ -171,7 +172,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         **{key: result[key] for key in keys},
         "checks": [check.as_dict() for check in checks],
         "files": [Path(result[key]) for key in ("mesh", "dense", "sparse", "cameras", "report")],
-        "notes": [in_words(checks), *result["warnings"]],
+        "notes": [in_words(checks), *made.warnings],
     }
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
+from vomstudio.core.findings import Message
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.sample.check import Check
 from vomstudio.version import __version__
@@ -14,7 +15,7 @@ from vomstudio.words import to_translate, tr
 TITLE = to_translate("Measurements on the sample outcrop")
 
 
-def as_text(checks: Sequence[Check], notes: Sequence[str]) -> str:
+def as_text(checks: Sequence[Check], notes: Sequence[Message]) -> str:
     """A table with one line for every check, and how many of the stated regions hold the truth."""
     rows = [_heads(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
@@ -23,7 +24,7 @@ def as_text(checks: Sequence[Check], notes: Sequence[str]) -> str:
         for row in rows
     ]
     title = f"{tr(TITLE)} (VOM Studio {__version__})"
-    return "\n".join([title, "", *lines, "", tally(checks), *notes])
+    return "\n".join([title, "", *lines, "", tally(checks), *map(str, notes)])
 
 
 def _heads() -> tuple[str, ...]:
@@ -43,7 +44,7 @@ def tally(checks: Sequence[Check]) -> str:
 
 
 def as_html(
-    checks: Sequence[Check], notes: Sequence[str], images: Mapping[str, str], seconds: float
+    checks: Sequence[Check], notes: Sequence[Message], images: Mapping[str, str], seconds: float
 ) -> str:
     """images: file name beside the page -> what it shows."""
     head, *body = [_heads(), *map(_cells, checks)]
@@ -58,7 +59,7 @@ def as_html(
         f"<figcaption>{escape(text)}</figcaption></figure>"
         for name, text in images.items()
     )
-    said = "".join(f"<p>{escape(note)}</p>" for note in (tally(checks), *notes))
+    said = "".join(f"<p>{escape(note)}</p>" for note in (tally(checks), *map(str, notes)))
     title = escape(tr(TITLE))
     units = escape(
         tr(
