@@ -26,7 +26,7 @@ pixel = st.tuples(st.floats(0, 900), st.floats(0, 600))
 @given(st.lists(pixel, min_size=2, max_size=12), pixel, st.booleans())
 @settings(max_examples=200, deadline=None)
 def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
-    """Judged by Shapely: if the box covers anything, then so would a box at every corner."""
+    """Judged by Shapely: if the box covers anything, then so would boxes all over the view."""
     drawn = LineString([*line, cursor]) if rubber else LineString(line)
     picked = Picked(np.array(line), cursor, np.array(cursor) if rubber else None)
     _, place = ReadingPlace().choose([SIZE], VIEW, picked)
@@ -39,11 +39,17 @@ def test_wherever_some_place_is_free_nothing_is_covered(line, cursor, rubber):
         inside = x < cursor[0] < x + wide and y < cursor[1] < y + high
         assert not inside
         return
-    for a in (4.0, VIEW[0] - 4.0 - SIZE[0]):
-        for b in (4.0, VIEW[1] - 4.0 - SIZE[1]):
-            corner = box(a, b, a + SIZE[0], b + SIZE[1]).buffer(20.0)
-            at = box(cursor[0] - 10, cursor[1] - 10, cursor[0] + 10, cursor[1] + 10)
-            assert corner.intersects(drawn) or corner.intersects(at)
+    at = box(cursor[0] - 10, cursor[1] - 10, cursor[0] + 10, cursor[1] + 10)
+    for a in np.linspace(4.0, VIEW[0] - 4.0 - SIZE[0], 16):
+        for b in np.linspace(4.0, VIEW[1] - 4.0 - SIZE[1], 16):
+            other = box(a, b, a + SIZE[0], b + SIZE[1])
+            assert other.buffer(8.5).intersects(drawn) or other.intersects(at)
+
+
+def test_lines_along_all_edges_leave_it_the_room_between_them() -> None:
+    rows = [(0.0, 40.0), (900.0, 40.0), (900.0, 300.0), (0.0, 300.0), (0.0, 560.0), (900.0, 560.0)]
+    _, place = ReadingPlace().choose([SIZE], VIEW, Picked(np.array(rows), (4.0, 596.0)))
+    assert not rectangle(place).buffer(7.5).intersects(LineString(rows))
 
 
 @given(st.tuples(pixel, pixel), pixel, st.floats(1, 400), st.floats(1, 300))

@@ -1,8 +1,8 @@
-"""Where the reading of an unfinished feature stands, in pixels; no Qt, no VTK.
+"""Place of the reading of an unfinished feature, in pixels; no Qt, no VTK.
 
-It stands beside the cursor where it covers nothing of what is being picked, else at an edge of the
-view. It stays on its side as long as that is free, and comes back from an edge only where there is
-ample room, so that it does not jump about.
+It is beside the cursor if it covers nothing of the picked line there, else at an edge of the view,
+else anywhere in the view. It stays on its side as long as that is free, and comes back from an edge
+only into ample room, so that it does not jump about.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ _ROUND_CURSOR = 10.0
 _ONWARDS = 120.0
 _CURSOR_COSTS, _VERTEX_COSTS = 1e5, 40.0
 _BESIDE = 6
+_GRID = 16
 
 
 def _nothing() -> Array:
@@ -95,7 +96,7 @@ class ReadingPlace:
             if side is not None:
                 return number, self._take(side, places[side])
         number = len(sizes) - 1
-        places = _places(sizes[number], view, picked)
+        places = [*_places(sizes[number], view, picked), *_grid(sizes[number], view)]
         cost = [_covered(box, picked, _ROUND_LINES) for box in places]
         side = int(np.argmin(cost))
         if cost[self.side] <= cost[side]:
@@ -120,6 +121,7 @@ class ReadingPlace:
             return not next_too or float(_lengths_in(box, onwards).sum()) == 0.0
 
         beside = range(_BESIDE)
+        is_usual = self.side < len(places)
         if self.side < _BESIDE:
             if free(self.side, _ROUND_LINES, next_too=True):
                 return self.side
@@ -129,7 +131,7 @@ class ReadingPlace:
         for side in beside:
             if free(side, back, next_too=True):
                 return side
-        if free(self.side, _ROUND_LINES):
+        if is_usual and free(self.side, _ROUND_LINES):
             return self.side
         return next((side for side in range(len(places)) if free(side, _TO_TAKE)), None)
 
@@ -151,6 +153,14 @@ def _places(size: Size, view: Size, picked: Picked) -> list[Box]:
         (mid_x, far_y), (EDGE, far_y), (far_x, far_y),
     ]  # fmt: skip
     return [(max(EDGE, min(a, far_x)), max(EDGE, min(b, far_y)), wide, high) for a, b in corners]
+
+
+def _grid(size: Size, view: Size) -> list[Box]:
+    """Return places all over the view, for lines that cover all the usual ones."""
+    (wide, high), (width, height) = size, view
+    columns = np.linspace(EDGE, max(width - EDGE - wide, EDGE), _GRID)
+    rows = np.linspace(EDGE, max(height - EDGE - high, EDGE), _GRID)
+    return [(float(x), float(y), wide, high) for y in rows for x in columns]
 
 
 def _covered(box: Box, picked: Picked, margin: float) -> float:
