@@ -1,1 +1,1 @@
-"""What every other package may use: findings and their texts."""
+"""Errors, findings, operations and threads, on which every other package is built."""

@@ -1,4 +1,4 @@
-"""Findings: what an operation reports beside its result, with a stable code and values.
+"""Findings: reports of an operation beside its result, with stable codes and values.
 
 A finding is created where something is noticed and carries no sentence. Its text is produced where
 a person reads it (window, terminal, report, table) from the catalogue in
@@ -94,7 +94,7 @@ class Finding:
             sentence = tr_n(text, several[0], self.values["count"], **values)
         else:
             sentence = tr(text, **values)
-        # A text may end with reasons, of which there are none.
+        # The reasons at the end of a text may be empty.
         sentence = sentence.rstrip()
         file = self.values.get("file")
         return sentence if file is None or "{file}" in text else f"{file}: {sentence}"

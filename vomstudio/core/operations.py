@@ -1,4 +1,4 @@
-"""What the program can do, declared once for every door."""
+"""Operations of the program, declared once for every door."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Operation:
     command_options : tuple of type
         Options classes of the command and the window only, such as files to write.
     function : str
-        Name in ``vomstudio``; empty if there is none.
+        Name in ``vomstudio``; empty without one.
     window : str
-        Module and class of the panel or dialog below ``vomstudio.ui``; empty if there is none.
+        Module and class of the panel or dialog below ``vomstudio.ui``; empty without one.
     method : str
-        Name of the method of ``vs.Project``; empty if there is none.
+        Name of the method of ``vs.Project``; empty without one.
     action : str
-        Action of ``vomstudio project``; empty if there is none.
+        Action of ``vomstudio project``; empty without one.
     missing : dict
         Reason for each door that does not offer the operation.
     """

@@ -32,7 +32,7 @@ CHECK_PERIOD_S = 0.25
 def start_thread(
     function: Callable[[*Arguments], object], *arguments: *Arguments, name: str, daemon: bool = True
 ) -> threading.Thread:
-    """Start a thread that calls a function; what it raises goes to `threading.excepthook`.
+    """Start a thread that calls a function; its errors go to `threading.excepthook`.
 
     Parameters
     ----------

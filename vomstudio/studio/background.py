@@ -61,7 +61,7 @@ class Background:
     """Runs functions in threads for one owner, which is one thread.
 
     All methods are for the owner's thread. Results and errors are delivered there; those of stale
-    requests never are. Of requests with one key only the newest counts: it replaces earlier ones,
+    requests never are. The newest request with a key replaces earlier ones,
     and begins when the one that is running has ended. Threads end when there is nothing to do.
 
     Parameters
@@ -129,7 +129,7 @@ class Background:
             The request replaces an earlier one with the same key; None replaces nothing.
         expected : tuple of exception types
             Reading errors that are not defects of the program; `VomError` never is. All others are
-            reported as uncaught. What is not a `VomError` is delivered as one. Without `on_error`
+            reported as uncaught and delivered as a `VomError`. Without `on_error`
             every error is reported.
         """
         self.run_request(lambda _: work(), on_result, on_error, key=key, expected=expected)
@@ -149,7 +149,7 @@ class Background:
         Parameters
         ----------
         first : bool
-            Run it before all that wait. For the others see `run`.
+            Run it before all waiting requests. For the other parameters see `run`.
         """
         key = object() if key is None else key
         self.cancel(key)

@@ -11,8 +11,8 @@ from typing import Protocol
 Call = Callable[[], object]
 
 PICTURE_FIRST_S = 1.0
-"""Delay of work that nobody waits for, after something has been opened: a thread that imports or
-builds keeps the thread that draws from Python, however low its priority."""
+"""Delay of unrequested work after something has been opened: a thread that imports or builds keeps
+the interpreter from the drawing thread, whatever its priority."""
 
 
 class Post(Protocol):

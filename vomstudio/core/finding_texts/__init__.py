@@ -1,6 +1,6 @@
 """The catalogue of findings: severity and text of every code, in a module per subject.
 
-A text says what happened, with the value or file, and what to do, in at most 25 words (STYLE of the
+A text states the event, the value or file, and the remedy, in at most 25 words (STYLE of the
 project). Placeholders are those of `str.format`. A text that depends on a number is given twice:
 for one and for several of the value ``count``.
 """

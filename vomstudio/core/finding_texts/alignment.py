@@ -85,7 +85,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "alignment.no-matches": (
         "error",
-        to_translate("There are no matches. Align the photos first."),
+        to_translate("The photos have not been matched. Align them first."),
     ),
     "alignment.matches-unreadable": (
         "error",
@@ -135,7 +135,7 @@ TEXTS: dict[str, Entry] = {
     "lens.focal-estimated-without-exif": (
         "info",
         to_translate(
-            "The focal length is estimated, since there is no EXIF value. The view directions"
+            "The focal length is estimated, since EXIF does not state it. The view directions"
             " spread by {spread_deg:.1f}°."
         ),
     ),

@@ -391,7 +391,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "control.no-photos": (
         "error",
-        to_translate("There is no photo below the coordinate system. Add lines."),
+        to_translate("The file lists no photos below the coordinate system. Add their lines."),
     ),
     "control.marks-missing": (
         "error",

@@ -40,7 +40,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.missing": (
         "error",
-        to_translate("There is no such file. Check its name."),
+        to_translate("The file does not exist. Check its name."),
     ),
     "file.is-folder": (
         "error",
@@ -64,7 +64,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.no-permission": (
         "error",
-        to_translate("There is no permission to read this file. Change its permissions."),
+        to_translate("This file must not be read. Change its permissions."),
     ),
     "file.damaged": (
         "error",
@@ -239,7 +239,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "disk.no-permission": (
         "error",
-        to_translate("There is no permission to write here. Choose another folder."),
+        to_translate("This folder must not be written to. Choose another folder."),
     ),
     "disk.name-too-long": (
         "error",
@@ -292,7 +292,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "folder.missing": (
         "error",
-        to_translate("There is no such folder. Choose another one."),
+        to_translate("The folder does not exist. Choose another one."),
     ),
     "folder.not-a-folder": (
         "error",

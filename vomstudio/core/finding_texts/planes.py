@@ -48,7 +48,7 @@ TEXTS: dict[str, Entry] = {
             "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
         ),
     ),
-    "plane.no-fit": ("error", to_translate("There is no plane: {reason}")),
+    "plane.no-fit": ("error", to_translate("A plane cannot be fitted: {reason}")),
     "plane.local": (
         "info",
         to_translate(
@@ -80,8 +80,8 @@ TEXTS: dict[str, Entry] = {
     "plane.not-coplanar": (
         "warning",
         to_translate(
-            "The coplanarity is {coplanarity:.1f} (minimum {minimum:g}). Pick points that"
-            " lie in one plane."
+            "The coplanarity is {coplanarity:.1f} (minimum {minimum:g}). Pick points of a single"
+            " plane."
         ),
     ),
     "plane.collinear": (

@@ -8,7 +8,7 @@ from vomstudio.words import to_translate
 TEXTS: dict[str, Entry] = {
     "project.missing": (
         "error",
-        to_translate("There is no such project. Check its name."),
+        to_translate("The project does not exist. Check its name."),
     ),
     "project.not-a-project": (
         "error",
@@ -267,8 +267,8 @@ TEXTS: dict[str, Entry] = {
     ),
     "journal.rows-missing": (
         "error",
-        to_translate("Journal row {first} is missing. What was done there is lost."),
-        to_translate("Journal rows {first} to {last} are missing. What was done there is lost."),
+        to_translate("Journal row {first} is missing, and its edit is lost."),
+        to_translate("Journal rows {first} to {last} are missing, and their edits are lost."),
     ),
     "journal.row-unreadable": (
         "error",
@@ -276,7 +276,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "row.checksum": (
         "error",
-        to_translate("The checksum differs from what was written."),
+        to_translate("The checksum does not match the row."),
     ),
     "row.not-text": (
         "error",
@@ -285,7 +285,7 @@ TEXTS: dict[str, Entry] = {
     "asset.damaged": (
         "error",
         to_translate(
-            "The content of {path} differs from what was written. Restore it from a copy."
+            "The content of {path} does not match its checksum. Restore it from a copy."
         ),
     ),
     "project.files-left-behind": (

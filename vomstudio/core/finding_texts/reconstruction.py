@@ -85,7 +85,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "dense.no-sources": (
         "error",
-        to_translate("There is no other photo to compute depths with."),
+        to_translate("Depths need another photo of the same place."),
     ),
     "dense.no-method": (
         "error",
@@ -103,7 +103,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "dense.no-base": (
         "error",
-        to_translate("{photo} was taken from the same position, so there is no base."),
+        to_translate("{photo} was taken from the same position, so the base is zero."),
     ),
     "dense.map-size": (
         "error",
@@ -228,7 +228,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "{share_percent:.0f} % of the surface is in no photo, so most of the model would be"
-            " invented. Photograph all sides, or mask what is not rock."
+            " invented. Photograph all sides, or mask all but the rock."
         ),
     ),
     "texture.charts-too-large": (

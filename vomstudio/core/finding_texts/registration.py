@@ -87,13 +87,13 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The registration determines the model's azimuth only to about {azimuth_deg:.1f}° and"
-            " its tilt to {tilt_deg:.1f}°. Dips and dip directions may be wrong by as much."
+            " its tilt to {tilt_deg:.1f}°. Dips and dip directions may be wrong by these angles."
         ),
     ),
     "gps.imprecise": (
         "error",
         to_translate(
-            "The accuracy of the GPS positions ({sigma_m:.1f} m) is no better than the spread of"
+            "The accuracy of the GPS positions ({sigma_m:.1f} m) is not better than the spread of"
             " the cameras ({spread_m:.1f} m about their mean). Use control points."
         ),
     ),
@@ -217,7 +217,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The residuals are {times:.1f} times what the stated accuracies allow. Check values and"
-            " accuracies. All errors were enlarged by as much."
+            " accuracies. All errors were enlarged by this factor."
         ),
     ),
     "registration.residuals-small": (
@@ -273,7 +273,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "The model may be turned by {error95_deg:.2g}° (95 %) about the axis"
-            " {trend}/{plunge_deg:02.0f}: dips and dip directions by as much."
+            " {trend}/{plunge_deg:02.0f}: dips and dip directions by the same angle."
         ),
     ),
     "registration.worth-adding": (
@@ -292,7 +292,7 @@ TEXTS: dict[str, Entry] = {
     "registration.vertical": (
         "info",
         to_translate(
-            "The vertical is known to ± {error95_deg:.2g}° (95 %): dips may be wrong by as much."
+            "The vertical is known to ± {error95_deg:.2g}° (95 %): dips may be wrong by this angle."
         ),
     ),
     "registration.bowed": (

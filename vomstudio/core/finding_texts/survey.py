@@ -21,11 +21,11 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "There is only {count} photo. Each place of the rock should be seen in four or five:"
-            " with two or three there is no redundancy."
+            " two or three have no redundancy."
         ),
         to_translate(
             "There are only {count} photos. Each place of the rock should be seen in four or five:"
-            " with two or three there is no redundancy."
+            " two or three have no redundancy."
         ),
     ),
     "damaged": (
@@ -196,7 +196,7 @@ TEXTS: dict[str, Entry] = {
     "collinear": (
         "warning",
         to_translate(
-            "The camera positions lie in one line, about which the model can rotate. Add control"
+            "The camera positions are on one line, about which the model can rotate. Add control"
             " points, or photos from beside the line."
         ),
     ),

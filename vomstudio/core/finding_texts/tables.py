@@ -69,13 +69,13 @@ TEXTS: dict[str, Entry] = {
     "table.missing-column": (
         "error",
         to_translate(
-            "There is no column for {column}. The columns are: {columns}. Name one of them:"
+            "The table has no column for {column}. The columns are: {columns}. Name one of them:"
             " {names}."
         ),
     ),
     "table.unknown-column": (
         "error",
-        to_translate("There is no column '{column}'. The columns are: {columns}."),
+        to_translate("The table has no column '{column}'. The columns are: {columns}."),
     ),
     "table.repeated-column": (
         "error",

@@ -62,7 +62,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "tool.no-surface": (
         "error",
-        to_translate("There is no surface under the cursor. Click on the outcrop."),
+        to_translate("The cursor is not on the surface. Click on the outcrop."),
     ),
     "tool.other-model": (
         "error",
@@ -77,7 +77,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "tool.no-patch": (
         "error",
-        to_translate("There is no patch to erase from. Paint one, or continue one, first."),
+        to_translate("Erasing needs a patch. Paint one, or continue one, first."),
     ),
     "feature.discarded": (
         "info",
