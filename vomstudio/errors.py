@@ -1,4 +1,4 @@
-"""The errors a user may meet. Everything here has one sentence that says what to do."""
+"""Errors that a user may meet, each with one sentence that states the remedy."""
 
 from __future__ import annotations
 
