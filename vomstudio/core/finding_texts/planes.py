@@ -52,8 +52,8 @@ TEXTS: dict[str, Entry] = {
     "plane.local": (
         "info",
         to_translate(
-            "The face bends by {bend_deg:.1f}° from edge to edge, so its plane is local."
-            " The attitude over several such faces is known to {regional_deg:.1f}°."
+            "The face bends by {bend_deg:.2g}° from edge to edge, so its plane is local."
+            " The attitude over several such faces is known to {regional_deg:.2g}°."
         ),
     ),
     "plane.long-roughness": (
@@ -74,7 +74,7 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate(
             "The extent is {ratio:g} times the resolution of the model ({recommended:g}"
-            " recommended). Planes of this size can be expected within {error_deg:.1f}°."
+            " recommended). Planes of this size can be expected within {error_deg:.2g}°."
         ),
     ),
     "plane.not-coplanar": (
@@ -100,14 +100,14 @@ TEXTS: dict[str, Entry] = {
     "plane.in-face": (
         "warning",
         to_translate(
-            "The trace follows the outcrop face within {angle_deg:.1f}° and has little"
+            "The trace follows the outcrop face within {angle_deg:.2g}° and has little"
             " relief out of it. Pick where the trace cuts into the face."
         ),
     ),
     "plane.along-face": (
         "info",
         to_translate(
-            "The plane follows the outcrop face within {angle_deg:.1f}°: is that face the"
+            "The plane follows the outcrop face within {angle_deg:.2g}°: is that face the"
             " structure itself?"
         ),
     ),
@@ -129,35 +129,35 @@ TEXTS: dict[str, Entry] = {
     "plane.registration": (
         "warning",
         to_translate(
-            "The registration of the model can tilt the plane by {error_deg:.1f}° (limit"
+            "The registration of the model can tilt the plane by {error_deg:.2g}° (limit"
             " {limit_deg:g}°). Register the model better."
         ),
     ),
     "plane.too-straight": (
         "warning",
         to_translate(
-            "The trace is too straight, so its plane is uncertain by {error_deg:.1f}°"
+            "The trace is too straight, so its plane is uncertain by {error_deg:.2g}°"
             " (limit {limit_deg:g}°). Add points where it bends or cuts into the face."
         ),
     ),
     "plane.resolution": (
         "warning",
         to_translate(
-            "The resolution of the model can tilt the plane by {error_deg:.1f}° (limit"
+            "The resolution of the model can tilt the plane by {error_deg:.2g}° (limit"
             " {limit_deg:g}°). Pick a wider one, or use a finer model."
         ),
     ),
     "plane.uncertain": (
         "warning",
         to_translate(
-            "The plane is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°). Add points"
+            "The plane is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°). Add points"
             " where the trace bends."
         ),
     ),
     "plane.uncertain-patch": (
         "warning",
         to_translate(
-            "The plane is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°). Enlarge the patch."
+            "The plane is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°). Enlarge the patch."
         ),
     ),
     "plane.scattered": (
@@ -224,34 +224,34 @@ TEXTS: dict[str, Entry] = {
     "line.registration": (
         "warning",
         to_translate(
-            "The line is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°), mostly from"
+            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly from"
             " the registration. Register the model better."
         ),
     ),
     "line.uncertain-plane": (
         "warning",
         to_translate(
-            "The line is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°), mostly from"
+            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°), mostly from"
             " its planes. Measure them better."
         ),
     ),
     "line.uncertain": (
         "warning",
         to_translate(
-            "The line is uncertain by {error_deg:.1f}° (limit {limit_deg:g}°). Pick a"
+            "The line is uncertain by {error_deg:.2g}° (limit {limit_deg:g}°). Pick a"
             " longer or straighter line."
         ),
     ),
     "line.off-plane": (
         "warning",
         to_translate(
-            "The line is {angle_deg:.1f}° off the plane it should lie on. Pick it on that plane."
+            "The line is {angle_deg:.2g}° off the plane it should lie on. Pick it on that plane."
         ),
     ),
     "line.scattered-set": (
         "warning",
         to_translate(
-            "The planes of one set lie {scatter_deg:.1f}° (RMS) from their mean, like those"
+            "The planes of one set lie {scatter_deg:.2g}° (RMS) from their mean, like those"
             " of a fold. Use one limb, or the fold axis."
         ),
     ),
