@@ -359,7 +359,7 @@ def test_texts_show_the_significant_digits() -> None:
     assert infinite["coplanarity"] == "infinite"
     straight = notes(replace(GOOD, K=1.234, collinearity=9.96))["plane.almost-straight"]
     assert straight == {"collinearity": "10", "K": "1.2", "recommended": 0.8}
-    for angle, words in ((9.94, "9.9°"), (9.96, "10.0°"), (6.0, "6.0°"), (5.4, "5.4°")):
+    for angle, words in ((9.94, "9.9°"), (9.96, "10°"), (6.0, "6°"), (5.4, "5.4°")):
         assert f"by {words} " in reason(replace(GOOD, max_confidence95_deg=angle)).message
     assert (
         "M 3.9, coplanarity 52 " in judged(replace(GOOD, M=3.94, coplanarity=51.7)).notes[0].message

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from vomstudio.products.ortho.legend_entries import remark_on
 from vomstudio.products.ortho.vector_drawing import Drawing, Shape, svg_text
 
 LINE = np.array([[0.0, 0.0], [4.0, 1.0]])
@@ -29,16 +32,28 @@ def drawing(dip_deg: float | None) -> Drawing:
 
 
 @pytest.mark.parametrize("dip_deg", [None, 30.0])
-def test_each_kind_stands_beside_a_line_of_its_colour_on_the_page(dip_deg: float | None) -> None:
+def test_each_type_is_named_beside_a_glyph_of_its_colour_on_the_page(
+    dip_deg: float | None,
+) -> None:
     drawn = drawing(dip_deg)
     root = ElementTree.fromstring(svg_text(drawn))
     (frame,) = (group for group in root.iter() if group.get("id") == "frame")
     elements = list(frame)
-    swatches = [each for each in elements if each.get("stroke") in KINDS.values()]
-    named = {elements[elements.index(each) + 1].text: each.get("stroke") for each in swatches}
-    assert named == KINDS
-    assert drawn.has_apparent_dips == (dip_deg is not None)
+    named = {}
+    for glyph, text in pairwise(elements):
+        if glyph.tag != text.tag and glyph.get("stroke") and text.tag.endswith("text"):
+            named[text.text] = glyph.get("stroke")
+    assert KINDS.items() <= named.items()
+    remarks = remark_on(drawn.legend)
+    assert bool(remarks) == (dip_deg is not None)
+    assert sum(each.text == remarks for each in elements) == bool(remarks)
     page = float(root.get("height", "").removesuffix("mm"))
     heights = [float(each.get("y", "0")) for each in elements if each.tag.endswith("text")]
     assert len(set(heights[-3:])) == 3
     assert max(heights) < page - 3.0
+
+
+def test_lines_that_explain_the_drawing_are_not_in_its_legend() -> None:
+    bend = Shape("bends", LINE, "#888888", label="bend", aside=True)
+    drawn = drawing(None)
+    assert replace(drawn, shapes=(*drawn.shapes, bend)).legend == drawn.legend

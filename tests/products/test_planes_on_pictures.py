@@ -17,8 +17,8 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 from vomstudio.products.ortho.interpretation import Flat, Item, flattened
+from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import write_sheet
-from vomstudio.products.ortho.sheet_legend import entries_of
 from vomstudio.products.ortho.vector_drawing import (
     Drawing,
     Shape,

@@ -14,8 +14,8 @@ import pytest
 from PIL import Image
 
 from vomstudio.errors import UsageError
+from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import format_of, write_sheet
-from vomstudio.products.ortho.sheet_legend import entries_of
 from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, placed_labels
 from vomstudio.products.ortho.view_directions import view_along_line
 

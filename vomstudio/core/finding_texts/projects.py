@@ -284,9 +284,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "asset.damaged": (
         "error",
-        to_translate(
-            "The content of {path} does not match its checksum. Restore it from a copy."
-        ),
+        to_translate("The content of {path} does not match its checksum. Restore it from a copy."),
     ),
     "project.files-left-behind": (
         "warning",

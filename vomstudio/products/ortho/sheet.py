@@ -15,7 +15,8 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.net.written_figure import write_figure
-from vomstudio.products.ortho.sheet_legend import LETTER_MM, Legend, entries_of
+from vomstudio.products.ortho.legend_entries import entries_of
+from vomstudio.products.ortho.sheet_legend import LETTER_MM, Legend
 from vomstudio.products.ortho.vector_drawing import (
     DIP_TICK_MM,
     INK,

@@ -22,7 +22,7 @@ from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.svg_lines import OWN_CLASS
 from vomstudio.products.ortho.interpretation import Flat
-from vomstudio.words import tr
+from vomstudio.products.ortho.legend_entries import Entry, entries_of, remark_on
 
 Array = npt.NDArray[np.float64]
 Box = tuple[float, float, float, float]
@@ -38,6 +38,7 @@ _LABEL_MM = 2.6
 _LETTER = 0.58
 """Mean width of a letter, of its height."""
 DIP_TICK_MM = 5.0
+_GLYPH_MM = 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,15 +92,9 @@ class Drawing:
         return list(dict.fromkeys(shape.layer for shape in ordered))
 
     @property
-    def legend(self) -> dict[str, str]:
-        """Colour of each kind of feature, in the order in which they are drawn."""
-        kinds = ((shape.values.get("kind"), shape.color) for shape in self.shapes)
-        return {str(kind): color for kind, color in kinds if kind}
-
-    @property
-    def has_apparent_dips(self) -> bool:
-        """Whether the numbers beside planes are dips in the plane of the drawing."""
-        return any(shape.dip_deg is not None and not shape.symbol for shape in self.shapes)
+    def legend(self) -> list[Entry]:
+        """The types that are drawn; lines that only explain the drawing are left out."""
+        return entries_of([shape for shape in self.shapes if not shape.aside])
 
 
 def shape_of(flat: Flat) -> Shape:
@@ -385,16 +380,14 @@ def _frame(
     said = bar_text(length, metric=drawing.metric)
     text(left + length * sx + 2, y + 1.6, f"{said}, 1 : {scale:,}".replace(",000", " 000"), "start")
     y += 7
-    for kind, color in drawing.legend.items():
-        middle = y - 0.35 * _TEXT_MM
-        out.append(
-            f'<line x1="{left:.3f}" y1="{middle:.3f}" x2="{left + 8:.3f}" y2="{middle:.3f}" '
-            f'stroke="{color}" stroke-width="0.7"/>'
-        )
-        text(left + 10, y, kind, "start")
+    legend = drawing.legend
+    slots = max((sum((each.line, each.area, each.place)) for each in legend), default=0)
+    for entry in legend:
+        out += _svg_glyphs(entry, left, y - 0.35 * _TEXT_MM)
+        text(left + 1.2 * slots * _GLYPH_MM, y, entry.short_name, "start")
         y += 1.6 * _TEXT_MM
-    if drawing.has_apparent_dips:
-        text(left, y, tr("Numbers beside planes are apparent dips, °."), "start")
+    if remark := remark_on(legend):
+        text(left, y, remark, "start")
         y += 1.6 * _TEXT_MM
     for line in drawing.title:
         text(left, y, line, "start")
@@ -403,9 +396,38 @@ def _frame(
     return out
 
 
+def _svg_glyphs(entry: Entry, left: float, middle: float) -> list[str]:
+    """Return the line, area and tick that stand for a type in the legend, side by side."""
+    ink = f'stroke="{entry.color}" stroke-width="0.5"'
+    glyphs = []
+    if entry.line:
+        right = left + _GLYPH_MM
+        glyphs.append(
+            f'<line x1="{left:.3f}" y1="{middle:.3f}" x2="{right:.3f}" y2="{middle:.3f}" {ink}/>'
+        )
+        left += 1.2 * _GLYPH_MM
+    if entry.area:
+        fill = f'fill="{entry.color}" fill-opacity="0.5"' if entry.filled else 'fill="none"'
+        glyphs.append(
+            f'<rect x="{left:.3f}" y="{middle - 1.2:.3f}" width="{_GLYPH_MM}" height="2.4" '
+            f"{fill} {ink}/>"
+        )
+        left += 1.2 * _GLYPH_MM
+    if entry.place:
+        x0 = left + 0.5 * _GLYPH_MM
+        for mark in entry.marks():
+            ends = " ".join(f"{x0 + 2.4 * x:.3f},{middle - 2.4 * y:.3f}" for x, y in mark.tolist())
+            glyphs.append(f'<polyline points="{ends}" fill="none" {ink}/>')
+        glyphs.append(
+            f'<circle cx="{x0:.3f}" cy="{middle:.3f}" r="0.6" fill="{entry.color}" {ink}/>'
+        )
+    return glyphs
+
+
 def _lines_below(drawing: Drawing) -> int:
     """Return the number of lines of text below the scale bar."""
-    return len(drawing.legend) + drawing.has_apparent_dips + len(drawing.title)
+    legend = drawing.legend
+    return len(legend) + bool(remark_on(legend)) + len(drawing.title)
 
 
 def _png(picture: npt.NDArray[np.uint8]) -> str:

@@ -1,0 +1,118 @@
+"""Entries of the legend of a drawing: types with their colours and symbols."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.geology.map_symbols import strike_and_dip
+from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
+
+MAX_LETTERS = 40
+TICK_DEG = 35.0
+"""Dip of the plane that stands for all in the legend."""
+
+
+class Drawn(Protocol):
+    """The part of a drawn shape (`vector_drawing.Shape`) that a legend needs."""
+
+    @property
+    def layer(self) -> str: ...
+    @property
+    def points(self) -> Array: ...
+    @property
+    def color(self) -> str: ...
+    @property
+    def closed(self) -> bool: ...
+    @property
+    def filled(self) -> bool: ...
+    @property
+    def dip_deg(self) -> float | None: ...
+    @property
+    def symbol(self) -> tuple[Array, ...]: ...
+    @property
+    def values(self) -> Mapping[str, Any]: ...
+
+
+@dataclass
+class Entry:
+    """One line of a legend.
+
+    Parameters
+    ----------
+    name : str
+        Name of a type, rock or layer.
+    color : str
+    line, area, place : bool
+        How features of it are drawn.
+    filled : bool
+        The areas are filled.
+    dips : bool
+        Places have the tick of a plane.
+    mapped, overturned : bool
+        Places have the symbol of a map, and that of overturned beds.
+    """
+
+    name: str
+    color: str
+    line: bool = False
+    area: bool = False
+    place: bool = False
+    filled: bool = False
+    dips: bool = False
+    mapped: bool = False
+    overturned: bool = False
+
+    @property
+    def short_name(self) -> str:
+        """The name, shortened to `MAX_LETTERS`."""
+        name = self.name
+        return name if len(name) <= MAX_LETTERS else name[: MAX_LETTERS - 1].rstrip() + "…"
+
+    def marks(self) -> list[Array]:
+        """Return the polylines (k, 2) of a place about it, right and up, within -1 to 1."""
+        if self.mapped:
+            symbol = strike_and_dip(np.zeros(3), 180.0, 45.0, 2.0)
+            return [line[:, :2] for line in symbol]
+        if not self.dips:
+            return []
+        a = math.radians(TICK_DEG)
+        across = np.array([math.cos(a), -math.sin(a)])
+        return [np.stack([-across, across])]
+
+
+def entries_of(shapes: Sequence[Drawn]) -> list[Entry]:
+    """Return an entry for each type and colour, in the order of the shapes."""
+    found: dict[tuple[str, str], Entry] = {}
+    for shape in shapes:
+        name = str(shape.values.get("kind") or shape.layer.replace("_", " "))
+        entry = found.setdefault((name.casefold(), shape.color), Entry(name, shape.color))
+        if len(shape.points) == 1:
+            entry.place = True
+            entry.dips |= shape.dip_deg is not None
+            entry.mapped |= bool(shape.symbol)
+            entry.overturned |= bool(shape.values.get("overturned"))
+        elif shape.closed:
+            entry.area = True
+            entry.filled |= shape.filled
+        else:
+            entry.line = True
+    return list(found.values())
+
+
+def remark_on(entries: Sequence[Entry]) -> str:
+    """Return the explanation of ticks and symbols; empty without any."""
+    if any(entry.overturned for entry in entries):
+        return tr("Symbols at points: strike and true dip of planes; with a hook: overturned beds")
+    if any(entry.mapped for entry in entries):
+        return tr("Symbols at points: strike and true dip of planes")
+    if any(entry.dips for entry in entries):
+        return tr("Ticks at points: planes and their apparent dips")
+    return ""
