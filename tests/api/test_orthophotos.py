@@ -119,7 +119,7 @@ def test_progress_is_told_and_can_stop_it(cliff: vs.Mesh) -> None:
         ({"trend_deg": 5}, "option.requires", "trend_deg"),
         ({"trend_deg": 5, "plunge_deg": 5, "plane": "3/4"}, "option.conflict", "plane"),
         ({"trend_deg": 5, "plunge_deg": 95}, "option.out-of-range", "plunge_deg"),
-        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 0}, "option.out-of-range", "gsd_m"),
+        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 0}, "option.not-a-length", "gsd_m"),
     ],
 )
 def test_wrong_options_are_refused_by_the_names_of_arguments(

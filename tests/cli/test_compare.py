@@ -111,7 +111,7 @@ def test_what_lies_elsewhere_is_refused_with_the_distance(run, write: Write) -> 
 @pytest.mark.parametrize(
     ("words", "code"),
     [
-        (("--m3c2", "0"), "option.out-of-range"),
+        (("--m3c2", "0"), "option.not-a-length"),
         (("--m3c2", "much"), "usage"),
         (("--registration-error", "-1"), "option.too-small"),
     ],

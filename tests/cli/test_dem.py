@@ -85,11 +85,11 @@ def test_an_oblique_one_is_true_to_scale_in_its_own_metres(run, table, tmp_path)
 @pytest.mark.parametrize(
     ("words", "code", "field"),
     [
-        (["--gsd", "0"], "option.out-of-range", "--gsd"),
+        (["--gsd", "0"], "option.not-a-length", "--gsd"),
         (["--plane", "95"], "usage", "--plane"),
         (["--plane", "10/95"], "usage", "--plane"),
-        (["--limit", "-1"], "option.out-of-range", "--limit"),
-        (["--contours", "nan"], "option.out-of-range", "--contours"),
+        (["--limit", "-1"], "option.not-a-length", "--limit"),
+        (["--contours", "nan"], "option.not-a-length", "--contours"),
         (["--gsd", "1e-6"], "usage", "--gsd"),
         (["--limit", "0.01"], "input", None),
     ],

@@ -86,13 +86,13 @@ def test_the_mean_of_a_set(run, corner: Path, tmp_path: Path) -> None:
         (("--plane", "0/0", "--mean", "t.csv"), "option.conflict", "--mean"),
         (("--plane", "400/95"), "usage", "--plane"),
         (("--plane", "0/0", "--set", "A"), "option.requires", "--set"),
-        (("--plane", "0/0", "--length", "0"), "option.out-of-range", "--length"),
-        (("--plane", "0/0", "--length", "nan"), "option.out-of-range", "--length"),
-        (("--plane", "0/0", "--noise", "-1"), "option.out-of-range", "--noise"),
+        (("--plane", "0/0", "--length", "0"), "option.not-a-length", "--length"),
+        (("--plane", "0/0", "--length", "nan"), "option.not-a-length", "--length"),
+        (("--plane", "0/0", "--noise", "-1"), "option.not-a-length", "--noise"),
         (("--plane", "0/0", "--points", "3"), "option.out-of-range", "--points"),
         (("--plane", "0/0", "--angle", "90"), "option.out-of-range", "--angle"),
         (("--plane", "0/0", "--gsd", "0.1"), "option.requires", "--gsd"),
-        (("--plane", "0/0", "--gsd", "-1"), "option.out-of-range", "--gsd"),
+        (("--plane", "0/0", "--gsd", "-1"), "option.not-a-length", "--gsd"),
     ],
 )
 def test_what_cannot_be_is_refused(

@@ -100,7 +100,7 @@ def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type:
         ),
         (
             ["--plane", "180/90", "--through", "0,4,0", "--slab", "0"],
-            "option.out-of-range",
+            "option.not-a-length",
             "--slab",
         ),
         (

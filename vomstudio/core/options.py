@@ -102,6 +102,9 @@ class Declaration:
             if not self.minimum <= value < float("inf"):
                 raise self._refusal("option.too-small", value, minimum=f"{self.minimum:.12g}")
         elif not (self.minimum or 0.0) <= value <= self.maximum:
+            if self.minimum == MIN_LENGTH_M:
+                maximum = f"{self.maximum:.12g}"
+                raise self._refusal("option.not-a-length", value, maximum=maximum)
             raise self._refusal(
                 "option.out-of-range",
                 value,
@@ -155,13 +158,13 @@ def declarations(options: type[Any]) -> tuple[Declaration, ...]:
 @cache
 def _declarations(options: Any) -> tuple[Declaration, ...]:
     hints = typing.get_type_hints(options)
-    found = []
+    declared = []
     for each in fields(options):
         stated = each.metadata.get(_DECLARATION)
         if stated is None:
             continue
         kind, choices = _kind(hints[each.name])
-        found.append(
+        declared.append(
             Declaration(
                 name=each.name,
                 kind=kind,
@@ -170,7 +173,7 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
                 **stated | {"choices": stated["choices"] or choices},
             )
         )
-    return tuple(found)
+    return tuple(declared)
 
 
 def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None]:
@@ -191,12 +194,12 @@ def check_options(options: Any) -> None:
 
 def check_exclusive(options: Any, *names: str) -> None:
     """Raise UsageError if more than one of the options of these names is given."""
-    given = [each for each in declarations(type(options)) if each.name in names]
-    given = [each for each in given if getattr(options, each.name) != each.default]
-    if len(given) > 1:
+    conflicting = [each for each in declarations(type(options)) if each.name in names]
+    conflicting = [each for each in conflicting if getattr(options, each.name) != each.default]
+    if len(conflicting) > 1:
         raise UsageError(
-            Finding("option.conflict", option=given[0].flag, other=given[1].flag),
-            field=given[1].flag,
+            Finding("option.conflict", option=conflicting[0].flag, other=conflicting[1].flag),
+            field=conflicting[1].flag,
         )
 
 

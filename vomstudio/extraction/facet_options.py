@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
 from vomstudio.errors import UsageError
 from vomstudio.words import to_translate
 
@@ -14,7 +14,6 @@ DEFAULT_ANGLE_DEG = 20.0
 DEFAULT_MIN_POINTS = 50
 DSE_ANGLE_DEG = 30.0
 DSE_MIN_POINTS = 100
-MAX_DISTANCE_M = 1e6
 MAX_POINTS = 2**31 - 1
 
 
@@ -40,8 +39,8 @@ class FacetOptions:
     )
     max_distance_m: float | None = option(
         None,
-        minimum=1e-9,
-        maximum=MAX_DISTANCE_M,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
         label=to_translate("Distance"),
         help=to_translate("maximum distance from the facet's plane, m"),
         tip=to_translate("Maximum distance from the facet's plane"),
@@ -70,7 +69,7 @@ class FacetOptions:
         label=to_translate("Coplanarity"),
         help=to_translate("minimum of one over the smallest normalised eigenvalue"),
         tip=to_translate("Minimum of one over the smallest normalised eigenvalue"),
-        automatic=to_translate("that of the verdict profile"),
+        automatic=to_translate("from the verdict profile"),
         decimals=0,
     )
     propose_sets: bool = option(

@@ -48,7 +48,7 @@ class MeasurableOptions:
         minimum=MIN_LENGTH_M,
         maximum=MAX_LENGTH_M,
         help=to_translate("resolution of the model, m"),
-        automatic=to_translate("that of its points around each place"),
+        automatic=to_translate("from its points around each place"),
     )
     angle_deg: float = option(
         DEFAULT_ANGLE_DEG,
@@ -61,7 +61,7 @@ class MeasurableOptions:
         minimum=0.0,
         maximum=89.0,
         help=to_translate("95 % error of the plane caused by the registration"),
-        automatic=to_translate("that of --project, else 0"),
+        automatic=to_translate("from --project, else 0"),
     )
 
     def __post_init__(self) -> None:

@@ -60,9 +60,9 @@ class Request(Generic[Result]):
 class Background:
     """Runs functions in threads for one owner, which is one thread.
 
-    All methods are for the owner's thread. Results and errors are delivered there; those of stale
-    requests never are. The newest request with a key replaces earlier ones,
-    and begins when the one that is running has ended. Threads end when there is nothing to do.
+    All methods are for the owner's thread. Results and errors are delivered there, except for stale
+    requests. The newest request with a key replaces earlier ones, and begins when a running one has
+    ended. Threads end when there is nothing to do.
 
     Parameters
     ----------

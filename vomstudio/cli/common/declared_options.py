@@ -35,6 +35,8 @@ def help_text(declaration: Declaration) -> str:
     default = tr(declaration.automatic) if declaration.automatic else declaration.default
     if default is None or default is False:
         return text
+    if isinstance(default, float):
+        default = f"{default:g}"
     return tr("{help} (default: {default})", help=text, default=default)
 
 

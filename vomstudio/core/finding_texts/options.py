@@ -29,6 +29,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The model is a mesh, and {option} is for point clouds. Leave it out."),
     ),
+    "option.not-a-length": (
+        "error",
+        to_translate("{value} is not valid. Use a length above 0, at most {maximum} m."),
+    ),
     "option.conflict": (
         "error",
         to_translate("{option} and {other} exclude each other. Leave out one of them."),

@@ -1,7 +1,7 @@
 """Texts of the findings about sets of photos, before and after their alignment.
 
 The codes without a dot are those of the survey check: all of them have the values ``photos`` (names
-of the photos concerned, empty if the finding is about all) and ``value`` (the number it rests on).
+of the photos concerned, empty if all are) and ``value`` (the number behind the finding).
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class LogOptions:
         minimum=0.0,
         maximum=MAX_SIGMA_M,
         help=to_translate("standard deviation of each coordinate, m"),
-        automatic=to_translate("0; of a project's line the scatter of the traces"),
+        automatic=to_translate("0; for a line of a project the scatter of the traces"),
     )
     bed_error_deg: float | None = option(
         None,

@@ -90,10 +90,10 @@ class Entry:
 
 def entries_of(shapes: Sequence[Drawn]) -> list[Entry]:
     """Return an entry for each type and colour, in the order of the shapes."""
-    found: dict[tuple[str, str], Entry] = {}
+    entries: dict[tuple[str, str], Entry] = {}
     for shape in shapes:
         name = str(shape.values.get("kind") or shape.layer.replace("_", " "))
-        entry = found.setdefault((name.casefold(), shape.color), Entry(name, shape.color))
+        entry = entries.setdefault((name.casefold(), shape.color), Entry(name, shape.color))
         if len(shape.points) == 1:
             entry.place = True
             entry.dips |= shape.dip_deg is not None
@@ -104,7 +104,7 @@ def entries_of(shapes: Sequence[Drawn]) -> list[Entry]:
             entry.filled |= shape.filled
         else:
             entry.line = True
-    return list(found.values())
+    return list(entries.values())
 
 
 def remark_on(entries: Sequence[Entry]) -> str:

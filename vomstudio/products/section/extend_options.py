@@ -57,7 +57,7 @@ class ExtendOptions:
         minimum=0.0,
         maximum=MAX_LENGTH_M,
         label=to_translate("95 % error"),
-        help=to_translate("95 % error of the thickness; that of the k-th bed is k times larger, m"),
+        help=to_translate("95 % error of the thickness, m; the k-th bed has k times this error"),
         tip=to_translate("95 % error of the thickness"),
     )
 

@@ -25,7 +25,7 @@ class SurfaceOptions:
         help=to_translate("standard deviation of the heights due to the model, m"),
         tip=to_translate("Standard deviation of the heights due to the model"),
         automatic=to_translate(
-            "of a cloud that of its points about local planes, of a mesh a quarter of its mean edge"
+            "for a cloud the scatter about local planes, for a mesh a quarter of its mean edge"
         ),
         decimals=5,
     )

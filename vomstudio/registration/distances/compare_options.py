@@ -32,7 +32,7 @@ class CompareOptions:
             " of detection, m"
         ),
         tip=to_translate("Standard deviation of one model's position relative to the other"),
-        automatic=to_translate("that of the model's registration or reconstruction, else 0"),
+        automatic=to_translate("from the model's registration or reconstruction, else 0"),
         decimals=4,
     )
 

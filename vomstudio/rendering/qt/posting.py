@@ -19,11 +19,11 @@ class _Courier(QObject):
     moment, the process dies.
     """
 
-    _came = Signal(object)
+    _called = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
-        self._came.connect(self._make, Qt.ConnectionType.QueuedConnection)
+        self._called.connect(self._make, Qt.ConnectionType.QueuedConnection)
         self._sending, self._closed = threading.Lock(), False
         # Before PySide deletes the objects of Qt, which it also does at exit.
         atexit.register(self.close)
@@ -35,7 +35,7 @@ class _Courier(QObject):
     def carry(self, call: Call) -> None:
         with self._sending:
             if not self._closed:
-                self._came.emit(call)
+                self._called.emit(call)
 
     def _make(self, call: Call) -> None:
         call()

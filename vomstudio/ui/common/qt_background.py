@@ -79,8 +79,8 @@ class NewestResult:
     def answer(self, question: Question | str, work: Callable[[Question], object]) -> str | None:
         """Request the answer to a question.
 
-        A sentence in place of a question says why there is none: earlier requests are then
-        dropped, and the sentence is returned.
+        A sentence in place of a question states why it cannot be answered: earlier requests are
+        then dropped, and the sentence is returned.
         """
         if isinstance(question, str):
             self.drop()

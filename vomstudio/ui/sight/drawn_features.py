@@ -12,7 +12,7 @@ from vomstudio.ui.common.photo_canvas import Drawn
 from vomstudio.workspace.photos import ModelPhotos
 
 _MAX_EDGES = 3000
-"""Of a patch."""
+"""Maximum number of edges of a patch that are drawn."""
 _STEP_PX = 5.0
 _AT_ONCE = 25
 
@@ -38,20 +38,20 @@ def _drawn(photos: ModelPhotos, view: int, drawing: FeatureDrawing) -> list[Draw
     views = photos.views
     pairs = False
     if len(drawing.line) > 1:
-        pixels, seen = views.course(view, drawing.line, _STEP_PX)
+        pixels, visible = views.course(view, drawing.line, _STEP_PX)
     elif drawing.area is not None:
         edges = drawing.area.border[:: max(1, len(drawing.area.border) // _MAX_EDGES)]
         world = drawing.area.origin + edges.reshape(-1, 3).astype(np.float64)
-        pixels, seen = views.pixels(view, world), views.shows(view, world)
+        pixels, visible = views.pixels(view, world), views.shows(view, world)
         pairs = True
     else:
         return []
-    if not seen.any():
+    if not visible.any():
         return []
     anchor = None
     if views.shows(view, drawing.anchor[None])[0]:
         anchor = views.pixels(view, drawing.anchor[None])[0]
     elif not pairs:
-        rows = np.flatnonzero(seen)
+        rows = np.flatnonzero(visible)
         anchor = pixels[rows[len(rows) // 2]]
-    return [Drawn(drawing.id, pixels, seen, drawing.color, drawing.label, anchor, pairs)]
+    return [Drawn(drawing.id, pixels, visible, drawing.color, drawing.label, anchor, pairs)]
