@@ -121,7 +121,7 @@ def _source(
 
 def _unknown(positions: Positions) -> InputError:
     return InputError(
-        Finding("crs.unknown", text=(positions.crs or "")[:60]),
+        Finding("frame.unknown-crs", crs=(positions.crs or "")[:60]),
         file=positions.file,
         line=positions.line,
     )

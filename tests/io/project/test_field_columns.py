@@ -242,8 +242,8 @@ def test_rows_of_another_width_are_told_and_kept_in_their_columns(book: Path) ->
     table = table_of(book, "name,dip direction,dip\na,132,41,,\nb,132\nc,132,41,wet,cold\n")
     assert table.rows == [["a", "132", "41"], ["b", "132", ""], ["c", "132", "41"]]
     assert dict(table.ragged) == {
-        1: Finding("table.other-cell-count", cells=2, expected=3),
-        2: Finding("table.other-cell-count", cells=5, expected=3),
+        1: Finding("table.ragged-row", count=2, expected=3, delimiter="comma"),
+        2: Finding("table.ragged-row", count=5, expected=3, delimiter="comma"),
     }
     table = table_of(book, "132,41\n120,30\n1,2,3\n5,6\n")
     assert (table.names, table.width, list(table.ragged)) == (None, 2, [2])

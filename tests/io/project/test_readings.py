@@ -177,7 +177,7 @@ def test_rows_that_cannot_be_read_are_listed_by_line_and_leave_the_others(tmp_pa
     assert (azimuth.code, azimuth.values["value"]) == ("angle.out-of-range", 400.0)
     assert "95" in dip.message
     assert "NORTH" in word.message
-    assert cells == Finding("table.other-cell-count", cells=5, expected=4)
+    assert cells == Finding("table.ragged-row", count=5, expected=4, delimiter="comma")
 
 
 def test_a_quadrant_that_the_strike_cannot_dip_to_is_refused(tmp_path):

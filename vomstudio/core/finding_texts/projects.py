@@ -179,13 +179,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("This is the folder of the photos themselves. Choose another folder."),
     ),
-    "table.other-cell-count": (
-        "error",
-        to_translate(
-            "The row has {cells} cells instead of {expected}. Put cells that contain the "
-            "delimiter in quotation marks."
-        ),
-    ),
     "table.unreadable": (
         "error",
         to_translate("The table cannot be read ({reason}). Export it again as CSV."),

@@ -492,10 +492,6 @@ TEXTS: dict[str, Entry] = {
             " {size_m:.4g} m across. Use register --pairs, or check units and CRS."
         ),
     ),
-    "crs.unknown": (
-        "error",
-        to_translate("The projection '{text}' is unknown. Write a code such as EPSG:32633."),
-    ),
     "crs.taken-over": (
         "warning",
         to_translate(

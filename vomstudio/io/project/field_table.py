@@ -15,6 +15,7 @@ from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
 from vomstudio.io.text.rows import (
+    DELIMITER_NAMES,
     cut,
     is_blank,
     is_header,
@@ -84,7 +85,12 @@ def read_field_table(path: str | Path) -> FieldTable:
         while len(row) > width and not row[-1]:
             row.pop()
         if len(row) != width:
-            ragged[i] = Finding("table.other-cell-count", cells=len(row), expected=width)
+            ragged[i] = Finding(
+                "table.ragged-row",
+                count=len(row),
+                expected=width,
+                delimiter=DELIMITER_NAMES[delimiter],
+            )
             row[:] = (row + [""] * width)[:width]
     return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes), comments)
 

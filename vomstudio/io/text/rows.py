@@ -24,7 +24,7 @@ LONGEST_LINE = 1_000_000
 _MOST_CELLS = 4_000_000
 _SAMPLE = 200
 _DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
-_DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
+DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
 # Each digit can be matched in one way only: else a long one that is no number takes minutes.
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
@@ -364,7 +364,7 @@ def _checked_widths(
                 Finding(
                     "table.ragged-row",
                     count=found,
-                    delimiter=_DELIMITER_NAMES[delimiter],
+                    delimiter=DELIMITER_NAMES[delimiter],
                     expected=width,
                 ),
                 file=path,
