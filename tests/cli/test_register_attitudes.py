@@ -395,7 +395,7 @@ def test_angles_of_other_conventions_are_named(
             3,
             "table.repeated-label",
         ),
-        ("photo,yaw,pitch,roll\nIMG_00.jpg,500,2,3\n", 2, "orientation.out-of-range"),
+        ("photo,yaw,pitch,roll\nIMG_00.jpg,500,2,3\n", 2, "angle.out-of-range"),
         ("photo,yaw,pitch,roll,north\nIMG_00.jpg,5,2,3,south\n", 2, "table.unknown-word"),
         (
             "photo;yaw;pitch;roll\nIMG_00.jpg;5,1;2.0;3,0\nA;5.1;2,0;1\n",

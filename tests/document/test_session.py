@@ -30,12 +30,12 @@ def test_an_edit_is_in_the_journal_before_anyone_hears_of_it(session, journal):
 
 def test_a_journal_that_cannot_be_written_leaves_everything_as_it_was(session, journal):
     before = dict(session.records)
-    journal.refuse = DocumentError(Finding("journal.disk-full"))
-    with refused("journal.disk-full", DocumentError):
+    journal.refuse = DocumentError(Finding("disk.full"))
+    with refused("disk.full", DocumentError):
         session.apply(edits.add_trace(session.records, bed("t1")))
     assert dict(session.records) == before
     assert session.undo_label == "Open model cliff"
-    with refused("journal.disk-full", DocumentError):
+    with refused("disk.full", DocumentError):
         session.undo()
     assert dict(session.records) == before
 

@@ -185,7 +185,7 @@ def test_folders_for_other_things_are_left_alone(photos: Path, tmp_path: Path) -
     (full / "thesis.docx").touch()
     error = here(photos, full)
     assert isinstance(error, TargetError)
-    assert error.code == "folder.other-files"
+    assert error.code == "folder.not-empty"
     assert [p.name for p in full.iterdir()] == ["thesis.docx"]
     (tmp_path / "file").touch()
     assert here(photos, tmp_path / "file").code == "folder.is-file"

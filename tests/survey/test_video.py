@@ -106,7 +106,7 @@ def test_folders_in_use_are_not_touched_but_our_own_is_replaced(tmp_path: Path) 
     target = tmp_path / "out"
     target.mkdir()
     (target / "mine.txt").write_text("mine")
-    with refused("folder.other-files", TargetError):
+    with refused("folder.not-empty", TargetError):
         take_frames(video, target)
     assert len(take_frames(video, target, force=True).frames) == 4
     assert (target / "mine.txt").read_text() == "mine"

@@ -370,17 +370,17 @@ def test_damaged_drafts_are_refused_politely(context, cls):
 @pytest.mark.parametrize("cls", [LineTool, MeasureTool])
 def test_a_click_that_cannot_be_written_is_not_there(context, cls):
     tool = cls(context)
-    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
+    context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, STRIA[:1])
     assert not tool.open
     context.journal.refuse = None
     clicks(tool, STRIA[:1])
-    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
+    context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, STRIA[1:2])
     assert tool.vertices == STRIA[:1]
     tool.cancel()
     assert tool.open
-    assert context.said[-1].code == "journal.disk-full"
+    assert context.said[-1].code == "disk.full"
 
 
 def test_the_attributes_of_a_closed_project_are_forgotten(line: LineTool, context: Context) -> None:

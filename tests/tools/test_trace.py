@@ -403,13 +403,13 @@ def test_a_draft_whose_type_is_gone_keeps_its_clicks(tool, context):
 
 # --- a journal that cannot be written ------------------------------------------------------------
 def test_a_click_that_cannot_be_written_is_not_there(tool, context):
-    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
+    context.journal.refuse = DocumentError(Finding("disk.full"))
     clicks(tool, ZIGZAG[:1])
     assert not tool.open
-    assert [each.code for each in context.said] == ["journal.disk-full"]
+    assert [each.code for each in context.said] == ["disk.full"]
     context.journal.refuse = None
     clicks(tool, ZIGZAG[:2])
-    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
+    context.journal.refuse = DocumentError(Finding("disk.full"))
     tool.pointer(event(at=ZIGZAG[2]))
     tool.insert_vertex(ZIGZAG[3])
     tool.delete_vertex(0)
@@ -431,12 +431,12 @@ def test_a_click_that_cannot_be_written_is_not_there(tool, context):
 
 def test_a_trace_that_cannot_be_finished_or_cancelled_on_disk_stays_open(tool, context):
     clicks(tool)
-    context.journal.refuse = DocumentError(Finding("journal.disk-full"))
+    context.journal.refuse = DocumentError(Finding("disk.full"))
     assert tool.finish() is None
     assert tool.open
     tool.cancel()
     assert tool.open
-    assert [each.code for each in context.said] == ["journal.disk-full"] * 2
+    assert [each.code for each in context.said] == ["disk.full"] * 2
     context.journal.refuse = None
     assert tool.finish() is not None
 

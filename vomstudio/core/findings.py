@@ -139,12 +139,17 @@ def as_finding(message: Message) -> Finding:
     return message if isinstance(message, Finding) else uncoded(message)
 
 
+def cause_of(error: VomError) -> Finding:
+    """Return the finding that an error was raised with, without its location."""
+    return Finding(error.code, **error.values) if error.code in TEXTS else uncoded(error.message)
+
+
 def finding_of(error: VomError) -> Finding:
     """Return the finding that an error was raised with, with its file."""
     if error.code not in TEXTS:
         return uncoded(str(error))
-    place = {} if error.file is None else {"file": error.file}
-    return Finding(error.code, **place, **error.values)
+    cause = cause_of(error)
+    return cause if error.file is None else cause.of_file(error.file)
 
 
 def plain(messages: Iterable[Message]) -> list[dict[str, Any]]:

@@ -15,7 +15,7 @@ import stat
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import TargetError, VomError
 from vomstudio.failures import asked_to_stop
 from vomstudio.files.disk_troubles import not_written, number_of_failure
@@ -159,11 +159,19 @@ def _of_the_disk(error: Exception, at: Path, shown: Mapping[Path, Path]) -> Targ
     if (number := number_of_failure(about.parent)) is not None:
         return not_written(about, OSError(number, os.strerror(number)))
     if isinstance(error, TargetError):
-        said = error.message
-        for temporary, target in shown.items():
-            said = said.replace(str(temporary), str(target)).replace(temporary.name, target.name)
-        return TargetError(said, file=about)
+        finding = cause_of(error)
+        values = {name: _with_targets(value, shown) for name, value in finding.values.items()}
+        return TargetError(Finding(finding.code, **values), file=about)
     return None
+
+
+def _with_targets(value: object, shown: Mapping[Path, Path]) -> object:
+    """Replace the names of temporary files in a text by those of their targets."""
+    if isinstance(value, str):
+        for temporary, target in shown.items():
+            value = value.replace(str(temporary), str(target))
+            value = value.replace(temporary.name, target.name)
+    return value
 
 
 def _causes(error: BaseException) -> Iterator[BaseException]:

@@ -61,7 +61,10 @@ def number_of_failure(folder: Path) -> int | None:
     probe = folder / f".vom-{secrets.token_hex(6)}.part"
     try:
         with open(probe, "xb", buffering=0) as stream:
-            stream.write(bytes(_LITTLE))
+            remaining = memoryview(bytes(_LITTLE))
+            while remaining:
+                # A disk that fills up takes a part first, without an error.
+                remaining = remaining[stream.write(remaining) :]
             os.fsync(stream.fileno())
     except OSError as error:
         return error.errno

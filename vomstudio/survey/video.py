@@ -369,7 +369,7 @@ def _checked_target(folder: Path, force: bool) -> Path:
         raise TargetError(Finding("folder.is-file"), file=folder)
     if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
         raise TargetError(
-            Finding("folder.other-files"),
+            Finding("folder.not-empty"),
             file=folder,
         )
     return target

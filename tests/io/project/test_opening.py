@@ -280,7 +280,7 @@ def test_an_empty_folder_is_saved_to_and_what_an_earlier_try_left_is_no_hindranc
 
 def test_a_file_is_not_saved_over(project: Project, tmp_path: Path) -> None:
     (tmp_path / "b.vom").write_bytes(OF_ANOTHER_DAY)
-    with refused("file.exists", TargetError):
+    with refused("output.exists", TargetError):
         project.save_as(tmp_path / "b.vom")
     assert (tmp_path / "b.vom").read_bytes() == OF_ANOTHER_DAY
     project.close()

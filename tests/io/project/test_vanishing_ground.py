@@ -308,8 +308,8 @@ def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
         content = os.urandom(300_000)
         mask = masked(project, "1.jpg", content)
         assert project.journal.waits
-        assert [t and t.code for t in told] == ["journal.disk-full"]
-        with refused("journal.disk-full", NotWritten):
+        assert [t and t.code for t in told] == ["disk.full"]
+        with refused("disk.full", NotWritten):
             session.save()
         assert mask.id not in read_replay(project.folder).records
         filler.unlink()
@@ -328,13 +328,13 @@ def test_a_full_disk(tmp_path: Path) -> None:
             add(project, f"x{number:03d}")
             if told:
                 break
-        assert [t and t.code for t in told] == ["journal.disk-full"]
+        assert [t and t.code for t in told] == ["disk.full"]
         add(project, "y")
-        with refused("journal.disk-full", NotWritten):
+        with refused("disk.full", NotWritten):
             project.session.save()
         filler.unlink()
         project.session.save()
-        assert [t and t.code for t in told] == ["journal.disk-full", None]
+        assert [t and t.code for t in told] == ["disk.full", None]
         assert names(project.folder) == sorted(project.session.records.keys() & set(
             t.id for t in project.session.of(Trace)))  # fmt: skip
         fill(disk)
@@ -351,7 +351,7 @@ def test_a_disk_that_becomes_read_only(tmp_path: Path) -> None:
     with failing_disk(tmp_path / "disk") as (disk, fail):
         project, told = begun(disk)
         fail()
-        goes_on_and_can_be_saved(project, told, "journal.disk-read-only", tmp_path / "rescued.vom")
+        goes_on_and_can_be_saved(project, told, "disk.read-only", tmp_path / "rescued.vom")
 
 
 def test_a_drive_that_is_taken_away(tmp_path: Path) -> None:
@@ -416,7 +416,7 @@ def test_another_users_project_is_opened_and_its_steps_wait() -> None:
         finally:
             os.seteuid(0)
         assert names(folder) == ["first"]
-    assert [failure and failure.code for failure in told] == ["journal.forbidden"]
+    assert [failure and failure.code for failure in told] == ["disk.no-permission"]
 
 
 def test_a_project_that_another_program_holds_is_not_opened_without_its_lock(

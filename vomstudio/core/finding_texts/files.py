@@ -185,7 +185,7 @@ TEXTS: dict[str, Entry] = {
     "output.exists": (
         "error",
         to_translate(
-            "This file exists already. Use --force to replace it, or choose another name."
+            "This file exists already. Choose another name, or use --force if the command has it."
         ),
     ),
     "output.write-protected": (
@@ -235,11 +235,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "disk.read-only": (
         "error",
-        to_translate("The disk is read-only. Choose another folder."),
+        to_translate("The disk is read-only. Make it writable, or choose another folder."),
     ),
     "disk.no-permission": (
         "error",
-        to_translate("This folder must not be written to. Choose another folder."),
+        to_translate(
+            "You have no permission to write to this folder. Change it, or choose another folder."
+        ),
     ),
     "disk.name-too-long": (
         "error",
@@ -319,6 +321,13 @@ TEXTS: dict[str, Entry] = {
     "file.encoding": (
         "warning",
         to_translate("The file is {encoding} text, not UTF-8. Check names with accents."),
+    ),
+    "file.package-missing": (
+        "error",
+        to_translate(
+            "E57 files need the package pye57. Install it with pip install 'vomstudio[e57]', or"
+            " convert the file to LAZ."
+        ),
     ),
     "file.name-encoding": (
         "error",

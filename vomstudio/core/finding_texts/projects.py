@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "project.missing": (
@@ -163,14 +163,6 @@ TEXTS: dict[str, Entry] = {
             " moved ({reason})."
         ),
     ),
-    "file.exists": (
-        "error",
-        to_translate("There is already a file of this name. Choose another name."),
-    ),
-    "folder.not-empty": (
-        "error",
-        to_translate("The folder is not empty. Choose another name."),
-    ),
     "folder.not-of-photos": (
         "error",
         to_translate("This is not a folder of photos. Choose another."),
@@ -217,6 +209,17 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Nothing in the file can be imported. The first is {name}: {reason}"),
     ),
+    "import.too-few-points": (
+        "error",
+        *to_translate_n(
+            "It has fewer than {count} point. Draw it with more.",
+            "It has fewer than {count} points. Draw it with more.",
+        ),
+    ),
+    "import.no-heights": (
+        "error",
+        to_translate("It has no heights. Draw it in three dimensions."),
+    ),
     "import.type-replaced": (
         "warning",
         to_translate("The project has no feature type {type}. Contact was used instead."),
@@ -227,7 +230,10 @@ TEXTS: dict[str, Entry] = {
     ),
     "angle.out-of-range": (
         "error",
-        to_translate("{value:g}° is not within {minimum} to {maximum}. Correct it."),
+        to_translate(
+            "{value:g}° is outside {minimum:g} to {maximum:g}. Correct it, or check the order of"
+            " the numbers."
+        ),
     ),
     "drawing.no-plane": (
         "error",
@@ -304,25 +310,6 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "The project was replaced by a copy, or changed by another program. Bring it "
             "back, or save the project elsewhere."
-        ),
-    ),
-    "journal.disk-full": (
-        "error",
-        to_translate(
-            "The disk of the project is full. Free some space, or save the project elsewhere."
-        ),
-    ),
-    "journal.disk-read-only": (
-        "error",
-        to_translate(
-            "The disk of the project is read-only. Make it writable, or save the project elsewhere."
-        ),
-    ),
-    "journal.forbidden": (
-        "error",
-        to_translate(
-            "You have no permission to write to the project's folder. Change it, or save "
-            "the project elsewhere."
         ),
     ),
     "journal.not-written": (

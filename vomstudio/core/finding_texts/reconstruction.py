@@ -293,10 +293,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("This does not name a folder. Name one."),
     ),
-    "folder.other-files": (
+    "folder.not-empty": (
         "error",
         to_translate(
-            "This folder contains other files. Name a new or empty folder, or use --force if the"
+            "The folder contains other files. Name a new or empty folder, or use --force if the"
             " command has it."
         ),
     ),

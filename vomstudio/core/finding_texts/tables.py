@@ -189,13 +189,6 @@ TEXTS: dict[str, Entry] = {
             " --azimuth dipdir, or name the column."
         ),
     ),
-    "orientation.out-of-range": (
-        "error",
-        to_translate(
-            "{value:g} is outside {lowest:g} to {highest:g} degrees. Correct it, or check the order"
-            " of the columns."
-        ),
-    ),
     "orientation.overturned-dip": (
         "error",
         to_translate(

@@ -152,10 +152,10 @@ def _require_angles(table: NamedTable, angles: Array) -> None:
         outside = (angles[:, column] < lowest - beyond) | (angles[:, column] > highest + beyond)
         for row in np.flatnonzero(outside):
             finding = Finding(
-                "orientation.out-of-range",
+                "angle.out-of-range",
                 value=angles[row, column],
-                lowest=lowest,
-                highest=highest,
+                minimum=lowest,
+                maximum=highest,
             )
             if column == 1 and (angles[:, 1] >= -1e-9).all() and angles[row, 1] <= 180.0:
                 finding = Finding("cameras.pitch-from-nadir")

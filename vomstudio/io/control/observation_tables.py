@@ -313,7 +313,7 @@ def read_compass(path: str | Path) -> CompassTable:
     for row in np.flatnonzero(sigma > 90.0):
         raise table.at(
             int(row),
-            Finding("orientation.out-of-range", value=sigma[row], lowest=0.0, highest=90.0),
+            Finding("angle.out-of-range", value=sigma[row], minimum=0.0, maximum=90.0),
             "sigma_deg",
         )
     labels = read.ids

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.document.records import Feature, Mask, Model, Reconstruction
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, InputError, TargetError, VomError
@@ -232,7 +232,7 @@ class Project:
         not. No job may be at work in its folder. Raises TargetError.
         """
         if folder.exists() and not folder.is_dir():
-            raise TargetError(Finding("file.exists"), file=folder)
+            raise TargetError(Finding("output.exists"), file=folder)
         if folder.exists() and any(folder.iterdir()):
             raise TargetError(Finding("folder.not-empty"), file=folder)
         part = folder.with_name(folder.name + ".part")
@@ -252,7 +252,7 @@ class Project:
             raise not_written(folder, error) from error
         except VomError as error:
             shutil.rmtree(part, ignore_errors=True)
-            raise TargetError(error.message, file=folder) from error
+            raise TargetError(cause_of(error), file=folder) from error
         lock, journal = _taken_hold(folder)
         was_dirty = self.session.dirty
         old = self.session.use_journal(journal, numbers)

@@ -22,7 +22,7 @@ class NotWritten(DocumentError):
     ----------
     failure : Finding
         Why: ``journal.folder-gone``, ``journal.gone``, ``journal.replaced``,
-        ``journal.disk-full``, ``journal.disk-read-only``, ``journal.forbidden`` or
+        ``disk.full``, ``disk.read-only``, ``disk.no-permission`` or
         ``journal.not-written``.
     path : Path
         Of the journal.

@@ -123,11 +123,11 @@ class Ground:
 def write_failure_of(error: Exception, path: Path) -> Finding:
     """What an error of SQLite, or of a file beside a journal, means for it."""
     if is_full(path.parent, error):
-        return Finding("journal.disk-full")
+        return Finding("disk.full")
     if is_read_only(path.parent, error):
-        return Finding("journal.disk-read-only")
+        return Finding("disk.read-only")
     if is_forbidden(path.parent, error):
-        return Finding("journal.forbidden")
+        return Finding("disk.no-permission")
     if isinstance(error, VomError):
         return finding_of(error)
     return Finding("journal.not-written", reason=error)

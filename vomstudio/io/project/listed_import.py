@@ -54,7 +54,7 @@ class ImportedFeatures:
     was left out; warnings : sentences"""
 
     features: tuple[Feature, ...]
-    skipped: tuple[tuple[str, str], ...]
+    skipped: tuple[tuple[str, Finding], ...]
     warnings: tuple[Message, ...]
 
 
@@ -105,7 +105,7 @@ def read_listed(
     to_file = transform.invert(model.to_world)
     types = {r.name.casefold(): r.id for r in records.values() if isinstance(r, FeatureType)}
     made: list[Feature] = []
-    skipped: list[tuple[str, str]] = []
+    skipped: list[tuple[str, Finding]] = []
     unknown: set[str] = set()
     in_world, findings = _in_world(rows, path, crs)
     watched.stage(tr("Importing features"), len(rows))
@@ -199,18 +199,18 @@ def _in_world(
     return places, tuple(dict.fromkeys(findings))
 
 
-def _why_unusable(row: _Row, points: Floats) -> str | None:
+def _why_unusable(row: _Row, points: Floats) -> Finding | None:
     """Return why the points of a row cannot be used; None if they can."""
     least = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
     if len(points) < least:
-        return tr("it has fewer than {count} points.", count=least)
+        return Finding("import.too-few-points", count=least)
     if not np.isfinite(row.points[:, 2]).all():
-        return tr("it has no heights; draw it in three dimensions.")
+        return Finding("import.no-heights")
     return why_no_coordinate(points.ravel().tolist())
 
 
-def _why_not_on(points: Floats, bounds: Floats | None) -> str | None:
-    """A sentence where a point is too far from the model, by its farthest."""
+def _why_not_on(points: Floats, bounds: Floats | None) -> Finding | None:
+    """Return a finding if the farthest of points is too far from the model."""
     if bounds is None:
         return None
     low, high = bounds

@@ -207,9 +207,7 @@ class Columns:
         if (lowest, highest) == (0.0, 90.0) and 90.0 < value < 180.0:
             finding = Finding("orientation.overturned-dip", value=value, dip=180.0 - value)
         else:
-            finding = Finding(
-                "orientation.out-of-range", value=value, lowest=lowest, highest=highest
-            )
+            finding = Finding("angle.out-of-range", value=value, minimum=lowest, maximum=highest)
         return InputError(
             finding,
             file=self.table.path,

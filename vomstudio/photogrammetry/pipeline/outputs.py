@@ -94,7 +94,7 @@ def claim_folder(out: Path) -> Outputs:
         raise TargetError(Finding("folder.not-created", reason=reason), file=out) from error
     if other_files and not (out / RESULT).exists() and not (out / WORK).is_dir():
         raise TargetError(
-            Finding("folder.other-files"),
+            Finding("folder.not-empty"),
             file=out,
         )
     refuse_links(out)

@@ -32,10 +32,6 @@ COLORS = ("colorRed", "colorGreen", "colorBlue")
 INVALID = ("cartesianInvalidState", "sphericalInvalidState")
 METRIC = ("m", "m", "m")
 """All lengths of the format (E57 8.3.2), where no CRS says otherwise."""
-NOT_INSTALLED = (
-    "E57 files need the package pye57, which is not installed; install it with "
-    "pip install 'vomstudio[e57]', or convert the file to LAZ."
-)
 
 
 def matches(path: Path, head: bytes) -> bool:
@@ -56,7 +52,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     try:
         from pye57 import libe57
     except ImportError as error:
-        raise InputError(NOT_INSTALLED, file=path) from error
+        raise InputError(Finding("file.package-missing"), file=path) from error
     messages: list[Finding] = []
     try:
         with utf8_name(path) as named:
