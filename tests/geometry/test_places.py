@@ -39,7 +39,9 @@ def test_a_place_is_on_a_model_up_to_so_many_of_its_diameters():
     reach = 13.0 * FARTHEST_DIAMETERS
     assert why_not_at((x + 0.99 * reach, y, z), CUBE) is None
     assert why_not_at((x + 1.01 * reach, y, z), CUBE) is not None
-    assert "200 times" in why_not_at((x, y, z + 200 * 13.0), CUBE)
+    finding = why_not_at((x, y, z + 200 * 13.0), CUBE)
+    assert finding.code == "coordinate.far-from-model"
+    assert finding.values["times"] == pytest.approx(200.0)
 
 
 def test_a_model_without_size_refuses_nothing_but_what_is_no_coordinate():
@@ -49,11 +51,11 @@ def test_a_model_without_size_refuses_nothing_but_what_is_no_coordinate():
 
 
 @pytest.mark.parametrize(
-    ("longitude", "latitude", "word"),
+    ("longitude", "latitude", "name"),
     [(12.0, 95.0, "latitude"), (12.0, math.nan, "latitude"), (1e30, 45.0, "longitude")],
 )
-def test_degrees_off_the_globe_are_named(longitude, latitude, word):
-    assert word in why_not_on_earth(longitude, latitude)
+def test_degrees_off_the_globe_are_named(longitude, latitude, name):
+    assert why_not_on_earth(longitude, latitude).code == f"coordinate.{name}"
 
 
 def test_degrees_on_the_globe_are_taken():

@@ -9,7 +9,7 @@ import pytest
 
 import vomstudio as vs
 from tests.messages import refused
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.io.control.observation_tables import read_pairs, read_positions
 from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
@@ -27,19 +27,18 @@ def test_points_that_are_all_one(n: int) -> None:
 
 @pytest.mark.parametrize("sigma", [1e-300, 1e-160, 1e-100, 1e-9, 1e200])
 def test_errors_that_nothing_has(tmp_path: Path, sigma: float) -> None:
-    with pytest.raises(InputError, match="is no accuracy"):
+    with refused("accuracy.out-of-range", field="sigma_m"):
         vs.register(MODEL, MODEL, sigma_m=np.full((5, 3), sigma))
     table = tmp_path / "p.csv"
     table.write_text(
         f"label,model_x,model_y,model_z,x,y,z,sigma\nA,1,2,3,4,5,6,0.02\nB,1,2,3,4,5,6,{sigma}\n"
     )
-    with pytest.raises(InputError, match="is no accuracy") as raised:
+    with refused("accuracy.out-of-range", line=3, field="sigma", value=sigma):
         read_pairs(table)
-    assert (raised.value.line, raised.value.field) == (3, "sigma")
     for option, text in (("level", "0,0,0,1,0,0"), ("scale", "0,0,0,1,0,0,1")):
-        with pytest.raises(UsageError) as refused:
+        with pytest.raises(UsageError) as error:
             register_model(RegisterOrder("-", **{option: [f"{text},{sigma}"]}), lambda *_: None)
-        assert refused.value.field == f"--{option}"
+        assert error.value.field == f"--{option}"
 
 
 def test_errors_that_are_stated_or_not() -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.words import tr
+from vomstudio.core.findings import Finding
 
 FARTHEST_M = 1e12
 """Metres from the origin of any frame: its square, and that of a thousandth, are still exact
@@ -25,17 +25,11 @@ LEAST_ERROR, LARGEST_ERROR = 1e-6, 1e6
 squares and the inverses of these are still exact enough."""
 
 
-def why_no_error(value: float) -> str | None:
-    """A sentence on a stated error, one sigma, that is none; else None, also where it is NaN."""
+def why_no_error(value: float) -> Finding | None:
+    """Return a finding if a stated error (one sigma) is not plausible; None also if it is NaN."""
     if np.isnan(value) or LEAST_ERROR <= value <= LARGEST_ERROR:
         return None
-    return tr(
-        "{value:g} is no accuracy: {least:g} to {largest:g} can be stated. Correct it, or leave "
-        "it out.",
-        value=value,
-        least=LEAST_ERROR,
-        largest=LARGEST_ERROR,
-    )
+    return Finding("accuracy.out-of-range", value=value, minimum=LEAST_ERROR, maximum=LARGEST_ERROR)
 
 
 def no_places(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
@@ -43,42 +37,34 @@ def no_places(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     return np.asarray(~(np.abs(points) <= FARTHEST_M).all(axis=1))
 
 
-def why_no_coordinate(values: Iterable[float]) -> str | None:
-    """A sentence on the first of some coordinates in metres that is none; None where all are."""
+def why_no_coordinate(values: Iterable[float]) -> Finding | None:
+    """Return a finding about the first number that cannot be a coordinate in metres, if any."""
     for value in values:
         if not abs(value) <= FARTHEST_M:
-            return tr("{value:g} is not a coordinate in metres. Correct or remove it.", value=value)
+            return Finding("coordinate.out-of-range", value=value)
     return None
 
 
-def why_not_at(point: Sequence[float], bounds: npt.NDArray[np.float64]) -> str | None:
-    """A sentence where a point is too far from a model to be a place on it; None where it is not.
+def why_not_at(point: Sequence[float], bounds: npt.NDArray[np.float64]) -> Finding | None:
+    """Return a finding if a point is too far from a model to be a place on it.
 
     point : (3,) and bounds : (2, 3) lowest and highest corner of the model, in the same frame
     """
-    said = why_no_coordinate(point)
-    if said is not None:
-        return said
+    if (finding := why_no_coordinate(point)) is not None:
+        return finding
     low, high = np.asarray(bounds, float)
     size = float(np.linalg.norm(high - low))
     outside = np.maximum(np.maximum(low - point, np.asarray(point) - high), 0.0)
     away = float(np.linalg.norm(outside))
     if not np.isfinite(size) or away <= FARTHEST_DIAMETERS * size:
         return None
-    return tr(
-        "The place is {times:.0f} times the model's size away from it. Check the coordinates.",
-        times=away / max(size, 1e-300),
-    )
+    return Finding("coordinate.far-from-model", times=away / max(size, 1e-300))
 
 
-def why_not_on_earth(longitude_deg: float, latitude_deg: float) -> str | None:
-    """A sentence where these are no longitude and latitude; None where they are."""
+def why_not_on_earth(longitude_deg: float, latitude_deg: float) -> Finding | None:
+    """Return a finding if these are not a longitude and a latitude."""
     if not abs(latitude_deg) <= 90.0:
-        return tr(
-            "A latitude of {value:g} is not within -90 to 90. Correct it.", value=latitude_deg
-        )
+        return Finding("coordinate.latitude", value=latitude_deg)
     if not abs(longitude_deg) <= 360.0:
-        return tr(
-            "A longitude of {value:g} is not within -360 to 360. Correct it.", value=longitude_deg
-        )
+        return Finding("coordinate.longitude", value=longitude_deg)
     return None

@@ -132,12 +132,14 @@ def _as_degrees(positions: Positions, back: ToGrid | None) -> Array:
     found = positions.places[:, :2].copy()
     for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
         there = (x, y) if back is None else back(x, y)
-        why = tr("it is outside of the system") if there is None else why_not_on_earth(*there)
-        if there is None or why is not None:
-            exchanged = back is None and why_not_on_earth(y, x) is None
-            if exchanged:
-                raise _exchanged(positions, positions.photos[row], x, y)
-            raise InputError(f"{positions.photos[row]}: {why}", file=positions.file)
+        photo = positions.photos[row]
+        if there is None:
+            finding = Finding("crs.outside-area", photo=photo, crs=positions.crs)
+            raise InputError(finding, file=positions.file)
+        if (finding_ := why_not_on_earth(*there)) is not None:
+            if back is None and why_not_on_earth(y, x) is None:
+                raise _exchanged(positions, photo, x, y)
+            raise InputError(finding_, file=positions.file, field=photo)
         found[row] = there
     return found
 

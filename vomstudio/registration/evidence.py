@@ -387,7 +387,7 @@ def _cameras(evidence: Evidence, messages: list[Message], suspicions: list[Findi
     world = positions.places[rows].copy()
     for row, position in enumerate(world.tolist()):
         if (why := why_no_coordinate((position[0], position[1], position[2]))) is not None:
-            raise InputError(f"{positions.photos[rows[row]]}: {why}")
+            raise InputError(why, field=positions.photos[rows[row]])
     labels = [positions.photos[row] for row in rows]
     model = np.array([centres[name] for name in names])
     sigma = positions.sigma[rows]

@@ -236,8 +236,9 @@ def _require_values(kinds: Sequence[Observed]) -> None:
         sigma = np.asarray(getattr(kind, "sigma", ()), np.float64)
         wrong = np.isfinite(sigma) & ~((sigma >= _ERRORS[0]) & (sigma <= _ERRORS[1]))
         if wrong.any() and not isinstance(kind, Combined | KeptScale):
-            label = kind.labels[int(np.argwhere(wrong)[0, 0])]
-            raise GeometryError(f"{label}: {why_no_error(float(sigma[wrong][0]))}")
+            finding = why_no_error(float(sigma[wrong][0]))
+            assert finding is not None
+            raise GeometryError(finding, field=kind.labels[int(np.argwhere(wrong)[0, 0])])
 
 
 def _off_their_line(points: Points) -> bool:

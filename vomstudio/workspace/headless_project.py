@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, Message, cause_of, finding_of
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
@@ -113,7 +113,7 @@ class AddedPicks:
     """skipped : name and reason of each that defines no plane"""
 
     traces: tuple[Trace, ...]
-    skipped: tuple[tuple[str, str], ...]
+    skipped: tuple[tuple[str, Finding], ...]
     warnings: tuple[Message, ...]
 
 
@@ -240,7 +240,7 @@ class HeadlessProject:
         added: dict[str, Record] = {}
         names = edits.NextNames(records)
         traces: list[Trace] = []
-        skipped: list[tuple[str, str]] = []
+        skipped: list[tuple[str, Finding]] = []
         for pick in picks:
             points = transform.apply(_to_file(model), pick.points)
             if (far := self._why_not_on(model, points)) is not None:
@@ -252,7 +252,7 @@ class HeadlessProject:
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
-                skipped.append((pick.name, error.message))
+                skipped.append((pick.name, cause_of(error)))
                 continue
             named = get(edit.after, trace.id, Trace)
             assert named is not None
@@ -345,7 +345,7 @@ class HeadlessProject:
         added = tuple(r for r in edit.after.values() if isinstance(r, Feature))
         return replace(found, features=added, warnings=(*warnings, *found.warnings))
 
-    def _why_not_on(self, model: Model, points: Array) -> str | None:
+    def _why_not_on(self, model: Model, points: Array) -> Finding | None:
         """Return why points (n, 3) in the frame of its file cannot lie on a model, or None."""
         bounds = self._bounds.get(model.id)
         if bounds is None or not len(points):

@@ -265,7 +265,7 @@ def test_rules_between_rows_part_the_points_only_when_asked(table) -> None:
         (b"x,y,z\n1,2,0x10\n", 2, "table.not-a-number", "0x10"),
         (b"x,y,z\n1,2,1_000\n", 2, "table.not-a-number", "1_000"),
         (b"1 2 3\n4 5 6,5\n", 2, "table.comma-delimiter", None),
-        (b"1 2 3\n4 1e308 6\n", 2, "input", None),
+        (b"1 2 3\n4 1e308 6\n", 2, "coordinate.out-of-range", 1e308),
     ],
 )
 def test_what_is_no_table_of_points_is_refused_by_line_and_reason(

@@ -6,6 +6,31 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.words import to_translate
 
 TEXTS: dict[str, Entry] = {
+    "coordinate.out-of-range": (
+        "error",
+        to_translate("{value:g} is not a coordinate in metres. Correct or remove it."),
+    ),
+    "coordinate.far-from-model": (
+        "error",
+        to_translate(
+            "The place is {times:.0f} times the model's size away from it. Check the coordinates."
+        ),
+    ),
+    "coordinate.latitude": (
+        "error",
+        to_translate("A latitude of {value:g} is not within -90 to 90. Correct it."),
+    ),
+    "coordinate.longitude": (
+        "error",
+        to_translate("A longitude of {value:g} is not within -360 to 360. Correct it."),
+    ),
+    "accuracy.out-of-range": (
+        "error",
+        to_translate(
+            "{value:g} is not a valid accuracy. State one from {minimum:g} to {maximum:g}, or leave"
+            " it out."
+        ),
+    ),
     "frame.assumed": (
         "warning",
         to_translate(

@@ -16,8 +16,8 @@ def read_control(path: str | Path) -> list[ControlPoint]:
     path = Path(path)
     points = choose_format(path).points(path)
     for point in points:
-        if (said := why_no_coordinate(point.position)) is not None:
-            raise InputError(f"{point.label}: {said}", file=path)
+        if (finding := why_no_coordinate(point.position)) is not None:
+            raise InputError(finding, file=path, field=point.label)
     return points
 
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geometry.places import FARTHEST_M, why_no_coordinate
+from vomstudio.geometry.places import FARTHEST_M
 from vomstudio.io.text.column_names import doubtful_cell, plain
 from vomstudio.io.text.file_text import MOST_LINES
 from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
@@ -407,7 +407,7 @@ def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.f
     if far.any():
         row, place = np.argwhere(far)[0]
         raise InputError(
-            why_no_coordinate([points[row, place]]) or "",
+            Finding("coordinate.out-of-range", value=points[row, place]),
             file=table.path,
             line=int(table.line_numbers[row]),
             field=table.label(columns[place]),

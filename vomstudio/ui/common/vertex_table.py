@@ -10,6 +10,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Matrix, Model, get
 from vomstudio.geometry import transform
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
@@ -102,8 +103,8 @@ class VertexTable(QTableWidget):
             return
         tool.move_vertex(index, (point[0], point[1], point[2]))
 
-    def _why_not_at(self, point: list[float]) -> str | None:
-        """A sentence where a point in the model's own frame cannot be a place on it."""
+    def _why_not_at(self, point: list[float]) -> Finding | None:
+        """Return a finding if a point in the model's own frame cannot be a place on it."""
         model = self._model()
         opened = None if model is None else self._studio.models.get(model.id)
         if opened is None:

@@ -316,7 +316,7 @@ class PointsBox(QGroupBox):
                 # The others are still to be typed.
                 return
             if (said := why_no_coordinate((x, y, z))) is not None:
-                self.said.emit(said, "warning")
+                self.said.emit(said.message, "warning")
                 return
             if sigma is not None and not sigma > 0:
                 self.said.emit(tr("The accuracy of a point must be positive."), "warning")

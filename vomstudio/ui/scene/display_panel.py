@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.rendering.view.clipping import FACES, ClipBox
@@ -295,8 +296,8 @@ class DisplayPanel(QWidget):
                 return
             self._display.set_clip(box.with_face(axis, side, value))
 
-    def _why_not_there(self, axis: int, value: float) -> str | None:
-        """A sentence where a face of the box would be far from all models."""
+    def _why_not_there(self, axis: int, value: float) -> Finding | None:
+        """Return a finding if a face of the box would be far from all models."""
         around = self._models_box()
         if around is None:
             return why_no_coordinate((value,))
