@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 
 DIRECTION, DIP = np.array([120.0, 130.0, 125.0, 300.0]), np.array([30.0, 35.0, 25.0, 80.0])
 
@@ -110,9 +111,9 @@ def test_many_planes_are_poles_only() -> None:
     [
         ({"contour": "rainbow"}, "none of kamb"),
         ({"projection": "mercator"}, "none of area, angle"),
-        ({"levels": [2]}, "method to contour"),
-        ({"contour": "kamb", "levels": [-2]}, "above 0"),
-        ({"contour": "kamb", "sigma": 99}, "between"),
+        ({"levels": [2]}, "--contour"),
+        ({"contour": "kamb", "levels": [-2]}, "positive"),
+        ({"contour": "kamb", "sigma": 99}, "from 0.5 to 10"),
         ({"by": "site"}, "no column 'site'"),
     ],
 )
@@ -133,7 +134,7 @@ def test_a_net_is_untilted_and_shows_where_planes_meet() -> None:
     plain = vs.stereonet(([90, 90], [30, 30]))
     at = [axes.lines[-1].get_xydata()[0] for axes in (ax, plain)]
     np.testing.assert_allclose(at[0], at[1], atol=1e-6)
-    with pytest.raises(vs.errors.UsageError, match="Intersections"):
+    with refused("net.number-of-planes", vs.errors.UsageError, count=1):
         vs.stereonet(([90], [50]), intersections=True)
 
 

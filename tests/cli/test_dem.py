@@ -90,8 +90,8 @@ def test_an_oblique_one_is_true_to_scale_in_its_own_metres(run, table, tmp_path)
         (["--plane", "10/95"], "usage", "--plane"),
         (["--limit", "-1"], "option.not-a-length", "--limit"),
         (["--contours", "nan"], "option.not-a-length", "--contours"),
-        (["--gsd", "1e-6"], "usage", "--gsd"),
-        (["--limit", "0.01"], "input", None),
+        (["--gsd", "1e-6"], "gsd.too-many-pixels", "--gsd"),
+        (["--limit", "0.01"], "dem.no-heights", None),
     ],
 )
 def test_what_cannot_be_done_is_said(run, table, tmp_path, words, code, field) -> None:  # type: ignore[no-untyped-def]

@@ -218,9 +218,9 @@ def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None
     areas = save(tmp_path / "a.gpkg", [shapely.box(*(AT - 5), *(AT + 5))])
     assert "no line" in run("fractures", areas).said
     assert "no polygon" in run("fractures", traces, "--area", traces).said
-    assert "no such file" in run("fractures", tmp_path / "gone.gpkg").said
-    assert "no such file" in run("fractures", traces, "--area", tmp_path / "gone.gpkg").said
-    assert "no such file" in run("fractures", tmp_path).said
+    gone = tmp_path / "gone.gpkg"
+    for words in ((gone,), (traces, "--area", gone), (tmp_path,)):
+        assert run("fractures", *words, "--json").json["error"]["code"] == "file.missing"
     empty = geojson(tmp_path / "e.geojson", [], "urn:ogc:def:crs:EPSG::32633")
     assert run("fractures", empty).code == 2
 
@@ -246,7 +246,7 @@ def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
         (["--terzaghi-cap", "0.5"], "option.too-small"),
         (["--circle", "0,0,3", "--area", "a.gpkg"], "option.conflict"),
         (["--circle", "0,0,3"], "geometry"),  # outside the map
-        (["--plot", "p.doc"], "usage"),
+        (["--plot", "p.doc"], "output.unknown-format"),
     ],
 )
 def test_wrong_wishes_are_refused(run, tmp_path: Path, words: list[str], code: str) -> None:

@@ -150,9 +150,9 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
     assert found["bed"]["error95_deg"] == 3
     for words, said, field in (
         ((), "--line NAME", "--line"),
-        (("--line", "section B"), "Beds are described along section A", "--line"),
+        (("--line", "section B"), "section A", "--line"),
         (("--line", "twin"), "Several lines", "--line"),
-        (("--line", "s", "--type", "vein7"), "no feature type 'vein7'", "--type"),
+        (("--line", "s", "--type", "vein7"), "no feature type vein7", "--type"),
         (("--line", "s", "--reach", "-1"), "length", "--reach"),
         (("--line", "s", "--bed-error", "2"), "--bed DD/D", "--bed-error"),
         (("--line", "s", "--type", "fault"), "two boundaries", None),
@@ -244,6 +244,7 @@ def test_a_line_along_a_rough_face_does_not_make_the_boundaries_uncertain(run, t
     for interval in ran.json["intervals"]:
         assert abs(interval["thickness_m"]["value"] - 2.0) < interval["thickness_m"]["error95"]
         assert interval["thickness_m"]["error95"] < 0.06
-    assert "2 of the boundaries are on beds that are marked" in messages(ran.json)[0]
+    assert ran.json["warnings"][0]["code"] == "log.overturned-beds"
+    assert ran.json["warnings"][0]["count"] == 2
     turned = run("log", tmp_path / "p.vom", "--line", "log", "--reach", 1, "--overturned", "--json")
     assert not messages(turned.json)

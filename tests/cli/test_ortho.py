@@ -10,7 +10,7 @@ import pytest
 import rasterio
 
 from tests.marked import UTM, found_dots, marked_mesh
-from tests.messages import messages
+from tests.messages import messages, shown_codes
 
 PROMISED = (
     "image", "sidecar", "depth", "width", "height", "gsd_m", "trend_deg", "plunge_deg",
@@ -66,7 +66,7 @@ def test_a_map_has_the_models_crs_and_a_chosen_pixel_is_said(run, model, tmp_pat
     assert found["world_file"] == str(tmp_path / "map.tfw")
     assert found["crs"] == "EPSG:32615"
     assert any("texture" in warning for warning in messages(found))
-    assert "Ground sampling distance" in ran.err
+    assert "gsd.texture" in shown_codes(ran.err)
     with rasterio.open(tmp_path / "map.tif") as file:
         assert file.crs.to_epsg() == 32615
         assert file.bounds.left == pytest.approx(UTM[0] - 2, abs=0.01)
@@ -93,7 +93,7 @@ def test_a_fold_is_looked_along_and_its_verdict_said(run, write, model, tmp_path
     found = run("ortho", model, "--fold", path, "-o", out, "--gsd", 0.05, "--json").json
     assert found["fold"]["beta"] == fold["beta"]
     assert found["fold"]["left_out"] == fold["left_out"]
-    assert "depth of the view" in found["fold"]["cost"]
+    assert found["fold"]["cost"]["code"] == "view.axis-error"
     assert found["sense"] in ("down-plunge", "up-plunge")
     sign = 1 if found["sense"] == "down-plunge" else -1
     assert found["plunge_deg"] == pytest.approx(sign * fold["beta"]["plunge_deg"], abs=1e-9)
@@ -164,7 +164,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(run, model: Path, tmp_path: Path
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert ran.code == 2
-    assert ran.json["error"]["code"] == "target"
+    assert ran.json["error"]["code"] == "disk.full"
     assert files(tmp_path) == before
 
 

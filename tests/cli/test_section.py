@@ -91,8 +91,8 @@ def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type:
         (["--through", "0,0,0"], "option.none-given", "--plane"),
         ([], "option.none-given", "--plane"),
         (["--plane", "180/90", "--section-line", "l.csv"], "option.conflict", "--section-line"),
-        (["--plane", "180/90", "--through", "0,0"], "usage", "--through"),
-        (["--plane", "180/90", "--through", "0,400,0"], "input", None),
+        (["--plane", "180/90", "--through", "0,0"], "section.not-a-point", "--through"),
+        (["--plane", "180/90", "--through", "0,400,0"], "section.misses-model", None),
         (
             ["--plane", "180/90", "--through", "0,4,0", "--slab", "1"],
             "option.clouds-only",

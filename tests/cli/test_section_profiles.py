@@ -81,6 +81,7 @@ def test_two_lines_of_a_table_are_no_profile(run, slope, tmp_path) -> None:  # t
     path = tmp_path / "lines.csv"
     rows = [f"{k},{x + UTM[0]},{y + UTM[1]},100" for k in (1, 2) for x, y in LINE.tolist()]
     path.write_text("line,x,y,z\n" + "\n".join(rows) + "\n")
-    ran = run("section", slope, "--section-line", path, "-o", tmp_path / "s.csv")
+    ran = run("section", slope, "--section-line", path, "-o", tmp_path / "s.csv", "--json")
     assert ran.code == 2
-    assert "holds 2 lines" in ran.err
+    error = ran.json["error"]
+    assert (error["code"], error["count"]) == ("section.several-lines", 2)

@@ -15,7 +15,7 @@ import rasterio
 import shapely
 
 import vomstudio as vs
-from tests.messages import messages
+from tests.messages import messages, shown_codes
 from vomstudio.io.gis.svg_lines import read_svg, transform_of
 
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
@@ -170,7 +170,7 @@ def test_a_page_of_the_pictures_own_pixels_comes_back(run, scene: Path, tmp_path
     ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar", scene / "o.json",
               "-o", tmp_path / "x.csv")  # fmt: skip
     assert ran.code == 2
-    assert "another picture" in ran.err
+    assert "drawing.other-picture" in shown_codes(ran.err)
 
 
 def test_curves_of_paths_are_those_of_the_standard(tmp_path: Path) -> None:
@@ -213,14 +213,14 @@ def test_a_drawing_of_another_picture_is_refused(run, scene: Path, tmp_path: Pat
         ran = run("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar",
                   scene / f"{sidecar}.json", "-o", tmp_path / "x.csv")  # fmt: skip
         assert ran.code == 2
-        assert "another picture" in ran.err
+        assert "drawing.other-picture" in shown_codes(ran.err)
     check(run, scene, path, picture="other")
     plain = tmp_path / "plain.dxf"
     pyogrio.raw.write(plain, shapely.to_wkb(shapely.linestrings(xy + 1000)), [], [],
                       geometry_type="LineString")  # fmt: skip
     ran = run("trace", scene / "wall.obj", "--from-ortho", plain, "--sidecar",
               scene / "other.json", "-o", tmp_path / "x.csv")  # fmt: skip
-    assert "another picture" in ran.err
+    assert "drawing.other-picture" in shown_codes(ran.err)
     for drawing, sidecar, said in (
         (path, scene / "wall.obj", "not the sidecar"),
         (scene / "wall.obj", scene / "o.json", "cannot be read as a drawing"),
@@ -333,13 +333,13 @@ def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  #
         "option.requires", "--show", "--draw", "--show",
     )  # fmt: skip
     assert not (tmp_path / "none.tif").exists()
-    for more, said in (
-        (("--draw", SPECIMEN, "--show", "faults"), "'faults'"),
-        (("--draw", SPECIMEN, "--show", ""), "traces, patches, symbols, legend"),
-        (("--draw", SPECIMEN, "--show", "legend"), "A legend alone"),
+    for more, code in (
+        (("--draw", SPECIMEN, "--show", "faults"), "option.not-a-choice"),
+        (("--draw", SPECIMEN, "--show", ""), "option.not-a-choice"),
+        (("--draw", SPECIMEN, "--show", "legend"), "interpretation.legend-alone"),
     ):
         ran = run(*words, "-o", tmp_path / "none.tif", *more, "--json")
         assert ran.code == 2
-        assert said in ran.json["error"]["message"]
+        assert ran.json["error"]["code"] == code
         assert ran.json["error"]["field"] == "--show"
         assert not (tmp_path / "none.tif").exists()

@@ -14,6 +14,7 @@ import numpy.typing as npt
 import pytest
 import rasterio
 
+from tests.messages import by_code, refused
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import projection_axes
 from vomstudio.geology.notation import plane_option
@@ -28,6 +29,7 @@ from vomstudio.products.ortho.view_directions import view_along_line
 from vomstudio.products.section.curtain import curtain_of_plane
 from vomstudio.products.section.directions import Directions, by_domain, domain_projections
 from vomstudio.products.section.writing import project_items
+from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -148,8 +150,9 @@ def test_in_a_section_each_domain_is_projected_along_its_own_axis() -> None:
         item = Item("traces", "line", points, "t", "t", "bedding", "", "", domain=domain)
         (flat,), _ = project_items((item,), curtain, Directions(None, axes), None)
         assert flat.points == pytest.approx(np.tile(flat.points[:1], (3, 1)), abs=1e-6)
-    (said,) = Directions(None, axes_of_domains(faulted()[:4], "-")).checked(curtain)
-    assert "hanging wall" in said
+    (finding,) = Directions(None, axes_of_domains(faulted()[:4], "-")).check(curtain)
+    assert finding.code == "section.domain-without-axis"
+    assert finding.values["domain"] == "hanging wall"
 
 
 def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
@@ -165,7 +168,6 @@ def test_a_fault_between_domains_is_a_line_in_the_section() -> None:
     assert flat.points[:, 0] == pytest.approx(np.full(9, flat.points[0, 0]), abs=1e-9)
     told = domain_projections(directions, curtain)
     assert sum(each.faults for each in told) == 3
-    assert any("3 faults along it, too" in each.words for each in told)
 
 
 def wall() -> Mesh:
@@ -198,13 +200,15 @@ def test_the_picture_of_a_domain_is_grey_beyond_the_fault(
     assert (own[3:-3, 3:-3, :3] == [200, 80, 30]).all()
     assert (np.ptp(rest[3:-3, 3:-3, :3].astype(int), axis=2) == 0).all()
     assert facts["domain"] == {"name": name, "ends_at": ["F"]}
-    assert any("ends at F" in each for each in said)
+    assert by_code(said)["domain.ends-at-faults"] == {"domain": name, "faults": ("F",)}
 
 
 def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
     items = tuple(item for item in faulted() if item.kind == "bedding")
     rgba, _, said = drawn(tmp_path, items, "hanging wall")
-    assert any("No fault parts" in each for each in said)
+    assert by_code(said)["domain.no-fault-between"] == {
+        "domain": "hanging wall", "others": ("footwall",)
+    }  # fmt: skip
     # The nearest of both lie at x = 4 and -4, z = 0: half way is x = 0 at that height.
     row = rgba[int((5.0 - 0.0) / 0.1), :, :3].astype(int)
     coloured = np.flatnonzero(np.ptp(row, axis=1) > 0)
@@ -221,17 +225,19 @@ def test_a_picture_off_the_axis_says_what_that_costs() -> None:
         np.array([[0.0, 0, 0], [6, 0, 0], [6, 40, 9], [0, 40, 9]]),
         np.array([[0, 1, 2], [0, 2, 3]], np.int32),
     )
-    off = view_along_line((line.trend_deg + 25.0) % 360.0, line.plunge_deg)
-    planned = plan(deep, off, to_world=np.eye(4), gsd=0.5)
-    (*_, said) = territory(items, "footwall").seen_in(items, planned).said
+    aside = view_along_line((line.trend_deg + 25.0) % 360.0, line.plunge_deg)
+    planned = plan(deep, aside, to_world=np.eye(4), gsd=0.5)
+    *_, off, cost = territory(items, "footwall").seen_in(items, planned).notes
     d = math.acos(abs(float(line.vector() @ planned.frame.direction)))
     h = float(np.ptp(deep.vertices @ planned.frame.direction))
-    assert f"{math.degrees(d):.0f}° off the axis" in said
-    assert f"shortened by {100 * (1 - math.cos(d)):.1f} %" in said
-    assert f"up to {h * math.sin(d):.3g} m" in said
+    assert (off.code, cost.code) == ("view.off-axis", "view.off-axis-cost")
+    assert off.values["off_deg"] == pytest.approx(math.degrees(d))
+    assert cost.values["share_percent"] == pytest.approx(100 * (1 - math.cos(d)))
+    assert cost.values["displacement"] == pytest.approx(h * math.sin(d))
+    assert cost.values["unit"] == "m"
     along = plan(deep, view_along_line(line.trend_deg, line.plunge_deg), to_world=np.eye(4))
     here = territory(items, "footwall")
-    assert here.seen_in(items, along) is here
+    assert here.seen_in(items, along).notes == here.notes
 
 
 def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
@@ -248,11 +254,12 @@ def test_a_domain_whose_axis_holds_conditionally_says_so() -> None:
     assert axes["fold"].valid == "conditional"
     curtain = curtain_of_plane(plane_option("010/90"), (0.0, 0.0, 0.0))
     (told,) = domain_projections(Directions(None, axes), curtain)
-    assert "only conditionally valid" in told.words
+    assert told.valid == "conditional"
+    assert tr("only conditionally valid") in told.words
 
 
 def test_a_domain_that_is_not_there_is_refused_with_those_that_are() -> None:
-    with pytest.raises(UsageError, match="footwall, hanging wall"):
+    with refused("domain.unknown", UsageError, domain="wall", domains=("footwall", "hanging wall")):
         territory(faulted(), "wall")
-    with pytest.raises(UsageError, match="No feature is in a domain"):
+    with refused("domain.none", UsageError, field="--along"):
         axes_of_domains((), "--along")

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.errors import InputError
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.elevation.heights import draw_heights
@@ -36,22 +37,21 @@ def planned(mesh: Mesh, trend: float, plunge: float, gsd: float = 0.25) -> Plan:
     return plan(mesh, view_along_line(trend, plunge), to_world=np.eye(4), gsd=gsd)
 
 
-def said(notes: tuple[str, ...]) -> bool:
-    return any("edge-on" in note and "--plane 130/35" in note for note in notes)
+EDGE_ON = Finding("view.edge-on", plane="130/35")
 
 
 def test_nothing_at_all_is_refused_with_the_plane_to_look_at(tmp_path: Path) -> None:
     mesh = sheet()
-    with pytest.raises(InputError, match=r"edge-on.*--plane 130/35"):
+    with refused("view.edge-on", plane="130/35"):
         write_orthophoto(mesh, planned(mesh, 40, 0, 0.1), tmp_path / "o.tif")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("view", [(40, 0), (220, 0), (130, 35), (130, 34.5)])
 def test_next_to_nothing_is_warned_of(view: tuple[float, float]) -> None:
-    assert said(planned(sheet(0.01), *view).notes)
+    assert EDGE_ON in planned(sheet(0.01), *view).notes
     # Whatever is thinner than a pixel or two.
-    assert said(planned(sheet(0.01), 130, 32, 1.3).notes)
+    assert EDGE_ON in planned(sheet(0.01), 130, 32, 1.3).notes
 
 
 @pytest.mark.parametrize("view", [(0, 90), (130, 20), (310, 55), (60, 0), (90, 10)])
@@ -70,9 +70,9 @@ def test_relief_is_seen_along_the_wall_and_one_row_of_a_fence_is_all_there_is() 
 def test_an_elevation_model_over_a_plane_at_right_angles_says_so() -> None:
     mesh = sheet()
     laid = plan_heights(mesh, Plane(310.0, 55.0), to_world=np.eye(4), gsd=1.0)
-    assert said(laid.notes)
+    assert EDGE_ON in laid.notes
     heights, limit = draw_heights(mesh, laid, None)
     heights[:] = np.nan
-    with pytest.raises(InputError, match=r"--plane 130/35"):
+    with refused("view.edge-on", plane="130/35"):
         figures_of(heights, laid, limit, None)
     assert not plan(mesh, view_of_plane(WALL), to_world=np.eye(4), gsd=1.0).notes

@@ -7,7 +7,8 @@ import pytest
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 
-from vomstudio.errors import InputError, UsageError
+from tests.messages import refused
+from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -243,16 +244,16 @@ def test_contours_of_a_cone_are_circles() -> None:
     assert sorted(closed) == [2.0, 4.0, 6.0, 8.0]
     for level, line in closed.items():
         assert np.abs(np.hypot(*(line - 5).T) - (10 - level) / 2).max() < 0.01
-    with pytest.raises(UsageError, match="larger spacing"):
+    with refused("dem.too-many-contours", UsageError, spacing_m=1e-4):
         contour_lines(heights, plan.transform, 1e-4)
 
 
 def test_points_that_span_no_surface_are_refused() -> None:
     line = PointCloud(np.linspace([0, 0, 0], [5, 5, 1], 50))
-    with pytest.raises(InputError, match="one line"):
+    with refused("dem.points-in-line"):
         draw_heights(line, plan_of(line, gsd=1.0))
     wall = PointCloud(
         np.column_stack([np.zeros(100), np.random.default_rng(0).uniform(0, 5, (100, 2))])
     )
-    with pytest.raises(InputError, match="Choose another plane"):
+    with refused("dem.points-in-line"):
         draw_heights(wall, plan_of(wall, gsd=1.0))

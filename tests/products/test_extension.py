@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import grid_mesh, normal_of
+from tests.messages import refused
+from vomstudio.core.findings import as_finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit, repeated
 from vomstudio.geology.orientation import Plane
@@ -102,21 +104,20 @@ def test_a_cloud_has_the_same_traces() -> None:
 
 def test_where_beds_cannot_be_told_apart_it_is_said() -> None:
     belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.2]), 8.0)
-    assert (
-        "which bed is which" in extend(hilly(), belief, ExtendOptions(thickness_m=0.5)).warnings[0]
-    )
+    (warning,) = extend(hilly(), belief, ExtendOptions(thickness_m=0.5)).warnings
+    assert as_finding(warning).code == "extension.beds-indistinct"
     assert extend(hilly(), belief).warnings == ()
 
 
 def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 500.0]), 1.0)
-    with pytest.raises(GeometryError, match="does not meet"):
+    with refused("extension.misses-model", GeometryError):
         extend(hilly(), belief)
     with pytest.raises(UsageError) as error:
         ExtendOptions(thickness_m=-1.0)
-    assert (error.value.code, error.value.field) == ("option.out-of-range", "--thickness")
+    assert (error.value.code, error.value.field) == ("option.not-a-length", "--thickness")
     near = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.5]), 1.0)
-    with pytest.raises(UsageError, match="csv or"):
+    with refused("output.unknown-format", UsageError, suffix=".shp", formats=(".csv", ".gpkg")):
         write_traces(tmp_path / "a.shp", extend(hilly(), near), crs=None, model="", force=False)
 
 

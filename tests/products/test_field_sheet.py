@@ -17,6 +17,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.quiver import Quiver
 from matplotlib.transforms import Bbox
 
+from tests.messages import refused
 from tests.tiers import first_in_default_tier
 from vomstudio.products.report.field_sheet import (
     CONTROL,
@@ -362,9 +363,14 @@ def test_a_line_of_a_sheet_has_112_letters_at_most(
 def test_a_sheet_is_refused_by_its_ending(plan: SurveyPlan, tmp_path: Path, name: str) -> None:
     from vomstudio.errors import UsageError
 
-    with pytest.raises(UsageError, match=r"\.pdf, \.svg or \.html") as caught:
+    with refused(
+        "output.unknown-format",
+        UsageError,
+        field="--output",
+        suffix=Path(name).suffix,
+        formats=(".pdf", ".svg", ".html"),
+    ):
         write_field_sheet(tmp_path / name, plan)
-    assert caught.value.field == "--output"
     assert not (tmp_path / name).exists()
 
 

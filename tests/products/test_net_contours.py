@@ -12,11 +12,13 @@ from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.density import DENSITY_METHODS, density
 from vomstudio.geology.stereonet import unproject
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets
-from vomstudio.products.net.contours import check_contouring, density_found, few_reasons
+from vomstudio.products.net.contours import check_contouring, density_found, few_for_contours
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.style import NetStyle
 
@@ -146,30 +148,39 @@ def test_few_orientations_are_told() -> None:
     """Kamb's circle of 3 takes 9/12 of the hemisphere, of 9 exactly a half; Schmidt's never."""
     three = make_sets({"a": ("plane", [10, 20, 30], [40, 50, 60]), "b": cluster(9, 40, 9, 3)})
     each = NetContents(three, contour="kamb", contouring=Contouring(each_set=True))
-    (said,) = few_reasons(each)
-    assert said.startswith("a: 3 ")
-    assert "75" in said
-    assert few_reasons(replace(each, contouring=Contouring())) == []
-    assert few_reasons(replace(each, contour="schmidt")) == []
-    assert few_reasons(replace(each, contour=None)) == []
+    (few,) = few_for_contours(each)
+    assert few == Finding("net.few-for-contours", set="a", count=3, share_percent=75.0)
+    assert few_for_contours(replace(each, contouring=Contouring())) == []
+    assert few_for_contours(replace(each, contour="schmidt")) == []
+    assert few_for_contours(replace(each, contour=None)) == []
 
 
 @pytest.mark.parametrize(
-    ("contour", "levels", "sigma", "said"),
+    ("contour", "levels", "sigma", "code", "values"),
     [
-        (None, (2.0,), 3.0, "method"),
-        ("kamb", (0.0, 2.0), 3.0, "above 0"),
-        ("kamb", (float("nan"),), 3.0, "above 0"),
-        ("kamb", (float("inf"),), 3.0, "above 0"),
-        ("kamb", tuple(float(i + 1) for i in range(21)), 3.0, "at most 20"),
-        ("kamb", (), 0.0, "between 0.5 and 10"),
-        ("kamb", (), float("nan"), "between 0.5 and 10"),
+        (None, (2.0,), 3.0, "option.requires", {"other": "--contour"}),
+        ("kamb", (0.0, 2.0), 3.0, "number.not-positive", {"value": 0.0}),
+        ("kamb", (float("nan"),), 3.0, "number.not-positive", {}),
+        ("kamb", (float("inf"),), 3.0, "number.not-positive", {}),
+        (
+            "kamb",
+            tuple(float(i + 1) for i in range(21)),
+            3.0,
+            "net.too-many-levels",
+            {"count": 21, "maximum": 20},
+        ),
+        ("kamb", (), 0.0, "option.out-of-range", {"minimum": 0.5, "maximum": 10.0}),
+        ("kamb", (), float("nan"), "option.out-of-range", {"minimum": 0.5, "maximum": 10.0}),
     ],
 )
 def test_levels_and_sigmas_that_cannot_be_are_refused(
-    contour: str | None, levels: tuple[float, ...], sigma: float, said: str
+    contour: str | None,
+    levels: tuple[float, ...],
+    sigma: float,
+    code: str,
+    values: dict[str, object],
 ) -> None:
-    with pytest.raises(UsageError, match=said):
+    with refused(code, UsageError, **values):
         check_contouring(contour, levels, sigma)
 
 

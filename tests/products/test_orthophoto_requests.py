@@ -12,7 +12,9 @@ import pytest
 import rasterio
 
 from tests.marked import UTM, marked_cloud, marked_mesh
-from vomstudio.errors import InputError, UsageError
+from tests.messages import refused
+from vomstudio.core.findings import Finding
+from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Plane, lines_to_vectors
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geometry.cloud import PointCloud
@@ -24,7 +26,6 @@ from vomstudio.products.ortho.ortho_options import OrthoOptions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.requests import (
-    NOT_PLACED,
     Direction,
     Requested,
     direction_of,
@@ -32,6 +33,8 @@ from vomstudio.products.ortho.requests import (
     written,
 )
 from vomstudio.products.ortho.view_directions import (
+    AS_GIVEN,
+    REVERSED,
     cost_of_direction,
     is_costly,
     view_along_axis,
@@ -81,10 +84,10 @@ def cylinder(folder: Path, wobble_deg: float = 1.0) -> TableFold:
         ({"trend_deg": 10.0}, "option.requires", "--trend"),
         ({"plunge_deg": 10.0}, "option.requires", "--plunge"),
         ({"plunge_deg": 91.0, "trend_deg": 1.0}, "option.out-of-range", "--plunge"),
-        ({"gsd_m": 0.0}, "option.out-of-range", "--gsd"),
-        ({"gsd_m": -0.1}, "option.out-of-range", "--gsd"),
-        ({"gsd_m": math.inf}, "option.out-of-range", "--gsd"),
-        ({"gsd_m": math.nan}, "option.out-of-range", "--gsd"),
+        ({"gsd_m": 0.0}, "option.not-a-length", "--gsd"),
+        ({"gsd_m": -0.1}, "option.not-a-length", "--gsd"),
+        ({"gsd_m": math.inf}, "option.not-a-length", "--gsd"),
+        ({"gsd_m": math.nan}, "option.not-a-length", "--gsd"),
     ],
 )
 def test_wrong_directions_and_sizes_are_refused(
@@ -129,7 +132,7 @@ def test_the_other_side_is_the_opposite_direction() -> None:
     direction = direction_of(OrthoOptions(trend_deg=30.0, plunge_deg=50.0), None)
     there, back = (ask(FLOOR, direction, gsd_m=1.0, flip=flip) for flip in (False, True))
     assert back.plan.frame.direction == pytest.approx(-there.plan.frame.direction, abs=1e-12)
-    assert back.plan.view.sense == "against the given direction"
+    assert back.plan.view.sense == REVERSED
 
 
 @pytest.mark.parametrize("metric", [True, False])
@@ -141,24 +144,23 @@ def test_a_model_without_a_place_says_so(metric: bool) -> None:
         placed=False,
         metric=metric,
     )
-    assert asked.warnings == (NOT_PLACED,)
+    assert asked.warnings == (Finding("view.not-placed"),)
     assert not asked.plan.view.north_known
     assert asked.plan.view.metric == metric
 
 
 def test_a_model_that_cannot_be_drawn_is_named() -> None:
     empty = Mesh(FLOOR.vertices, np.zeros((0, 3), np.int32))
-    with pytest.raises(InputError, match="no surface") as raised:
+    with refused("model.no-surface", file=MODEL):
         ask(empty, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None))
-    assert raised.value.file == str(MODEL)
     for data in (empty, PointCloud(np.zeros((0, 3)))):
-        with pytest.raises(InputError, match="to draw"):
+        with refused("model.no-surface"):
             view_along_axis(0.0, 30.0, data, SAME)
 
 
 def test_too_many_pixels_are_counted() -> None:
     """10 m by 10 m at a hundredth of a millimetre are 10^12 pixels."""
-    with pytest.raises(UsageError, match=r"needs 1000000 million pixels; the limit is 300 million"):
+    with refused("gsd.too-many-pixels", UsageError, megapixels=1e6, limit=300):
         ask(FLOOR, direction_of(OrthoOptions(trend_deg=0.0, plunge_deg=90.0), None), gsd_m=1e-5)
 
 
@@ -223,15 +225,16 @@ def test_the_cost_of_an_axis_is_a_warning_where_it_is_more_than_negligible(
 
 
 def test_an_axis_that_is_not_trusted_is_said_to_be_so(tmp_path: Path) -> None:
-    fold = replace(cylinder(tmp_path), warnings=("Line 7 was dropped.",))
-    for valid, said in (("conditional", "is only conditionally valid"), ("no", "is not valid")):
+    warning = Finding("table.rows-left-out", count=1, needed="angles", lines=7)
+    fold = replace(cylinder(tmp_path), warnings=(warning,))
+    for valid, code in (("conditional", "view.axis-conditional"), ("no", "view.axis-not-valid")):
         doubtful = replace(fold, valid=valid, verdict="few planes")
         asked = ask(FLOOR, Direction(None, doubtful), gsd_m=1.0, placed=False)
         assert asked.fold is not None
         first, second, *others = asked.warnings
-        assert first == "Line 7 was dropped."
-        assert second == f"A view along this axis {said}: few planes (see vomstudio fold)."
-        assert others == [asked.fold.cost, NOT_PLACED]
+        assert first == warning
+        assert second == Finding(code, verdict="few planes")
+        assert others == [asked.fold.cost, Finding("view.not-placed")]
 
 
 # What is drawn --------------------------------------------------------------------------------
@@ -253,10 +256,11 @@ def test_the_picture_in_memory_is_that_of_the_files(
         np.testing.assert_array_equal(depth.read(1), drawn.depth)
     assert np.array_equal(drawn.rgba[..., 3] > 0, np.isfinite(drawn.depth))
     figures = drawn_figures(drawn, planned, "EPSG:32633")
-    asked = Requested(planned, None, ("Asked.",))
-    told = written(made, asked, str(made.image), None, ("Of the model.",))
+    of_view, of_model = Finding("view.not-placed"), Finding("frame.no-unit")
+    asked = Requested(planned, None, (of_view,))
+    told = written(made, asked, str(made.image), None, (of_model,))
     assert told.figures == figures
-    assert told.warnings == ("Of the model.", "Asked.", *made.warnings)
+    assert told.warnings == (of_model, of_view, *made.warnings)
     assert figures.crs is None
     if kind == "cloud":
         assert drawn.filled > 0
@@ -285,10 +289,7 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
     assert figures.reference_point == pytest.approx(UTM + [5, 5, 0], abs=1e-9)
     assert figures.crs == "EPSG:32633"
     assert (figures.holes_filled_px, figures.holes_filled_up_to_m) == (0, None)
-    assert (figures.sense, figures.sense_reason) == (
-        "as given",
-        "The viewer looks along the given direction.",
-    )
+    assert (figures.sense, figures.sense_reason) == (AS_GIVEN, Finding("view.as-given"))
     assert figures.direction == pytest.approx((0, 0, -1))
     assert figures.right == pytest.approx((1, 0, 0))
     assert figures.down == pytest.approx((0, -1, 0))
@@ -300,7 +301,8 @@ def test_figures_say_what_the_picture_is(tmp_path: Path) -> None:
     assert told["sidecar"] == str(tmp_path / "o.json")
     assert told["depth"] == str(tmp_path / "o_depth.tif")
     assert (told["image"], told["sheet"], told["fold"]) == ("o.tif", None, None)
-    assert {name: told[name] for name in asdict(figures)} == asdict(figures)
+    expected = asdict(figures) | {"sense_reason": figures.sense_reason.to_dict()}
+    assert {name: told[name] for name in expected} == expected
     assert list(told)[-2:] == ["fold", "warnings"]
 
 

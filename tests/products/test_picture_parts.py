@@ -12,7 +12,9 @@ import rasterio
 from PIL import Image
 
 from tests.marked import UTM
-from vomstudio.errors import InputError, UsageError
+from tests.messages import refused
+from vomstudio.core.findings import Finding, as_finding
+from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
@@ -90,10 +92,10 @@ def test_what_was_guessed_of_a_view_is_said_and_what_is_known_is_not() -> None:
     up = np.tile(np.array([0.0, 0.0, 1.0], np.float32), (900, 1))
     for cloud, judged in ((PointCloud(points), True), (PointCloud(points, normals=up), False)):
         view = view_along_axis(30.0, 60.0, cloud, SAME)
-        assert ("normals estimated, taken to point up" in view.reason) == judged
-        assert view.reason.startswith("Down-plunge: 100 % of the visible surface faces the viewer")
+        code = "view.down-plunge-estimated" if judged else "view.down-plunge"
+        assert view.reason == Finding(code, share_percent=100.0)
     square = Mesh(points[:3], np.array([[0, 1, 2]], np.int32))
-    assert "judged" not in view_along_axis(30.0, 60.0, square, SAME).reason
+    assert view_along_axis(30.0, 60.0, square, SAME).reason.code == "view.down-plunge"
 
 
 def test_of_a_mesh_the_share_is_that_of_the_rays() -> None:
@@ -131,15 +133,13 @@ def test_an_axis_is_looked_along_downwards_however_it_is_given(trend: float, plu
 def test_what_a_wrong_direction_costs_is_reckoned(
     error: float | None, depth: float, metric: bool
 ) -> None:
-    words = view_directions.cost_of_direction(error, depth, metric=metric)
+    cost = view_directions.cost_of_direction(error, depth, metric=metric)
     angle = np.radians(5.0 if error is None else error)
-    unit = "m" if metric else "units"
-    assert f"{100 * (1 - np.cos(angle)):.1f} %" in words
-    assert (
-        f"{depth * np.sin(angle):.3g} {unit} over the depth of the view ({depth:.3g} {unit})"
-        in words
-    )
-    assert ("95 % error" in words) == (error is not None)
+    assert cost.code == ("view.axis-error-unknown" if error is None else "view.axis-error")
+    assert cost.values["unit"] == ("m" if metric else "units")
+    assert cost.values["share_percent"] == pytest.approx(100 * (1 - np.cos(angle)))
+    assert cost.values["displacement"] == pytest.approx(depth * np.sin(angle))
+    assert cost.values["depth"] == depth
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.3, 1.0, 40.0])
@@ -357,12 +357,12 @@ def test_the_typical_texel_is_the_median_by_area_and_the_finest_leaves_out_a_hun
 def test_the_pixel_is_the_texel_that_half_of_the_surface_has(tmp_path: Path) -> None:
     """4, 9 and 16 square metres with texels of 1, 10 and 3 cm: 3 cm leave half on either side."""
     mesh = paved(tmp_path, [(2.0, 200), (3.0, 30), (4.0, 133)])
-    found, why = planning.default_gsd(mesh, SAME, 10.0)
+    found, code = planning.default_gsd(mesh, SAME, 10.0)
     assert found == pytest.approx(0.03)
-    assert why == "the resolution of the texture on the surface"
+    assert code == "gsd.texture"
     assert planning.default_gsd(mesh, np.diag([2.0, 2, 2, 1]), 10.0)[0] == pytest.approx(0.06)
     bare = replace(mesh, uv=None)
-    assert planning.default_gsd(bare, SAME, 10.0)[1] == "the mean edge length of the mesh"
+    assert planning.default_gsd(bare, SAME, 10.0)[1] == "gsd.edges"
 
 
 @pytest.mark.parametrize(("gsd", "coarser"), [(0.009, 0), (0.019, 0), (0.021, 1), (0.041, 2)])
@@ -454,14 +454,14 @@ def test_a_region_is_cut_to_what_there_is_of_the_model(trend: float, plunge: flo
         middle = np.array([part.left, part.top]) + 0.05 * np.array([part.width, part.height])
         assert middle == pytest.approx((first + last) / 2, abs=1e-6)
     outside = whole.reference + 9.0 * frame.right
-    with pytest.raises(InputError, match="nothing of this model"):
+    with refused("view.part-empty"):
         plan(cloud, view, to_world=SAME, gsd=0.1, region=Region(tuple(outside), 1.0, 1.0))
 
 
 @pytest.mark.parametrize("gsd", [0.0, -1.0, np.nan, np.inf])
 def test_a_pixel_must_be_a_length(gsd: float) -> None:
     cloud = PointCloud(np.random.default_rng(0).uniform(size=(9, 3)))
-    with pytest.raises(UsageError, match="length in metres"):
+    with refused("number.not-positive", UsageError, field="--gsd"):
         plan(cloud, view_along_line(0, 90), to_world=SAME, gsd=gsd)
 
 
@@ -508,4 +508,4 @@ def test_a_map_has_its_pixels_where_its_world_file_and_its_matrix_say(
     facts: dict[str, Any] = made.facts
     assert (facts["width"], facts["height"]) in ((12, 8), (8, 12))
     assert facts["crs"] is None
-    assert "without a CRS" in made.warnings[-1]
+    assert as_finding(made.warnings[-1]).code == "raster.no-crs"

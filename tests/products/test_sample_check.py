@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2, t
 
+from tests.messages import refused
 from tests.sample_maker import drawn, maker
 from vomstudio.errors import GeometryError
 from vomstudio.geology.folds import fold_axis
@@ -418,7 +419,7 @@ def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_
     slip = slip_check(found.fits, [(2, 1)], [3, 4], found.beta.beta, 3.0)
     assert found.checks[-1].measured == pytest.approx(slip.measured)
     bad = picks([*groups[:5], np.zeros((4, 3))], rows)
-    with pytest.raises(GeometryError, match="The pick j has no plane"):
+    with refused("sample.pick-without-plane", GeometryError, pick="j"):
         check_sample(bad, SampleTruth(planes, Line(0, 0), meets, 3.0))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from vomstudio.errors import InputError
+from tests.messages import refused
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -92,7 +92,7 @@ def test_a_profile_follows_its_line() -> None:
     assert z == pytest.approx(world[:, 2])
     # It crosses the ridge after 8 / 0.8.
     assert s[np.argmax(z)] == pytest.approx(10, abs=1e-5)
-    with pytest.raises(InputError, match="no length"):
+    with refused("section.no-length", field="--section-line"):
         curtain_of_line([[1, 1], [1, 1]])
 
 

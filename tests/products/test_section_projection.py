@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.mesh import Mesh
@@ -44,27 +46,28 @@ def written(tmp_path: Path, curtain: Curtain, along: np.ndarray | None, name: st
 @pytest.mark.parametrize("angle", [3.0, 5.0, 12.0, 19.0])
 def test_a_grazing_direction_costs_what_is_said(angle: float) -> None:
     """Features move by h cot a in the section, h from it: that is what a degree changes."""
-    (said,) = Directions(Line(angle, 0.0).vector()).checked(EAST)
+    (finding,) = Directions(Line(angle, 0.0).vector()).check(EAST)
     cot = [1.0 / math.tan(math.radians(angle + step)) for step in (-0.05, 0.05)]
     wanted = 100.0 * (cot[0] - cot[1]) * 10.0
-    assert f"{wanted:.0f} %" in said or f"{wanted + 0.5:.0f} %" in said
-    assert f"{angle:.0f} degrees only" in said
+    assert finding.code == "section.grazing-direction"
+    assert finding.values["cost_percent"] == pytest.approx(wanted, rel=1e-3)
+    assert finding.values["angle_deg"] == pytest.approx(angle)
 
 
 def test_directions_that_meet_the_section_are_not_warned_of_and_those_in_it_refused() -> None:
     for line in (Line(90, 0), Line(21, 0), Line(120, 20), Line(135, 60)):
-        assert Directions(line.vector()).checked(EAST) == ()
-    assert Directions(None).checked(EAST) == ()
+        assert Directions(line.vector()).check(EAST) == ()
+    assert Directions(None).check(EAST) == ()
     for line in (Line(0, 0), Line(1.5, 0), Line(181, 30), Line(0, 90)):
-        with pytest.raises(UsageError, match="lies in the section"):
-            Directions(line.vector()).checked(EAST)
+        with refused("section.along-direction", UsageError, limit_deg=2.0):
+            Directions(line.vector()).check(EAST)
 
 
 def test_of_a_line_with_bends_the_pieces_that_are_met_hold_features() -> None:
     bent = curtain_of_line([[0, -50], [0, 0], [50, 0]])
     along = Line(0.0, 0.0).vector()
-    (said,) = Directions(along).checked(bent)
-    assert "hold no features" in said
+    (finding,) = Directions(along).check(bent)
+    assert finding == Finding("section.pieces-without-features", limit_deg=2.0)
     flats, _ = project_items(BEDS, bent, Directions(along), None)
     assert [float(flat.points[0, 0]) for flat in flats] == pytest.approx([60.0])
 

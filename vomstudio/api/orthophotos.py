@@ -15,7 +15,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
@@ -117,7 +117,7 @@ class Orthophoto:
         return self.figures.sense
 
     @property
-    def sense_reason(self) -> str:
+    def sense_reason(self) -> Finding:
         """And why."""
         return self.figures.sense_reason
 

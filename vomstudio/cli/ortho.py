@@ -191,9 +191,9 @@ def _in_words(result: dict[str, Any], unit: str) -> str:
                 trend=azimuth(result["trend_deg"]),
                 plunge=result["plunge_deg"],
                 sense=tr(result["sense"]),
-                reason=result["sense_reason"],
+                reason=result["sense_reason"]["message"],
             ),
-            *([] if cost is None or cost in result["warnings"] else [cost]),
+            *([] if cost is None or cost in result["warnings"] else [cost["message"]]),
             *(str(file) for file in files if file is not None),
             *(result["drawing"] or {}).values(),
         ]

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         read = read_features(features.features, args.azimuth, ModelFrame(model.crs))
     directions = by_domain(read.items, "--along") if own else Directions(along)
     curtain, warnings = _curtain(place, model)
-    grazing = directions.checked(curtain)
+    grazing = directions.check(curtain)
     progress_of(args).stage(tr("Intersecting the model"))
     cut = cut_model(model.data, curtain, options.slab_m)
     flats, left_out = writing.project_items(read.items, curtain, directions, features.within_m)

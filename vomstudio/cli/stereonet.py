@@ -203,10 +203,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _tell(args: argparse.Namespace, table: OrientationRows, net: NetContents, out: Output) -> None:
     from vomstudio.geology.table_folds import not_good_warning
-    from vomstudio.products.net.contours import density_found, few_reasons
+    from vomstudio.products.net.contours import density_found, few_for_contours
 
     found = density_found(net)
-    warnings = [*table.warnings, *few_reasons(net)]
+    warnings = [*table.warnings, *few_for_contours(net)]
     fold = net.fold
     if fold is not None:
         warnings += not_good_warning(net.fold_not_good, fold.n)

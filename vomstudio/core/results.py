@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from vomstudio.core.findings import plain
+from vomstudio.core.findings import Finding, plain
 
 
 def to_dict(
@@ -17,7 +17,7 @@ def to_dict(
     ----------
     result : dataclass
         Fields that are dataclasses, also inside sequences and mappings, become dicts; warnings
-        become objects with a code. Arrays stay whole.
+        and other findings become objects with a code. Arrays stay whole.
     flatten : str, optional
         A field whose own fields take its place.
     leave_out : tuple of str
@@ -35,6 +35,8 @@ def to_dict(
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, Finding):
+        return value.to_dict()
     if is_dataclass(value):
         return value.to_dict() if hasattr(value, "to_dict") else to_dict(value)
     if type(value) in (list, tuple):

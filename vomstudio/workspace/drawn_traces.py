@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kinds.trace import Trace
@@ -18,7 +18,7 @@ from vomstudio.errors import DocumentError, GeometryError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.jobs.drawing_tasks import DrawnLine, DrawnLines, Picture
-from vomstudio.products.ortho.drawing_back import off_surface_messages
+from vomstudio.products.ortho.drawing_back import off_surface_findings
 from vomstudio.tools.local_surface import around
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.redrawn import compare_drawing, merge_vertices, pixels_of
@@ -47,7 +47,7 @@ class DrawnTraces:
     traces: tuple[Trace, ...]
     edited: tuple[Trace, ...]
     unchanged: tuple[str, ...]
-    skipped: tuple[tuple[str, str], ...]
+    skipped: tuple[tuple[str, Finding], ...]
     warnings: tuple[Message, ...]
 
     @property
@@ -176,7 +176,7 @@ def drawn_traces(
     traces: list[Trace] = []
     edited: list[Trace] = []
     unchanged: list[str] = []
-    skipped: list[tuple[str, str]] = []
+    skipped: list[tuple[str, Finding]] = []
     off_surface = 0
     comparisons = compare_drawing(found, records)
     types = iter(
@@ -210,14 +210,14 @@ def drawn_traces(
             edits.add_trace(records, trace)
             traces.append(trace)
         except GeometryError as error:
-            skipped.append((line.name, error.message))
+            skipped.append((line.name, cause_of(error)))
     if skipped and not traces and not edited and not unchanged:
         name, reason = skipped[0]
         raise GeometryError(
             Finding("drawing.no-plane", name=name, reason=reason),
             file=drawing,
         )
-    warnings += off_surface_messages(off_surface, 0)
+    warnings += off_surface_findings(off_surface, 0)
     if unchanged:
         warnings.append(Finding("drawing.unchanged", count=len(unchanged)))
     return DrawnTraces(

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.products.ortho.tiles import Grid, Tile
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -199,9 +199,4 @@ def interpolated(points: Array, limit: float, grid: Grid, tile: Tile) -> Array:
 
 
 def _no_surface() -> InputError:
-    return InputError(
-        tr(
-            "Over this plane the points lie on one line or at fewer than three places: there is no "
-            "surface between them. Choose another plane of reference."
-        )
-    )
+    return InputError(Finding("dem.points-in-line"))

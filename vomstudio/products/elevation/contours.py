@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.raster import Affine
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -29,12 +29,8 @@ def contour_lines(
     low, high = float(heights[known].min()), float(heights[known].max())
     if (high - low) / spacing > MAX_LEVELS:
         raise UsageError(
-            tr(
-                "Contours every {spacing:g} m are more than {limit} levels over {range:.4g} m of "
-                "height. Choose a larger spacing.",
-                spacing=spacing,
-                limit=MAX_LEVELS,
-                range=high - low,
+            Finding(
+                "dem.too-many-contours", spacing_m=spacing, maximum=MAX_LEVELS, range_m=high - low
             ),
             field="--contours",
         )

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import require_regular_beside
 from vomstudio.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.products.elevation.shading import hillshade
-from vomstudio.words import tr
 
 MOST = 1400
 """Of the longer side, pixels."""
@@ -52,7 +52,7 @@ def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
             step = float(file.transform.a) * file.width / size[1]
     except (OSError, rasterio.errors.RasterioError) as error:
         raise InputError(
-            tr("The elevation model cannot be read ({reason}).", reason=error), file=raster
+            Finding("file.damaged", format="GeoTIFF", reason=error), file=raster
         ) from error
     heights = np.asarray(read, np.float32)
     return picture_of(heights, step)

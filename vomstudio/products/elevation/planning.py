@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
@@ -35,7 +36,7 @@ class HeightPlan:
     grid: Grid
     reference: Array
     points: Array
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
     metric: bool = True
 
     @property

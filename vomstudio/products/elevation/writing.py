@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message, plain
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.findings import Finding, Message, plain
+from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.files.extensions import check_extension
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.elevation.contours import contour_lines, write_contours
@@ -25,29 +26,15 @@ from vomstudio.products.elevation.shading import dips_of, hillshade
 from vomstudio.products.ortho.planning import edge_on
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.version import __version__
-from vomstudio.words import to_translate, tr
 
-NOTHING_SEEN = to_translate(
-    "No cell has a height: the surface is seen edge-on along the normal of this plane, or is "
-    "smaller than a cell. Choose another plane of reference or a smaller --gsd."
-)
 DEFAULT_FILES = DemFiles()
-_NO_CRS = to_translate(
-    "The model has no coordinate reference system (CRS). The elevation model is written in the "
-    "model's coordinates, without a CRS."
-)
 
 
 def outputs_of(raster: str | Path, files: DemFiles) -> dict[str, Path]:
     """The files beside NAME.tif by what they are: NAME.json, NAME_hillshade.tif and so on. Raises
     UsageError for another ending."""
     path = Path(raster)
-    if path.suffix.lower() not in (".tif", ".tiff"):
-        raise UsageError(
-            tr("An elevation model is a GeoTIFF. Choose a name that ends in .tif."),
-            file=path,
-            field="--output",
-        )
+    check_extension(path, (".tif", ".tiff"))
     found = {"raster": path, "sidecar": path.with_suffix(".json")}
     for name in ("hillshade", "slope", "aspect"):
         if getattr(files, name):
@@ -71,7 +58,9 @@ def figures_of(
     known = np.isfinite(heights)
     covered = int(known.sum())
     if not covered:
-        raise InputError(edge_on(plan.points, plan.frame, plan.grid.gsd) or tr(NOTHING_SEEN))
+        raise InputError(
+            edge_on(plan.points, plan.frame, plan.grid.gsd) or Finding("dem.no-heights")
+        )
     grid, plane, frame = plan.grid, plan.plane, plan.frame
     return ElevationFigures(
         grid.width,
@@ -113,13 +102,13 @@ def write_elevation(
     """
     targets = outputs_of(raster, files)
     if plan.is_map and figures.crs is None:
-        warnings = (*warnings, tr(_NO_CRS))
+        warnings = (*warnings, Finding("raster.no-crs"))
     crs = figures.crs if plan.is_map else view_plane_crs(plan.metric)
     lines = None
     if files.contours_m is not None:
         lines = contour_lines(heights, plan.transform, files.contours_m)
         if not lines:
-            warnings = (*warnings, tr("No contour line lies within the heights."))
+            warnings = (*warnings, Finding("dem.no-contours"))
     named = {name: str(target) for name, target in targets.items()}
     made = WrittenElevation(
         str(raster),

@@ -251,9 +251,7 @@ def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
     if first.all():
         return drawn
     if not first.any():
-        raise InputError(
-            tr("All lines repeat others, which are not in the layer."), file=drawn.path, field=name
-        )
+        raise InputError(Finding("table.only-repeats"), file=drawn.path, field=name)
     return replace(
         drawn,
         shapes=drawn.shapes[first],

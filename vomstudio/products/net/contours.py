@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology import density as densities
 from vomstudio.geology.orientation import Array, Line
@@ -86,38 +87,41 @@ class ContourPlan:
 def check_contouring(contour: str | None, levels: Sequence[float], sigma: float) -> None:
     """Raises UsageError for levels or a sigma that cannot be; its `field` is the option's name."""
     if levels and contour is None:
-        raise UsageError(tr("Levels need a method to contour by."), field="--levels")
-    if not all(math.isfinite(level) and level > 0 for level in levels):
-        raise UsageError(tr("The levels of contours must be above 0."), field="--levels")
+        raise UsageError(
+            Finding("option.requires", option="--levels", other="--contour"), field="--levels"
+        )
+    for level in levels:
+        if not (math.isfinite(level) and level > 0):
+            raise UsageError(Finding("number.not-positive", value=level), field="--levels")
     if len(levels) > MOST_ASKED:
         raise UsageError(
-            tr("There are {count} levels; use at most {most}.", count=len(levels), most=MOST_ASKED),
+            Finding("net.too-many-levels", count=len(levels), maximum=MOST_ASKED),
             field="--levels",
         )
     if not SIGMAS[0] <= sigma <= SIGMAS[1]:
         raise UsageError(
-            tr("Kamb's sigma lies between {least:g} and {most:g}.", least=SIGMAS[0],
-               most=SIGMAS[1]),
+            Finding("option.out-of-range", value=sigma, minimum=SIGMAS[0], maximum=SIGMAS[1]),
             field="--kamb-sigma",
-        )  # fmt: skip
+        )
 
 
-def few_reasons(net: NetContents) -> list[str]:
-    """A sentence for each set that is too small for its contours to mean much."""
+def few_for_contours(net: NetContents) -> list[Finding]:
+    """Return a finding for each set that is too small for its contours to mean much."""
     if net.contour is None:
         return []
-    said = []
+    findings = []
     for of, v in contoured_groups(net):
         area = densities.counting_area(len(v), net.contour, net.contouring.sigma)
         if area > 0.5:
-            said.append(
-                tr(
-                    "{set}: {count} orientations are few for contours; the counting circle covers "
-                    "{share:.0%} of the net.",
-                    set=of.name if of else tr("All together"), count=len(v), share=area,
+            findings.append(
+                Finding(
+                    "net.few-for-contours",
+                    set=of.name if of else tr("All together"),
+                    count=len(v),
+                    share_percent=100.0 * area,
                 )
-            )  # fmt: skip
-    return said
+            )
+    return findings
 
 
 def contoured_groups(net: NetContents) -> list[tuple[NetSet | None, Array]]:

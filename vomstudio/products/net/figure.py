@@ -16,7 +16,9 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
+from vomstudio.files.extensions import check_extension
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
@@ -28,7 +30,6 @@ from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
 from vomstudio.products.net.written_figure import FORMATS, font_of, write_figure
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -44,14 +45,7 @@ page may grow."""
 
 def picture_format(path: str | Path, field: str) -> str:
     """svg, pdf or png by the ending of a path. field : the option. Raises UsageError."""
-    ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in FORMATS:
-        raise UsageError(
-            tr("The ending of the name decides the format: .svg, .pdf or .png."),
-            file=path,
-            field=field,
-        )
-    return ending
+    return check_extension(path, [f".{name}" for name in FORMATS], field).removeprefix(".")
 
 
 @dataclass(eq=False)
@@ -151,10 +145,8 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     after a resize."""
     if net.contour is not None and net.contour not in densities.DENSITY_METHODS:
         raise UsageError(
-            tr(
-                "“{contour}” is no way to contour; use one of {DENSITY_METHODS}.",
-                contour=net.contour,
-                DENSITY_METHODS=", ".join(densities.DENSITY_METHODS),
+            Finding(
+                "option.not-a-choice", value=net.contour, choices=tuple(densities.DENSITY_METHODS)
             )
         )
     figure.clear()

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.products.net.style import PRINT, NetStyle
-from vomstudio.words import tr
 
 SIZE_MM = (170.0, 115.0)
 """A page wide, as journals print it."""
@@ -48,19 +48,11 @@ class FigureStyle:
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and least <= value <= most):
                 raise UsageError(
-                    tr(
-                        "{value:g} does not do here; choose between {least:g} and {most:g}.",
-                        value=value,
-                        least=least,
-                        most=most,
-                    ),
+                    Finding("option.out-of-range", value=value, minimum=least, maximum=most),
                     field=width_option if name == "width_mm" else option,
                 )
         if self.font and self.font not in fonts():
-            raise UsageError(
-                tr("The font “{font}” is not installed on this machine.", font=self.font),
-                field="--font",
-            )
+            raise UsageError(Finding("figure.no-font", font=self.font), field="--font")
 
     def of_net(self) -> NetStyle:
         """The style of a figure on white paper."""
@@ -101,7 +93,4 @@ def size_of(text: str | None) -> tuple[float | None, float | None]:
     try:
         return float(wide), float(high) if by else None
     except ValueError:
-        raise UsageError(
-            tr("“{text}” is no size of a figure; write it like 170x115.", text=text),
-            field="--size",
-        ) from None
+        raise UsageError(Finding("figure.not-a-size", text=text), field="--size") from None

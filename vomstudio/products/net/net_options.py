@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.notation import format_azimuth, format_line, format_plane, parse_plane
 from vomstudio.geology.orientation import (
@@ -45,9 +46,7 @@ def typed_cone(text: str) -> NetCircle:
     """The small circle of "TREND/PLUNGE/HALF-ANGLE". Raises UsageError."""
     trend, plunge, half = _three(text, "--cone")
     if not 0.0 < half <= 90.0:
-        raise UsageError(
-            tr("The half-angle of a cone lies between 0 and 90 degrees."), field="--cone"
-        )
+        raise _out_of_range("half-angle", half, 0, 90, "--cone")
     return NetCircle(_line(trend, plunge, "--cone"), half, tr("Cone {cone}", cone=text))
 
 
@@ -56,9 +55,9 @@ def typed_slip(text: str) -> tuple[NetCircle, NetMark]:
     Raises UsageError."""
     direction, dip, rake = _three(text, "--slip-line")
     if not 0.0 <= dip <= 90.0:
-        raise UsageError(tr("A dip lies between 0 and 90 degrees."), field="--slip-line")
+        raise _out_of_range("dip", dip, 0, 90, "--slip-line")
     if not abs(rake) <= 180.0:
-        raise UsageError(tr("A rake is an angle from -180 to 180 degrees."), field="--slip-line")
+        raise _out_of_range("rake", rake, -180, 180, "--slip-line")
     plane = Plane(direction, dip)
     said = tr("rake {rake:g}", rake=rake)
     line = line_from_rake(plane, rake)
@@ -81,7 +80,7 @@ def plane_of(text: str, field: str, notation: str = "dipdir/dip") -> Plane:
     try:
         return parse_plane(text, notation)
     except InputError as error:
-        raise UsageError(error.message, field=field) from error
+        raise UsageError(cause_of(error), field=field) from error
 
 
 def turn_of(text: str) -> tuple[Line, float]:
@@ -97,13 +96,20 @@ def _three(text: str, field: str) -> tuple[float, float, float]:
             return first, second, third
     except ValueError:
         pass
-    raise UsageError(tr("“{text}” is not three numbers like 125/26/30.", text=text), field=field)
+    raise UsageError(Finding("net.not-three-numbers", text=text), field=field)
 
 
 def _line(trend: float, plunge: float, field: str) -> Line:
     if not 0.0 <= plunge <= 90.0:
-        raise UsageError(tr("A plunge lies between 0 and 90 degrees."), field=field)
+        raise _out_of_range("plunge", plunge, 0, 90, field)
     return Line(trend, plunge)
+
+
+def _out_of_range(angle: str, value: float, minimum: int, maximum: int, field: str) -> UsageError:
+    cause = Finding(
+        "angle.out-of-range", angle=angle, value=value, minimum=minimum, maximum=maximum
+    )
+    return UsageError(cause, field=field)
 
 
 @dataclass(frozen=True)
@@ -206,11 +212,7 @@ def with_intersections(net: NetContents) -> NetContents:
     count = sum(map(len, poles))
     if not 2 <= count <= MOST_PLANES:
         raise UsageError(
-            tr(
-                "Intersections are drawn of 2 to {most} planes; there are {count}.",
-                most=MOST_PLANES,
-                count=count,
-            ),
+            Finding("net.number-of-planes", count=count, maximum=MOST_PLANES),
             field="--intersections",
         )
     lines = meetings(np.vstack(poles))

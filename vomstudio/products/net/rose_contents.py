@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
@@ -26,7 +27,6 @@ from vomstudio.geology.roses import (
 from vomstudio.io.text.repeated_rows import repeats_not_drawn
 from vomstudio.products.net.contents import NetSet
 from vomstudio.products.net.table_net import members_of
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +131,8 @@ def check_roses(contents: RoseContents, path: Path | None) -> None:
     """Raises GeometryError where there is nothing to draw."""
     if contents.roses:
         return
-    if contents.of in LINES_HAVE:
-        message = tr("The table has no lines with such an angle; of planes draw --of strike.")
-        if contents.of == "trend":
-            message = tr("The table has no lines with a trend.")
-    else:
-        message = tr("The table has no planes with a strike; of lines draw --of trend.")
-    raise GeometryError(message, file=path, field="--of")
+    raise GeometryError(
+        Finding("rose.no-lines" if contents.of in LINES_HAVE else "rose.no-planes"),
+        file=path,
+        field="--of",
+    )

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.orientation import Plane
@@ -20,7 +21,6 @@ from vomstudio.products.net.contents import (
     make_sets,
     means_of,
 )
-from vomstudio.words import tr
 
 UNNAMED = "unassigned"
 
@@ -100,11 +100,7 @@ def error_ellipses(table: OrientationRows) -> tuple[NetEllipse, ...]:
             found.append(NetEllipse.with_total(plane, largest, smallest, rake, known))
     if not found:
         raise UsageError(
-            tr(
-                "The table tells no errors of planes. They stand in the columns {columns}, as in "
-                "the tables that this program writes.",
-                columns=", ".join(_ERROR_COLUMNS),
-            ),
+            Finding("net.no-errors", columns=_ERROR_COLUMNS),
             file=table.path,
             field="--errors",
         )

@@ -8,10 +8,10 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.files.plain_characters import plain
 from vomstudio.products.net.style import NetStyle
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,9 +55,7 @@ def write_figure(
     Raises UsageError for another format.
     """
     if format not in _HOW:
-        raise UsageError(
-            tr("A figure cannot be written as “{format}”; use svg, pdf or png.", format=format)
-        )
+        raise UsageError(Finding("option.not-a-choice", value=format, choices=FORMATS))
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import ProjectionAxis, projection_axes
 from vomstudio.geology.fold_planes import FoldFilter, choose_planes
@@ -14,7 +15,7 @@ from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line, angle_between_lines
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
-from vomstudio.products.ortho.view_directions import cost_of_being_off
+from vomstudio.products.ortho.view_directions import cost_of_deviation
 from vomstudio.words import tr
 
 BEDS, FAULTS = "bedding", "fault"
@@ -27,13 +28,7 @@ def domains_of(items: Iterable[Item]) -> list[str]:
 
 
 def no_domains(field: str) -> UsageError:
-    return UsageError(
-        tr(
-            "No feature is in a domain. Give the features their domains first (Properties > "
-            "Domain, or a column called domain)."
-        ),
-        field=field,
-    )
+    return UsageError(Finding("domain.none"), field=field)
 
 
 def axes_of_domains(items: Iterable[Item], field: str) -> dict[str, ProjectionAxis]:
@@ -71,27 +66,28 @@ def _chosen(items: list[Item]) -> tuple[list[Item], int | None]:
     return [item for item, use in zip(items, chosen.use, strict=True) if use], chosen.not_good
 
 
-def off_axis(items: Iterable[Item], name: str, plan: Plan) -> str | None:
-    """A sentence where a picture looks farther from the axis of a domain than that is known, and
-    than a degree, with what it costs."""
+def off_axis(items: Iterable[Item], name: str, plan: Plan) -> tuple[Finding, ...]:
+    """Return findings if a view is off the axis of a domain by more than its error and a degree."""
     try:
         axis = axes_of_domains(items, "")[name]
     except (UsageError, KeyError):
-        return None
+        return ()
     if axis.line is None:
-        return None
+        return ()
     off = angle_between_lines(axis.line, Line.from_vector(plan.frame.direction))
     if off <= max(axis.error95_deg or 0.0, _NEAR_DEG):
-        return None
-    said = tr(
-        "The view is {off:.0f}° off the axis of domain {name}, {axis} ({said}).",
-        off=off,
-        name=name,
-        axis=format_line(axis.line, 0),
-        said=axis.description,
+        return ()
+    depth_m = float(np.ptp(plan.points[:, 2]))
+    return (
+        Finding(
+            "view.off-axis",
+            off_deg=off,
+            domain=name,
+            axis=format_line(axis.line, 0),
+            description=axis.description,
+        ),
+        cost_of_deviation(off, depth_m, metric=plan.view.metric),
     )
-    deep = float(np.ptp(plan.points[:, 2]))
-    return f"{said} {cost_of_being_off(off, deep, metric=plan.view.metric)}"
 
 
 def _angles(items: list[Item]) -> tuple[np.ndarray, np.ndarray]:

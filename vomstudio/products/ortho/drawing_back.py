@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError
 from vomstudio.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.geometry.cloud import PointCloud
@@ -28,7 +28,7 @@ from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
 from vomstudio.products.ortho.shown_surface import shown_depths
 from vomstudio.progress import Progress, Silent
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -43,11 +43,6 @@ SAME_PLACE = 1e-3
 """Of the size of a picture: two that lie no farther apart are the same."""
 _MOST_PIXELS = 1 << 31
 _MARK = re.compile(r"(?:VOM Studio picture|VOM Studio view plane) ([0-9a-f]{16})")
-
-OTHER_PICTURE = to_translate(
-    "This is a drawing of another picture than the sidecar's. Give the sidecar (NAME.json) that "
-    "was written beside the orthophoto on which the lines were drawn."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,29 +106,17 @@ class Brought:
 
     @property
     def warnings(self) -> tuple[Message, ...]:
-        return off_surface_messages(self.off_surface, len(self.skipped))
+        return off_surface_findings(self.off_surface, len(self.skipped))
 
 
-def off_surface_messages(points: int, lines: int) -> tuple[Message, ...]:
-    """Return messages about points that meet no surface, and lines with fewer than two others."""
-    messages: tuple[Message, ...] = ()
+def off_surface_findings(points: int, lines: int) -> tuple[Finding, ...]:
+    """Return findings about points that meet no surface, and lines with fewer than two others."""
+    findings: tuple[Finding, ...] = ()
     if points:
-        messages = (
-            tr_n(
-                "{count} point lies beside the surface and was left out.",
-                "{count} points lie beside the surface and were left out.",
-                points,
-            ),
-        )
+        findings = (Finding("drawing.points-off-surface", count=points),)
     if lines:
-        messages += (
-            tr_n(
-                "{count} line has fewer than two points on the surface and was left out.",
-                "{count} lines have fewer than two points on the surface and were left out.",
-                lines,
-            ),
-        )
-    return messages
+        findings += (Finding("drawing.lines-off-surface", count=lines),)
+    return findings
 
 
 def read_sidecar(path: str | Path) -> Sidecar:
@@ -148,27 +131,17 @@ def read_sidecar(path: str | Path) -> Sidecar:
         crs, known = _text(facts.get("crs")), _text(facts.get("content_hash"))
     except OSError as error:
         raise InputError(
-            tr("The file cannot be read ({reason}).", reason=error.strerror), file=path,
-            field="--sidecar",
-        ) from error  # fmt: skip
-    except (ValueError, KeyError, TypeError, OverflowError) as error:
-        raise InputError(
-            tr(
-                "This is not the sidecar of an orthophoto. Give the NAME.json that was written "
-                "beside it."
-            ),
-            file=path,
-            field="--sidecar",
+            Finding("file.unreadable", reason=error.strerror), file=path, field="--sidecar"
         ) from error
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
+        raise InputError(Finding("sidecar.other-file"), file=path, field="--sidecar") from error
     transform = np.array([[a, b, c], [d, e, f], [0.0, 0.0, 1.0]])
     if not (np.isfinite(matrix).all() and np.isfinite(transform).all() and width > 0 < height):
-        raise InputError(tr("The sidecar holds numbers that are none."), file=path)
+        raise InputError(Finding("sidecar.no-place"), file=path)
     with np.errstate(all="ignore"):
         flat = not (abs(np.linalg.det(matrix)) > 0 < abs(np.linalg.det(transform)))
     if flat or max(width, height) > _MOST_PIXELS:
-        raise InputError(
-            tr("The sidecar states no place on the model for the pixels. Write it anew."), file=path
-        )
+        raise InputError(Finding("sidecar.no-place"), file=path)
     return Sidecar(
         path, width, height, matrix, transform, crs, oblique,
         str(facts.get("picture_id") or picture_id(facts)), known,
@@ -196,11 +169,11 @@ def read_drawing(
             # CAD has no names of lines: what a line is is said by its layer.
             lines = [replace(line, name=line.name or _said_by(line.layer)) for line in lines]
     if not lines:
-        raise InputError(tr("The drawing holds no line and no polygon."), file=path)
+        raise InputError(Finding("drawing.no-traces"), file=path)
     if not all(np.isfinite(line.points).all() for line in lines):
-        raise InputError(tr("The drawing has coordinates that are no numbers."), file=path)
+        raise InputError(Finding("drawing.not-finite"), file=path)
     if _inside_share(lines, sidecar) < LEAST_INSIDE:
-        raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
+        raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     return tuple(lines), tuple(warnings)
 
 
@@ -253,12 +226,7 @@ def bring_back(
         one = BackLine(name, line.layer, line.words, place, is_met, points)
         (brought if len(points) > 1 else skipped).append(one)
     if not brought:
-        raise InputError(
-            tr(
-                "None of the lines meets the surface. Check that the model is the one of the "
-                "orthophoto, and the sidecar its own."
-            )
-        )
+        raise InputError(Finding("drawing.off-surface"))
     return Brought(tuple(brought), tuple(skipped))
 
 
@@ -275,18 +243,12 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> Array:
         page = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
         places = [page] if _is_like(page, sidecar) else []
     if not places:
-        raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
+        raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     first = places[0]
     size = float(np.ptp(first, axis=0).max())
     if any(np.abs(box - first).max() > SAME_PLACE * size for box in places[1:]):
         raise InputError(
-            tr(
-                "The drawing shows {count} pictures that may be the orthophoto, at different "
-                "places. Keep the one on which the lines were drawn, linked under its name "
-                "({name}).",
-                count=len(places),
-                name=sidecar.image,
-            ),
+            Finding("drawing.several-pictures", count=len(places), name=sidecar.image),
             file=path,
         )
     matrix = np.eye(3)
@@ -294,7 +256,7 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> Array:
     matrix[:2, 1] = (first[3] - first[0]) / sidecar.height
     matrix[:2, 2] = first[0]
     if not abs(np.linalg.det(matrix)) > 0:
-        raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
+        raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     return np.asarray(np.linalg.inv(matrix))
 
 
@@ -323,9 +285,7 @@ def _gis_lines(
     if unit not in (None, 1.0):
         scaled = [_through(replace(line, points=line.points * unit), inverse) for line in lines]
         if _inside_share(scaled, sidecar) >= LEAST_INSIDE:
-            warnings.append(
-                tr("The drawing is in units of {unit:g} m and was converted to metres.", unit=unit)
-            )
+            warnings.append(Finding("drawing.unit-converted", unit_m=unit))
             return scaled, warnings
     return pixels, warnings
 
@@ -359,14 +319,7 @@ def _in_picture(
         raise reasons[0]
     if not others:
         return kept, []
-    return kept, [
-        tr_n(
-            "The layer {names} was not drawn on this picture and is left out.",
-            "The layers {names} were not drawn on this picture and are left out.",
-            len(others),
-            names=", ".join(others[:5]),
-        )
-    ]
+    return kept, [Finding("drawing.layers-left-out", count=len(others), names=others)]
 
 
 def _of_system(
@@ -391,14 +344,7 @@ def _of_system(
         if unnamed:
             return lines
         if sidecar.oblique:
-            raise InputError(
-                tr(
-                    "The drawing lies on the map ({crs}), the picture in a plane of its own. Draw "
-                    "on the GeoTIFF in its own coordinates.",
-                    crs=theirs.name,
-                ),
-                file=path,
-            )
+            raise InputError(Finding("drawing.on-map", crs=theirs.name), file=path)
         return lines
     if theirs == ours:
         return lines
@@ -412,7 +358,7 @@ def _of_system(
 def _check_marks(said: Sequence[str], sidecar: Sidecar, path: Path) -> None:
     found = {mark for text in said for mark in _MARK.findall(text)}
     if found and sidecar.id not in found:
-        raise InputError(tr(OTHER_PICTURE), file=path, field="--sidecar")
+        raise InputError(Finding("drawing.other-picture"), file=path, field="--sidecar")
     assert _MARK.search(mark_of(sidecar.id)) or not found
 
 

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kind import color_of, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
@@ -23,7 +24,6 @@ from vomstudio.io.project.journal import read_replay
 from vomstudio.tables.grid_layer import LAYER as GRIDS
 from vomstudio.tables.project_layers import project_layers
 from vomstudio.tables.project_table import project_table
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Form = Literal["point", "line", "ring"]
@@ -88,16 +88,10 @@ def parse_parts(text: str) -> tuple[str, ...]:
     parts = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
     if unknown := [part for part in parts if part not in PARTS]:
         raise UsageError(
-            tr("{word} is no part of an interpretation. Name some of {known}, between commas.",
-               word=repr(unknown[0]), known=", ".join(PARTS)),
-            field="--show",
-        )  # fmt: skip
+            Finding("option.not-a-choice", value=unknown[0], choices=tuple(PARTS)), field="--show"
+        )
     if parts == (LEGEND,):
-        raise UsageError(
-            tr("A legend alone explains nothing. Name what is drawn, too: traces, patches or "
-               "symbols."),
-            field="--show",
-        )  # fmt: skip
+        raise UsageError(Finding("interpretation.legend-alone"), field="--show")
     return parts
 
 

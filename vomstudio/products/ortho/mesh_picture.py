@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.ortho.textures import TextureStore, picture_size
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -85,10 +84,7 @@ class MeshSource:
         return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
 
     def warnings(self) -> list[Message]:
-        return [
-            tr("{file}: This texture cannot be read. Its faces are drawn without it.", file=path)
-            for path in sorted(self._store.unreadable)
-        ]
+        return [Finding("texture.not-drawn", file=path) for path in sorted(self._store.unreadable)]
 
     def _smooth(
         self,

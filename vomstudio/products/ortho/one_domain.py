@@ -16,14 +16,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 from vomstudio.products.ortho.domain_axes import FAULTS, domains_of, no_domains, off_axis
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.tiles import Source, Tile, TilePicture
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -57,16 +56,15 @@ class Territory:
     walls: tuple[Wall, ...]
     points: Array
     own: Bools
-    said: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
         """Those of the domain, and of no domain: of others the picture shows no true angles."""
         return tuple(item for item in items if item.domain in ("", self.name))
 
     def seen_in(self, items: Sequence[Item], plan: Plan) -> Territory:
-        """The same, with a word where the picture does not look along the domain's axis."""
-        said = off_axis(items, self.name, plan)
-        return self if said is None else replace(self, said=(*self.said, said))
+        """Return the same with findings if the view is not along the domain's axis."""
+        return replace(self, notes=(*self.notes, *off_axis(items, self.name, plan)))
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -86,13 +84,7 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
     if not known:
         raise no_domains(field)
     if name not in known:
-        raise UsageError(
-            tr(
-                "There is no feature in the domain {name}. Domains are: {known}.",
-                name=repr(name), known=", ".join(known),
-            ),
-            field=field,
-        )  # fmt: skip
+        raise UsageError(Finding("domain.unknown", domain=name, domains=known), field=field)
     others = [each for each in known if each != name]
     by_domain = {each: _points(items, each) for each in known}
     walls: list[Wall] = []
@@ -107,23 +99,17 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
         if parted:
             walls.append(turned)
             left = [each for each in left if each not in parted]
-    said = []
+    notes = []
     if walls:
-        names = ", ".join(dict.fromkeys(wall.name for wall in walls))
-        said.append(tr("Domain {name} ends at {faults}.", name=name, faults=names))
+        faults = tuple(dict.fromkeys(wall.name for wall in walls))
+        notes.append(Finding("domain.ends-at-faults", domain=name, faults=faults))
     if not left:
-        return Territory(name, tuple(walls), np.empty((0, 3)), np.empty(0, np.bool_), tuple(said))
+        return Territory(name, tuple(walls), np.empty((0, 3)), np.empty(0, np.bool_), tuple(notes))
     if others:
-        said.append(
-            tr(
-                "No fault parts domain {name} from {others}: it ends half way to their nearest "
-                "features.",
-                name=name, others=", ".join(left),
-            )
-        )  # fmt: skip
+        notes.append(Finding("domain.no-fault-between", domain=name, others=left))
     points = [by_domain[name], *(by_domain[each] for each in left)]
     own = np.repeat([True, *[False] * len(left)], [len(part) for part in points])
-    return Territory(name, tuple(walls), np.concatenate(points), own, tuple(said))
+    return Territory(name, tuple(walls), np.concatenate(points), own, tuple(notes))
 
 
 def _points(items: Sequence[Item], name: str) -> Array:
@@ -167,7 +153,7 @@ class OneDomain:
         return getattr(self.source, "hole_m", None)
 
     def warnings(self) -> list[Message]:
-        return [*self.source.warnings(), *self.territory.said]
+        return [*self.source.warnings(), *self.territory.notes]
 
     def draw(self, tile: Tile) -> TilePicture:
         picture = self.source.draw(tile)

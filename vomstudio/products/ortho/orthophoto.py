@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message, plain
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.findings import Finding, Message, plain
+from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.files.extensions import check_extension
 from vomstudio.files.inside import check_beside
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
@@ -50,18 +51,9 @@ from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.products.ortho.vector_drawing import Drawing
 from vomstudio.progress import Progress, Silent
 from vomstudio.version import __version__
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
-
-_NO_CRS = to_translate(
-    "The model has no coordinate reference system (CRS). The orthophoto is written in the model's "
-    "coordinates, without a CRS."
-)
-_NOTHING_SEEN = to_translate(
-    "No pixel of this picture shows the model. Choose another part of it, a finer ground sampling "
-    "distance or another direction."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +75,7 @@ def outputs_of(image: str | Path) -> tuple[Path, Path, Path]:
     """Depth raster, sidecar and world file beside an image NAME.tif: NAME_depth.tif, NAME.json,
     NAME.tfw."""
     path = Path(image)
-    if path.suffix.lower() not in (".tif", ".tiff"):
-        raise UsageError(
-            tr("An orthophoto is a GeoTIFF. Choose a name that ends in .tif."),
-            file=path,
-            field="--output",
-        )
+    check_extension(path, (".tif", ".tiff"))
     return (
         path.with_name(f"{path.stem}_depth.tif"),
         path.with_suffix(".json"),
@@ -132,9 +119,11 @@ def write_orthophoto(
     targets += chosen
     _check_targets(targets, (depth, sidecar, world), force)
     grid = plan.grid
-    warnings: list[Message] = [*plan.notes, *([tr(_NO_CRS)] if is_map and crs is None else [])]
+    warnings: list[Message] = [*plan.notes]
+    if is_map and crs is None:
+        warnings.append(Finding("raster.no-crs"))
     if features is not None:
-        warnings += _of_features(drawing, beside)
+        warnings += _feature_findings(drawing, beside)
     transform = _transform(plan)
     facts = picture_facts(plan, crs if is_map else None)
     shown_crs = crs if is_map else view_plane_crs(plan.view.metric, picture_id(facts))
@@ -196,22 +185,16 @@ def _of_domain(source: Source, plan: Plan, only: Territory | None) -> Source:
 
 def _refuse_empty(covered: int, plan: Plan) -> None:
     if not covered:
-        raise InputError(edge_on(plan.points, plan.frame, plan.grid.gsd) or tr(_NOTHING_SEEN))
-
-
-def _of_features(drawing: Drawing, beside: int) -> list[str]:
-    """What must be said of the features on the picture and beside it."""
-    if not drawing.shapes:
-        return [tr("Nothing that was asked for lies on the picture, so no drawing is written.")]
-    if not beside:
-        return []
-    return [
-        tr_n(
-            "{count} feature lies beside the picture and is not drawn.",
-            "{count} features lie beside the picture and are not drawn.",
-            beside,
+        raise InputError(
+            edge_on(plan.points, plan.frame, plan.grid.gsd) or Finding("view.no-pixels")
         )
-    ]
+
+
+def _feature_findings(drawing: Drawing, beside: int) -> list[Finding]:
+    """Return what is to be reported of the features in the view and outside of it."""
+    if not drawing.shapes:
+        return [Finding("interpretation.not-in-view")]
+    return [Finding("interpretation.partly-in-view", count=beside)] if beside else []
 
 
 def _place_facts(plan: Plan, crs: str | None, facts: dict[str, Any]) -> dict[str, Any]:
@@ -247,7 +230,7 @@ def _tags(plan: Plan) -> dict[str, str]:
     return {
         "VOMSTUDIO_VERSION": __version__,
         "VOMSTUDIO_VIEW": f"trend {plain_azimuth(view.trend_deg)} plunge {view.plunge_deg:.4f} deg",
-        "VOMSTUDIO_SENSE": f"{view.sense}. {view.reason}",
+        "VOMSTUDIO_SENSE": f"{view.sense}. {view.reason.message}",
         "VOMSTUDIO_PIXEL_TO_WORLD": json.dumps(plan.pixel_to_world.tolist()),
     }
 
@@ -335,7 +318,7 @@ def picture_facts(plan: Plan, crs: str | None) -> dict[str, Any]:
         "right": frame.right.tolist(),
         "down": frame.down.tolist(),
         "sense": view.sense,
-        "sense_reason": view.reason,
+        "sense_reason": view.reason.to_dict(),
         "pixel_to_world": plan.pixel_to_world.tolist(),
         "pixel_to_world_means": "(column, row, depth_m, 1) to World x, y, z; (0, 0) is the outer "
         "corner of the top left pixel, its centre is (0.5, 0.5)",

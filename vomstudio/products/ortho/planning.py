@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
@@ -30,7 +31,7 @@ class Plan:
     """What an orthophoto will be, before a ray is cast.
 
     reference : (3,) World, the centre of the model's bounds, where depth is 0
-    notes : what was chosen for the user, one sentence each
+    notes : choices that were made for the user, and doubts
     """
 
     view: View
@@ -38,7 +39,7 @@ class Plan:
     grid: Grid
     reference: Array
     points: Array
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
     @property
     def pixel_to_world(self) -> Array:
@@ -78,12 +79,12 @@ def plan(
 @dataclass(frozen=True, eq=False)
 class Laid:
     """A grid over a model. reference : (3,) World, the centre of its bounds; points : (n, 3) its
-    vertices in the axes of the frame; notes : sentences"""
+    vertices in the axes of the frame; notes : as of `Plan`"""
 
     grid: Grid
     reference: Array
     points: Array
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
 
 
 def lay_grid(
@@ -100,7 +101,7 @@ def lay_grid(
     metric : whether lengths are in metres. Raises UsageError, InputError."""
     vertices = data.vertices if isinstance(data, Mesh) else data.points
     if not len(vertices) or (isinstance(data, Mesh) and not len(data.faces)):
-        raise InputError(tr("This model has no surface to draw."))
+        raise InputError(Finding("model.no-surface"))
     world = in_world(to_world, vertices)
     if isinstance(data, Mesh):
         used = np.zeros(len(world), bool)
@@ -111,7 +112,7 @@ def lay_grid(
     reference = seen.min(axis=0) + (seen.max(axis=0) - seen.min(axis=0)) / 2
     points = frame.to_view(world, reference)
     low, high = (f(points if seen is world else points[used], axis=0) for f in (np.min, np.max))
-    notes: list[str] = []
+    notes: list[Finding] = []
     if region is not None:
         centre = frame.to_view(np.array([region.centre]), reference)[0]
         half = 0.5 * np.array([region.width, region.height])
@@ -120,52 +121,41 @@ def lay_grid(
             np.minimum(high[:2], centre[:2] + half),
         )
         if (low[:2] > high[:2]).any():
-            raise InputError(tr("The chosen part of the view shows nothing of this model."))
+            raise InputError(Finding("view.part-empty"))
     extent = np.maximum(high - low, 0.0)[:2]
     if gsd is None:
-        gsd, why = default_gsd(data, to_world, float(extent.max()), textured)
+        gsd, code = default_gsd(data, to_world, float(extent.max()), textured)
         least = _least_gsd(extent)
         if least > gsd:
-            gsd = least
-            why = tr(
-                "the finest that stays below {count} million pixels",
-                count=MAX_PIXELS // 1_000_000,
-            )
-        notes.append(
-            tr(
-                "Ground sampling distance {gsd:g} {unit} per pixel: {reason}.",
-                gsd=gsd,
-                unit="m" if metric else tr("units"),
-                reason=why,
-            )
-        )
+            gsd, code = least, "gsd.limited"
+        unit, limit = "m" if metric else tr("units"), MAX_PIXELS // 1_000_000
+        notes.append(Finding(code, gsd=gsd, unit=unit, limit=limit))
     if not 1e-12 <= gsd < math.inf:
-        raise UsageError(
-            tr("The ground sampling distance must be a positive length in metres."), field="--gsd"
-        )
+        raise UsageError(Finding("number.not-positive", value=gsd), field="--gsd")
     least = _least_gsd(extent)
     pixels = math.prod(max(1, math.ceil(v / gsd)) for v in extent.tolist())
     if pixels > MAX_PIXELS:
         raise UsageError(
-            tr(
-                "A ground sampling distance of {gsd:g} m needs {pixels:.0f} million pixels; the "
-                "limit is {limit} million. Use --gsd {least:g} or larger.",
-                gsd=gsd,
-                pixels=pixels / 1_000_000,
+            Finding(
+                "gsd.too-many-pixels",
+                gsd_m=gsd,
+                megapixels=pixels / 1_000_000,
                 limit=MAX_PIXELS // 1_000_000,
-                least=least,
+                least_m=least,
             ),
             field="--gsd",
         )
-    if (said := edge_on(points if seen is world else points[used], frame, gsd)) is not None:
-        notes.append(said)
+    if (doubt := edge_on(points if seen is world else points[used], frame, gsd)) is not None:
+        notes.append(doubt)
     return Laid(Grid.over(low, high, gsd), reference, points, tuple(notes))
 
 
-def edge_on(points: Array, frame: ViewFrame, gsd: float) -> str | None:
-    """A sentence with the remedy where a view shows next to nothing of a flat model: its points
-    (n, 3), in the axes of the frame, stray in the picture from one line by a fiftieth of what they
-    do from one line in space; or by two pixels, and by ten and more in space."""
+def edge_on(points: Array, frame: ViewFrame, gsd: float) -> Finding | None:
+    """Return a finding if a view shows next to nothing of a flat model.
+
+    Its points (n, 3), in the axes of the frame, deviate in the picture from one line by a fiftieth
+    of what they do from one line in space; or by two pixels, and by ten and more in space.
+    """
     few = points[:: max(1, len(points) // 100_000)]
     few = few - few.mean(axis=0)
     values, axes = np.linalg.eigh(few.T @ few)
@@ -178,23 +168,19 @@ def edge_on(points: Array, frame: ViewFrame, gsd: float) -> str | None:
     if seen > EDGE_ON_SHARE * wide and not (seen < 2.0 * gsd and wide > 10.0 * gsd):
         return None
     plane = Plane.from_normal(frame.axes @ axes[:, 0])
-    return tr(
-        "The model is seen edge-on: it is nearly flat, and the view shows next to nothing of it. "
-        "Look against its mean plane: --plane {dd:03.0f}/{dip:.0f}.",
-        dd=plane.dip_direction_deg,
-        dip=plane.dip_deg,
-    )
+    attitude = f"{plane.dip_direction_deg:03.0f}/{plane.dip_deg:.0f}"
+    return Finding("view.edge-on", plane=attitude)
 
 
 def default_gsd(
     data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float, textured: bool = True
 ) -> tuple[float, str]:
-    """Two significant digits of what the model can show, and where that comes from."""
+    """Return the resolution of a model with two digits, and the code of the finding about it."""
     from vomstudio.geometry.transform import matrix, scale_of
     from vomstudio.io.models.opening import point_spacing
 
     scale = scale_of(matrix(np.asarray(to_world, np.float64)))
-    found, why = math.nan, ""
+    found, code = math.nan, ""
     if textured and isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import texel_sizes
 
@@ -202,17 +188,13 @@ def default_gsd(
         if sizes:
             share = np.cumsum([area for _, area in sizes])
             found = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
-            why = tr("the resolution of the texture on the surface")
+            code = "gsd.texture"
     if not math.isfinite(found):
         found = point_spacing(data) * scale
-        why = (
-            tr("the mean edge length of the mesh")
-            if isinstance(data, Mesh)
-            else tr("the mean point spacing of the cloud")
-        )
+        code = "gsd.edges" if isinstance(data, Mesh) else "gsd.spacing"
     if not math.isfinite(found) or found <= 0:
-        found, why = max(extent, 1.0) / 1000, tr("a thousandth of the size of the model")
-    return float(f"{found:.2g}"), why
+        found, code = max(extent, 1.0) / 1000, "gsd.size"
+    return float(f"{found:.2g}"), code
 
 
 def _least_gsd(extent: Array) -> float:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.results import to_dict
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.domains import ProjectionAxis
@@ -34,12 +34,7 @@ from vomstudio.products.ortho.view_directions import (
     view_along_line,
     view_of_plane,
 )
-from vomstudio.words import to_translate, tr
-
-NOT_PLACED = to_translate(
-    "The model was made of photos without control points or GPS: north is unknown, and so is the "
-    "unit unless --unit gives it."
-)
+from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -53,9 +48,8 @@ class Direction:
 
 @dataclass(frozen=True)
 class FoldView:
-    """The fold axis along which a picture looks. The figures are those of `TableFold`; cost : what
-    an error of the direction costs in it, in a sentence; a warning, too, where that is more than
-    negligible (`is_costly`)."""
+    """Fold axis along which a picture looks. The figures are those of `TableFold`; cost : effect of
+    an error of the direction, which is also a warning if it is not negligible (`is_costly`)."""
 
     beta: BetaFigures
     valid: str
@@ -64,12 +58,12 @@ class FoldView:
     used: int
     not_good: int | None
     left_out: tuple[LeftOut, ...]
-    cost: str
+    cost: Finding
 
 
 @dataclass(frozen=True, eq=False)
 class Requested:
-    """A picture before it is drawn. warnings : sentences"""
+    """A picture before it is drawn."""
 
     plan: Plan
     fold: FoldView | None
@@ -77,19 +71,13 @@ class Requested:
 
 
 def parse_region(text: str) -> Region:
-    """Of "x,y,z,width,height". Raises UsageError."""
+    """Return the part of a view that "x,y,z,width,height" describes. Raises UsageError."""
     try:
         x, y, z, width, height = (float(word) for word in text.split(","))
     except ValueError:
         x = y = z = width = height = math.nan
     if not (math.isfinite(x + y + z) and 0 < width < math.inf and 0 < height < math.inf):
-        raise UsageError(
-            tr(
-                "A part of the picture is given as x,y,z,width,height: a point of World and two "
-                "lengths in metres."
-            ),
-            field="--around",
-        )
+        raise UsageError(Finding("view.not-a-part", text=text), field="--around")
     return Region((x, y, z), width, height)
 
 
@@ -98,14 +86,7 @@ def axis_of_domain(items: Sequence[Item], name: str) -> Direction:
     axis = axes_of_domains(items, "--domain").get(name)
     if axis is None or axis.line is None:
         reason = tr("it has no planes") if axis is None else axis.description
-        raise UsageError(
-            tr(
-                "Domain {name} has no axis of its own ({reason}). Give a direction of view.",
-                name=repr(name),
-                reason=reason,
-            ),
-            field="--domain",
-        )
+        raise UsageError(Finding("domain.no-axis", domain=name, reason=reason), field="--domain")
     return Direction(None, None, axis)
 
 
@@ -143,11 +124,11 @@ def request_picture(
     view, fold, warnings = direction.view, direction.fold, list[Message]()
     if fold is not None:
         warnings += fold.warnings
-        warnings += _said_of_validity(fold.valid, fold.verdict)
+        warnings += _validity_findings(fold.valid, fold.verdict)
         view = view_along_axis(fold.beta.trend_deg, fold.beta.plunge_deg, data, to_world)
     axis = direction.axis
     if axis is not None and axis.line is not None:
-        warnings += _said_of_validity(axis.valid, axis.description)
+        warnings += _validity_findings(axis.valid, axis.description)
         view = view_along_axis(axis.line.trend_deg, axis.line.plunge_deg, data, to_world)
     assert view is not None
     if flip:
@@ -165,24 +146,18 @@ def request_picture(
             warnings.append(along.cost)
     if axis is not None and is_costly(axis.error95_deg, *_size_of(planned)):
         deep, _ = _size_of(planned)
-        said = cost_of_direction(axis.error95_deg, deep, metric=planned.view.metric)
-        warnings.append(said)
+        warnings.append(cost_of_direction(axis.error95_deg, deep, metric=planned.view.metric))
     if not placed:
-        warnings.append(tr(NOT_PLACED))
+        warnings.append(Finding("view.not-placed"))
     return Requested(planned, along, tuple(warnings))
 
 
-def _said_of_validity(valid: str | None, verdict: str) -> list[str]:
+def _validity_findings(valid: str | None, verdict: str) -> list[Finding]:
     if valid in (None, "yes"):
         return []
-    return [
-        tr(
-            "A view along this axis is only conditionally valid: {verdict} (see vomstudio fold)."
-            if valid == "conditional"
-            else "A view along this axis is not valid: {verdict} (see vomstudio fold).",
-            verdict=verdict,
-        )
-    ]
+    if valid == "conditional":
+        return [Finding("view.axis-conditional", verdict=verdict)]
+    return [Finding("view.axis-not-valid", verdict=verdict)]
 
 
 def _size_of(planned: Plan) -> tuple[float, float]:
@@ -224,7 +199,7 @@ class OrthophotoFigures:
     down: tuple[float, ...]
     direction: tuple[float, ...]
     sense: str
-    sense_reason: str
+    sense_reason: Finding
     coverage: float
     reference_point: tuple[float, ...]
     pixel_to_world: tuple[tuple[float, ...], ...]
@@ -236,7 +211,7 @@ class OrthophotoFigures:
 @dataclass(frozen=True)
 class WrittenOrthophoto:
     """image, sidecar, depth, world_file, sheet, drawing (by format) : files that were written;
-    figures : of the picture; fold : the axis that it looks along; warnings : sentences"""
+    figures : of the picture; fold : the axis that it looks along"""
 
     image: str
     sidecar: str
@@ -282,7 +257,7 @@ def figures_of(facts: Mapping[str, Any]) -> OrthophotoFigures:
         tuple(facts["down"]),
         tuple(facts["direction"]),
         facts["sense"],
-        facts["sense_reason"],
+        Finding.from_dict(facts["sense_reason"]),
         facts["coverage"],
         tuple(facts["reference_point"]),
         tuple(map(tuple, facts["pixel_to_world"])),

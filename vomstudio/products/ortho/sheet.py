@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import UsageError
+from vomstudio.files.extensions import check_extension
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.net.written_figure import write_figure
 from vomstudio.products.ortho.legend_entries import entries_of
@@ -54,14 +54,7 @@ _BAR_MM, _WORDS_MM = 14.5, 20.5
 
 def format_of(path: str | Path) -> str:
     """The format that the ending asks for, a value of FORMATS. Raises UsageError."""
-    ending = Path(path).suffix.lower()
-    if ending not in FORMATS:
-        raise UsageError(
-            tr("The format of the sheet follows from its name. Let it end in .png, .jpg or .pdf."),
-            file=path,
-            field="--sheet",
-        )
-    return FORMATS[ending]
+    return FORMATS[check_extension(path, FORMATS, "--sheet")]
 
 
 def write_sheet(
@@ -110,8 +103,9 @@ def _words(view: View, width_mm: float) -> list[str]:
     unknown = unknown_in_words(view)
     letters = round(width_mm / (LETTER_MM * _FONT_PT))
     said = [direction_in_words(view)]
-    if tr(view.sense) not in view.reason:
-        said += textwrap.wrap(view.reason, letters)
+    reason = view.reason.message
+    if tr(view.sense) not in reason:
+        said += textwrap.wrap(reason, letters)
     return [*said, *([unknown] if unknown else [])]
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines
 from vomstudio.geometry.cloud import PointCloud
@@ -20,25 +20,28 @@ from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 
+DOWN_PLUNGE, UP_PLUNGE = to_translate("down-plunge"), to_translate("up-plunge")
+AGAINST_NORMAL = to_translate("against the upward normal")
+ALONG_NORMAL = to_translate("along the upward normal")
+AS_GIVEN, REVERSED = to_translate("as given"), to_translate("against the given direction")
+"""Senses of views, which are data in sidecars."""
 _OPPOSITE = {
-    to_translate("down-plunge"): "up-plunge",
-    to_translate("up-plunge"): "down-plunge",
-    to_translate("against the upward normal"): "along the upward normal",
-    to_translate("along the upward normal"): "against the upward normal",
-    to_translate("as given"): "against the given direction",
-    to_translate("against the given direction"): "as given",
+    DOWN_PLUNGE: UP_PLUNGE,
+    UP_PLUNGE: DOWN_PLUNGE,
+    AGAINST_NORMAL: ALONG_NORMAL,
+    ALONG_NORMAL: AGAINST_NORMAL,
+    AS_GIVEN: REVERSED,
+    REVERSED: AS_GIVEN,
 }
-"""The sense of a view from the other side. Senses are data in sidecars."""
 
 
 @dataclass(frozen=True)
 class View:
-    """A directed view, and in words why it looks this way and not the other.
+    """A directed view, and why it looks this way and not the other.
 
     trend_deg, plunge_deg : the way the viewer looks; a negative plunge looks up
-    sense : "as given", "against the upward normal", "along the upward normal", "down-plunge",
-        "up-plunge", "against the given direction"
-    reason : one sentence
+    sense : one of the constants above
+    reason : Finding
     north_known, metric : False for a model whose north or whose scale is not known: the sheet then
         names no winds, and counts units
     """
@@ -46,7 +49,7 @@ class View:
     trend_deg: float
     plunge_deg: float
     sense: str
-    reason: str
+    reason: Finding
     north_known: bool = True
     metric: bool = True
 
@@ -60,7 +63,7 @@ class View:
             wrap360(self.trend_deg + 180.0),
             0.0 - self.plunge_deg,
             _OPPOSITE[self.sense],
-            tr("Flipped by request. Before: {reason}", reason=self.reason),
+            Finding("view.flipped", reason=self.reason),
         )
 
 
@@ -70,14 +73,14 @@ def view_along_line(trend_deg: float, plunge_deg: float) -> View:
     for angle, most, field in ((trend_deg, 3600.0, "--trend"), (plunge_deg, 90.0, "--plunge")):
         if not abs(angle) <= most:
             raise UsageError(
-                tr("A view needs a trend in degrees and a plunge from -90 (up) to 90 (down)."),
+                Finding("angle.out-of-range", value=angle, minimum=-most, maximum=most),
                 field=field,
             )
     return View(
         wrap360(trend_deg),
         plunge_deg,
-        "as given",
-        tr("The viewer looks along the given direction."),
+        AS_GIVEN,
+        Finding("view.as-given"),
     )
 
 
@@ -86,8 +89,8 @@ def view_of_plane(plane: Plane) -> View:
     + 180."""
     return _along(
         -plane.normal(),
-        "against the upward normal",
-        tr("The viewer looks against the upward normal of the plane."),
+        AGAINST_NORMAL,
+        Finding("view.against-normal"),
     )
 
 
@@ -99,77 +102,41 @@ def view_along_axis(
     down = lines_to_vectors(trend_deg, plunge_deg)
     if plunge_deg < 0:
         down = -down
-    away, guessed = _facing_away(data, ViewFrame.looking(down), to_world)
+    away, is_estimated = _facing_away(data, ViewFrame.looking(down), to_world)
     if math.isnan(away):
-        return _along(down, "down-plunge", tr("Down-plunge."))
+        return _along(down, DOWN_PLUNGE, Finding("view.down-plunge-unseen"))
     if away > 0.5:
-        reason = (
-            tr(
-                "Up-plunge: seen down-plunge, {share:.0f} % of the visible surface faces away from "
-                "the viewer (normals estimated, taken to point up).",
-                share=100 * away,
-            )
-            if guessed
-            else tr(
-                "Up-plunge: seen down-plunge, {share:.0f} % of the visible surface faces away from "
-                "the viewer.",
-                share=100 * away,
-            )
-        )
-        return _along(-down, "up-plunge", reason)
-    reason = (
-        tr(
-            "Down-plunge: {share:.0f} % of the visible surface faces the viewer (normals "
-            "estimated, taken to point up).",
-            share=100 * (1 - away),
-        )
-        if guessed
-        else tr(
-            "Down-plunge: {share:.0f} % of the visible surface faces the viewer.",
-            share=100 * (1 - away),
-        )
-    )
-    return _along(down, "down-plunge", reason)
+        code = "view.up-plunge-estimated" if is_estimated else "view.up-plunge"
+        return _along(-down, UP_PLUNGE, Finding(code, share_percent=100 * away))
+    code = "view.down-plunge-estimated" if is_estimated else "view.down-plunge"
+    return _along(down, DOWN_PLUNGE, Finding(code, share_percent=100 * (1 - away)))
 
 
-def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> str:
-    """What a direction that is off costs in a picture so deep (CONVENTIONS: lengths times cos d in
-    the direction of tilt, displacements h sin d along the view), in a sentence. error_deg: the
-    larger 95 % semi-axis of the direction; None where unknown, and 5 degrees are supposed."""
-    figures = _cost(5.0 if error_deg is None else error_deg, depth_m, metric)
+def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool = True) -> Finding:
+    """Return the effect of an error of the direction on a picture of this depth.
+
+    CONVENTIONS: lengths times cos d in the direction of tilt, displacements h sin d along the view.
+    error_deg : the larger 95 % semi-axis of the direction; if None, 5 degrees are supposed
+    """
     if error_deg is None:
-        return tr(
-            "The error of the direction is unknown. An error of {angle:.1f}° would shorten lengths "
-            "in the direction of tilt by {share:.1f} % and displace points against each other by "
-            "up to {displacement:.3g} {unit} over the depth of the view ({depth:.3g} {unit}).",
-            **figures,
-        )
-    return tr(
-        "The 95 % error of the axis, {angle:.1f}°, shortens lengths in the direction of tilt by "
-        "{share:.1f} % and displaces points against each other by up to {displacement:.3g} {unit} "
-        "over the depth of the view ({depth:.3g} {unit}).",
-        **figures,
+        return _cost("view.axis-error-unknown", 5.0, depth_m, metric)
+    return _cost("view.axis-error", error_deg, depth_m, metric)
+
+
+def cost_of_deviation(off_deg: float, depth_m: float, *, metric: bool = True) -> Finding:
+    """Return the effect of a known deviation of the direction from the right one."""
+    return _cost("view.off-axis-cost", off_deg, depth_m, metric)
+
+
+def _cost(code: str, error_deg: float, depth_m: float, metric: bool) -> Finding:
+    return Finding(
+        code,
+        error_deg=error_deg,
+        share_percent=100 * (1 - math.cos(math.radians(error_deg))),
+        displacement=depth_m * math.sin(math.radians(error_deg)),
+        depth=depth_m,
+        unit="m" if metric else tr("units"),
     )
-
-
-def cost_of_being_off(off_deg: float, depth_m: float, *, metric: bool = True) -> str:
-    """The same of a direction that is known to be off the right one by so much."""
-    return tr(
-        "So far off, lengths in the direction of tilt are shortened by {share:.1f} % and points "
-        "displaced against each other by up to {displacement:.3g} {unit} over the depth of the "
-        "view ({depth:.3g} {unit}).",
-        **_cost(off_deg, depth_m, metric),
-    )
-
-
-def _cost(off_deg: float, depth_m: float, metric: bool) -> dict[str, Any]:
-    return {
-        "angle": off_deg,
-        "share": 100 * (1 - math.cos(math.radians(off_deg))),
-        "displacement": depth_m * math.sin(math.radians(off_deg)),
-        "depth": depth_m,
-        "unit": "m" if metric else tr("units"),
-    }
 
 
 NEGLIGIBLE = 0.01
@@ -193,14 +160,14 @@ def _facing_away(
         from vomstudio.products.ortho import mesh_picture
 
         if not len(data.faces):
-            raise InputError(tr("This model has no surface to draw."))
+            raise InputError(Finding("model.no-surface"))
         world = in_world(to_world, data.vertices)
         return mesh_picture.share_facing_away(frame.to_view(world, world[0]), data.faces), False
     from vomstudio.geometry.transform import rotate
     from vomstudio.products.ortho import cloud_picture
 
     if not len(data.points):
-        raise InputError(tr("This model has no points to draw."))
+        raise InputError(Finding("model.no-surface"))
     world = in_world(to_world, data.points)
     normals = None
     if data.normals is not None:
@@ -209,6 +176,6 @@ def _facing_away(
     return cloud_picture.share_facing_away(data, frame.to_view(world, world[0]), normals, up)
 
 
-def _along(direction: Array, sense: str, reason: str) -> View:
+def _along(direction: Array, sense: str, reason: Finding) -> View:
     trend, plunge, _ = vectors_to_lines(direction, directed=True)
     return View(float(trend[0]), float(plunge[0]), sense, reason)

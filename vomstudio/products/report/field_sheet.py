@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.errors import UsageError
+from vomstudio.files.extensions import check_extension
 from vomstudio.survey.foretold_plan import forecast_in_short
 from vomstudio.survey.photo_limits import planes_in_short
 from vomstudio.words import to_translate, tr
@@ -33,14 +33,7 @@ _WORDS = {
 
 def check_format(path: str | Path) -> str:
     """The ending. Raises UsageError for one that no sheet has."""
-    ending = Path(path).suffix.lower()
-    if ending not in FORMATS:
-        raise UsageError(
-            tr("A field sheet is written as .pdf, .svg or .html. Name a file that ends so."),
-            file=path,
-            field="--output",
-        )
-    return ending
+    return check_extension(path, FORMATS)
 
 
 def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False) -> None:

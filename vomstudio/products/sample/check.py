@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate
 
 Floats = npt.NDArray[np.float64]
 FAULT = "fault"
@@ -88,9 +89,7 @@ def check_sample(picks: SamplePicks, truth: SampleTruth) -> SampleResult:
     fits = fit_planes(picks.points, picks.offsets)
     for name, reason in zip(picks.names, fits.error, strict=True):
         if reason is not None:
-            raise GeometryError(
-                tr("The pick {pick} has no plane. {reason}", pick=name, reason=reason)
-            )
+            raise GeometryError(Finding("sample.pick-without-plane", pick=name, reason=reason))
     checks = [
         plane_check(f"{kind} {name}", fits[i], truth.planes[name])
         for i, (name, kind) in enumerate(zip(picks.names, picks.kinds, strict=True))

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.notation import plane_option
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.section.section_options import SectionOptions
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -115,10 +115,7 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     keep = lengths > SHORTEST
     if not keep.any():
-        raise InputError(
-            tr("The line of the profile has no length. Draw it between two different points."),
-            field="--section-line",
-        )
+        raise InputError(Finding("section.no-length"), field="--section-line")
     starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
     panels = tuple(
         Panel(
@@ -146,7 +143,5 @@ def parse_through(text: str) -> Array:
     except ValueError:
         found = np.empty(0)
     if found.shape != (3,) or not np.isfinite(found).all():
-        raise UsageError(
-            tr("A point is given as x,y,z, three numbers of World in metres."), field="--through"
-        )
+        raise UsageError(Finding("section.not-a-point", text=text), field="--through")
     return found

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.notation import format_attitude
@@ -42,23 +43,23 @@ class Directions:
         axis = self.axes.get(item.domain or self.faults.get(item.id, ""))
         return self.along if axis is None or axis.line is None else axis.line.vector()
 
-    def checked(self, curtain: Curtain) -> tuple[str, ...]:
-        """What must be said of directions that meet the section at a small angle, and of domains
-        without one. Raises UsageError for one that lies in it, or nearly."""
-        said = list(_checked(curtain, self.along, ""))
+    def check(self, curtain: Curtain) -> tuple[Finding, ...]:
+        """Return findings about directions at small angles to the section, and domains without.
+
+        Raises
+        ------
+        UsageError
+            If a direction lies in the section, or nearly.
+        """
+        findings = list(_check(curtain, self.along, None))
         for name, axis in self.axes.items():
             if axis.line is not None:
-                said += _checked(curtain, axis.line.vector(), name)
+                findings += _check(curtain, axis.line.vector(), name)
             elif self.along is None:
-                said.append(
-                    tr(
-                        "Domain {name} has no axis of its own ({reason}) and is projected at right "
-                        "angles to the section.",
-                        name=name,
-                        reason=axis.description,
-                    )
+                findings.append(
+                    Finding("section.domain-without-axis", domain=name, reason=axis.description)
                 )
-        return tuple(said)
+        return tuple(findings)
 
 
 def by_domain(items: Sequence[Item], field_: str) -> Directions:
@@ -142,44 +143,29 @@ def least_angle(curtain: Curtain, along: Array | None) -> float:
     return min((angle for angle in angles if angle >= REFUSED_DEG), default=0.0)
 
 
-def _checked(curtain: Curtain, along: Array | None, domain: str) -> tuple[str, ...]:
+def _check(curtain: Curtain, along: Array | None, domain: str | None) -> tuple[Finding, ...]:
     if along is None:
         return ()
     angles = [angle_to(panel, along) for panel in curtain.panels]
-    whose = tr("The direction of projection")
-    if domain:
-        whose = tr("The direction of projection of domain {name}", name=domain)
     if max(angles) < REFUSED_DEG:
+        limits = {"limit_deg": REFUSED_DEG, "recommended_deg": GRAZING_DEG}
         raise UsageError(
-            tr(
-                "{whose} lies in the section (within {limit:g} degrees). Choose one that meets it, "
-                "at {wanted:g} degrees or more.",
-                whose=whose,
-                limit=REFUSED_DEG,
-                wanted=GRAZING_DEG,
-            ),
+            Finding("section.along-direction", **limits)
+            if domain is None
+            else Finding("section.along-domain", domain=domain, **limits),
             field="--along",
         )
-    said = []
+    findings = []
     if any(angle < REFUSED_DEG for angle in angles):
-        said.append(
-            tr(
-                "Pieces of the section within {limit:g} degrees of the direction of projection "
-                "hold no features.",
-                limit=REFUSED_DEG,
-            )
-        )
+        findings.append(Finding("section.pieces-without-features", limit_deg=REFUSED_DEG))
     least = least_angle(curtain, along)
     if least < GRAZING_DEG:
-        cost = math.radians(1.0) / math.sin(math.radians(least)) ** 2
-        said.append(
-            tr(
-                "{whose} meets the section at {angle:.0f} degrees only: each degree of its error "
-                "moves features by {cost:.0f} % of their distance from the section. Choose a "
-                "section more at right angles to it, or leave out what lies far from it.",
-                whose=whose,
-                angle=least,
-                cost=100.0 * cost,
+        cost = 100.0 * math.radians(1.0) / math.sin(math.radians(least)) ** 2
+        findings.append(
+            Finding("section.grazing-direction", angle_deg=least, cost_percent=cost)
+            if domain is None
+            else Finding(
+                "section.grazing-domain", domain=domain, angle_deg=least, cost_percent=cost
             )
         )
-    return tuple(said)
+    return tuple(findings)

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.results import to_dict
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.files.atomic import atomic_group, write_bytes
+from vomstudio.files.extensions import check_extension
 from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
 from vomstudio.geology.notation import plain_azimuth
@@ -27,7 +28,6 @@ from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.reprs import Shown
 from vomstudio.version import __version__
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -128,7 +128,7 @@ def extend(
     points = data.vertices if isinstance(data, Mesh) else data.points
     sound = points[np.isfinite(points).all(axis=1)]
     if not len(sound):
-        raise GeometryError(tr("The model has no points with coordinates."))
+        raise GeometryError(Finding("model.no-points"))
     repeats = repeated(belief, sound, thickness_m, thickness_error_m)
     found = bands(belief, repeats, points)
     beds, traces = [], []
@@ -144,9 +144,7 @@ def extend(
                 float(errors.min()), float(errors.max()))
         )  # fmt: skip
     if not beds:
-        raise GeometryError(
-            tr("The plane does not meet the model. Check its attitude and its point.")
-        )
+        raise GeometryError(Finding("extension.misses-model"))
     small, large = _half_angles(belief)
     plane = belief.plane
     return ExtendedPlane(
@@ -266,24 +264,12 @@ def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
 def _warnings(beds: list[Bed], thickness: float | None) -> tuple[Message, ...]:
     if thickness is None or max(bed.most_error95_m for bed in beds) < 0.5 * thickness:
         return ()
-    return (
-        tr(
-            "Far from its points the plane is known worse than half the thickness: there it cannot "
-            "be told which bed is which."
-        ),
-    )
+    return (Finding("extension.beds-indistinct"),)
 
 
 def format_of(path: str | Path) -> str:
     """Raises UsageError for another ending."""
-    ending = Path(path).suffix.lower()
-    if ending not in ENDINGS:
-        raise UsageError(
-            tr("Traces are written as .csv or .gpkg. Give the name one of these endings."),
-            file=path,
-            field="--output",
-        )
-    return ending
+    return check_extension(path, ENDINGS)
 
 
 def write_traces(

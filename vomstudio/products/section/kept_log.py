@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import FeatureType, Logged, Record, get
@@ -16,7 +17,6 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.io.project.export import thresholds_of
 from vomstudio.io.project.journal import read_replay
 from vomstudio.products.section.line_log import LogQuestion, words_along
-from vomstudio.words import tr
 
 
 def kept_question(
@@ -53,25 +53,23 @@ def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
     found = [r for r in lines if r.id == name] or [r for r in lines if r.name == name]
     if len(found) == 1:
         return found[0]
-    if found:
-        message = tr("Several lines are called {name}. Give the id of one.", name=repr(name))
-    else:
-        described = ", ".join(r.name for r in lines if r.beds)
-        message = tr("The project has no trace, contact line or polyline {name}.", name=repr(name))
-        if described:
-            more = tr("Beds are described along {names}.", names=described)
-            message = f"{message} {more}"
-    raise InputError(message, file=folder, field="--line")
+    described = [r.name for r in lines if r.beds]
+    raise InputError(
+        Finding("log.ambiguous-line", name=name)
+        if found
+        else Finding("log.no-line", name=name, names=described or None),
+        file=folder,
+        field="--line",
+    )
 
 
 def _traces(records: Mapping[str, Record], name: str, folder: Path) -> list[Trace]:
     types = [r for r in records.values() if isinstance(r, FeatureType)]
     chosen = {t.id for t in types if name.casefold() in (t.id.casefold(), t.name.casefold())}
     if not chosen:
+        names = [t.name for t in types]
         raise InputError(
-            tr("The project has no feature type {name}.", name=repr(name)),
-            file=folder,
-            field="--type",
+            Finding("log.no-type", name=name, names=names), file=folder, field="--type"
         )
     traces = (get(records, id_, Trace) for id_ in records)
     return [trace for trace in traces if trace is not None and trace.type_id in chosen]

@@ -16,7 +16,7 @@ from vomstudio.document.records import Feature, Logged
 from vomstudio.errors import InputError, VomError
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane, angle_between_planes
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.bed_log import BedLog
@@ -120,16 +120,10 @@ def answer(question: LogQuestion) -> LogAnswer | VomError:
     if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         found = replace(found, warnings=(*found.warnings, warning))
-    turned = sum(b.key in q.marked for b in boundaries)
-    if turned and not q.options.overturned:
-        turned_warning = tr_n(
-            "{count} of the boundaries is on a bed that is marked as overturned, and the log "
-            "counts upwards. Say that the beds are overturned where younger ones lie below.",
-            "{count} of the boundaries are on beds that are marked as overturned, and the log "
-            "counts upwards. Say that the beds are overturned where younger ones lie below.",
-            turned,
-        )
-        found = replace(found, warnings=(*found.warnings, turned_warning))
+    overturned = sum(b.key in q.marked for b in boundaries)
+    if overturned and not q.options.overturned:
+        warning = Finding("log.overturned-beds", count=overturned)
+        found = replace(found, warnings=(*found.warnings, warning))
     keys = dict(zip(told, (b.key for b in boundaries), strict=True))
     bases = tuple(keys[interval.base] for interval in found.intervals)
     return LogAnswer(
@@ -163,12 +157,8 @@ def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
     if len(found) < 2:
         unit = "m" if q.metric else tr("units")
         raise InputError(
-            tr(
-                "{count} of the traces come within {reach:.3g} {unit} of the line; a log needs two "
-                "boundaries. Allow a larger distance, or take the points of the line.",
-                count=len(found), reach=reach, unit=unit,
-            )
-        )  # fmt: skip
+            Finding("log.too-few-boundaries", count=len(found), reach=reach, unit=unit)
+        )
     return [boundary for _, boundary in sorted(found, key=lambda each: each[0])]
 
 
@@ -200,12 +190,7 @@ def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
         return _Bed(q.bed, q.options.bed_error_deg or 0.0)
     ids = [b.key for b in boundaries if b.key in q.traces] or _near_traces(q, reach)
     if not ids:
-        raise InputError(
-            tr(
-                "No trace of the bedding is near the line. Take the plane of a bed, or give its "
-                "attitude (--bed)."
-            )
-        )
+        raise InputError(Finding("log.no-bedding"))
     found = fit_common_bed([q.traces[id_].points for id_ in ids])
     fit95 = found.max_confidence95_deg or 0.0
     turned = sum(_is_turned(q.traces[id_], found.plane, fit95) for id_ in ids)

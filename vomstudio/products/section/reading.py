@@ -15,7 +15,6 @@ from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
 from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.io.text.orientation_columns import Azimuth
@@ -129,9 +128,7 @@ def _meets(points: Array, bounds: Array) -> bool:
 
 def _not_one(count: int, path: Path) -> InputError:
     return InputError(
-        tr("The file of the profile holds {count} lines. It must hold one.", count=count),
-        file=path,
-        field="--section-line",
+        Finding("section.several-lines", count=count), file=path, field="--section-line"
     )
 
 
@@ -147,11 +144,7 @@ def _line_of_table(path: Path) -> ProfileLine:
     points = table.numbers(columns)
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 2:
-        raise InputError(
-            tr("A profile needs the x and y of at least two points, a row each."),
-            file=path,
-            field="--section-line",
-        )
+        raise InputError(Finding("section.too-few-points"), file=path, field="--section-line")
     stated, findings = crs_of_table(path, table.comments)
     return ProfileLine(path, points, stated, warnings=findings)
 
@@ -162,7 +155,7 @@ _X_Y = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
 @dataclass(frozen=True, eq=False)
 class ReadFeatures:
     """items : with a place; convention : how the columns of a table were understood, "" of a
-    project; warnings : sentences"""
+    project"""
 
     items: tuple[Item, ...] = ()
     convention: str = ""
@@ -190,7 +183,7 @@ def read_features(
     if path.is_dir() or path.name == "journal.sqlite":
         return ReadFeatures(read_items(path))
     from vomstudio.io.text.orientation_reading import read_orientations
-    from vomstudio.io.text.tables import coordinate_columns, lines_in_words
+    from vomstudio.io.text.tables import coordinate_columns
 
     table = read_orientations(path, azimuth)
     columns = coordinate_columns(table.table)
@@ -203,10 +196,7 @@ def read_features(
     places = placed.points
     keep = np.asarray(table.is_plane & np.isfinite(places).all(axis=1))
     if not keep.any():
-        raise InputError(
-            tr("The table has no plane with x, y, z. A feature without a place is on no section."),
-            file=path,
-        )
+        raise InputError(Finding("section.no-planes"), file=path)
 
     def words(column: str) -> list[str]:
         known = column in (table.table.names or ())
@@ -227,24 +217,12 @@ def read_features(
         }
         for k in np.flatnonzero(keep)
     ]
-    said: list[Message] = [*table.warnings, *placed.findings]
+    warnings: list[Message] = [*table.warnings, *placed.findings]
     lines = int((~table.is_plane).sum())
     if lines:
-        said.append(
-            tr_n(
-                "{count} row of the table is a line and not projected.",
-                "{count} rows of the table are lines and not projected.",
-                lines,
-            )
-        )
+        warnings.append(Finding("section.lines-left-out", count=lines))
     nowhere = table.is_plane & ~keep
     if nowhere.any():
-        said.append(
-            tr_n(
-                "{count} plane without x, y, z is on no section: {lines}",
-                "{count} planes without x, y, z are on no section: {lines}",
-                int(nowhere.sum()),
-                lines=lines_in_words([int(n) for n in table.line_numbers[nowhere]]),
-            )
-        )
-    return ReadFeatures(items_of_table(places[keep], rows), table.convention, tuple(said))
+        numbers = [int(n) for n in table.line_numbers[nowhere]]
+        warnings.append(Finding("section.planes-without-place", count=len(numbers), lines=numbers))
+    return ReadFeatures(items_of_table(places[keep], rows), table.convention, tuple(warnings))

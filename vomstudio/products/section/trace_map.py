@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.files.atomic import atomic_group
 from vomstudio.geology.fractures.network import Counted
@@ -16,7 +17,6 @@ from vomstudio.geology.fractures.trace_plane import TracePlane, best_fit_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.products.section.curtain import Curtain, curtain_of_plane
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def face_of(lines: Sequence[Array], plane: Plane | None = None) -> Curtain:
     its upward normal: distances to the right, and up its dip or, where it is vertical, Z. plane :
     None takes the one that fits all points best. Raises GeometryError where they determine none."""
     if not lines:
-        raise GeometryError(tr("There are no traces."))
+        raise GeometryError(Finding("traces.none"))
     points = np.concatenate(lines)
     if plane is None:
         plane = best_fit_plane(points)

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.results import to_dict
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
+from vomstudio.files.extensions import check_extension
 from vomstudio.files.spreadsheet_cells import guarded, head_line
 from vomstudio.geology.notation import format_azimuth, format_wind, plain_azimuth
 from vomstudio.geology.orientation import Line
@@ -101,14 +102,7 @@ class WrittenSection:
 
 def format_of(path: str | Path) -> str:
     """Raises UsageError for another ending."""
-    ending = Path(path).suffix.lower()
-    if ending not in ENDINGS:
-        raise UsageError(
-            tr("A section is written as .csv, .dxf or .svg. Give its name one of these endings."),
-            file=path,
-            field="--output",
-        )
-    return ending
+    return check_extension(path, ENDINGS)
 
 
 def targets_of(path: str | Path, has_features: bool) -> list[Path]:
@@ -171,17 +165,8 @@ def figures_of(
     """directions : as of `project_items`. Raises InputError where the section misses the model."""
     if not cut.lines:
         if cut.points is not None and cut.slab_m is not None:
-            raise InputError(
-                tr(
-                    "{count} points lie within {half:.3g} m of the section, too few for a line. "
-                    "Move the section or give a thicker slab with --slab.",
-                    count=cut.points,
-                    half=cut.slab_m / 2,
-                )
-            )
-        raise InputError(
-            tr("The section does not meet the model. Check the plane and the point or the line.")
-        )
+            raise InputError(Finding("section.thin-slab", count=cut.points, half_m=cut.slab_m / 2))
+        raise InputError(Finding("section.misses-model"))
     plane = curtain.plane
     left, right = curtain.ends
     return SectionFigures(

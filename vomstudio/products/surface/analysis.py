@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line, Plane
@@ -34,7 +34,6 @@ from vomstudio.products.elevation.planning import HeightPlan, plan_heights
 from vomstudio.progress import Progress
 from vomstudio.reprs import Shown
 from vomstudio.tables.orientation_table import Row, plane_row
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -132,9 +131,9 @@ class SurfaceFigures(Shown):
     bent_share: float
     trim: Trim | None
     hurst: Hurst | None
-    hurst_reason: str | None
+    hurst_reason: Finding | None
     smoothest: SmoothestLine | None
-    smoothest_reason: str | None
+    smoothest_reason: Finding | None
     warnings: tuple[Message, ...]
     deviations: Array = field(default_factory=lambda: np.zeros((0, 0)))
     plan: HeightPlan | None = None
@@ -172,20 +171,18 @@ def analyse(
     plane = Plane.from_normal(fit.normal)
     plan = plan_heights(data, plane, to_world=np.eye(4), gsd=cell_m)
     if plan.grid.width * plan.grid.height > MOST_CELLS:
+        count = plan.grid.width * plan.grid.height
         raise UsageError(
-            tr("The map would have more than a million cells. Give larger ones with --gsd."),
-            field="--gsd",
+            Finding("raster.too-many-cells", count=count, maximum=MOST_CELLS), field="--gsd"
         )
     heights, _ = draw_heights(data, plan, None, progress)
     base = fit.centroid[2] if plan.is_map else (fit.centroid - plan.reference) @ plane.normal()
     deviations = np.asarray(heights, np.float64) - float(base)
-    if int(np.isfinite(deviations).sum()) < FEWEST_CELLS:
+    cells = int(np.isfinite(deviations).sum())
+    if cells < FEWEST_CELLS:
         raise GeometryError(
-            tr("The patch is too small: its map has {count} cells of {cell:.3g} m in which the "
-               "surface is known, and {least} are needed. Enlarge the patch, or choose one on a "
-               "finer part of the model.",
-               count=int(np.isfinite(deviations).sum()), least=FEWEST_CELLS, cell=plan.grid.gsd)
-        )  # fmt: skip
+            Finding("patch.too-small", count=cells, least=FEWEST_CELLS, cell_m=plan.grid.gsd)
+        )
     row = _row(fit, points, area, edge, model, frame, thresholds)
     found = where_it_holds(deviations, noise)
     trim, holds = _trim(points, fit, deviations, plan, found, edge, model, frame, thresholds)
@@ -320,47 +317,24 @@ def _roughness(
         "smoothest": None, "smoothest_reason": None,
     }  # fmt: skip
     if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
-        reason = tr(
-            "The surface is flat to the last digit of its coordinates: there is no roughness on it."
-        )
+        reason = Finding("roughness.flat")
         return {**made, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
     found = increments.variations(deviations, plan.grid.gsd, shortest)
     if found is None:
-        reason = tr(
-            "The patch is too small for its resolution: the shortest distance that the model can "
-            "tell is {shortest:.3g} m. Enlarge the patch, or use a finer model.",
-            shortest=shortest,
-        )
+        reason = Finding("roughness.small-patch", shortest_m=shortest)
         return {**made, "hurst_reason": reason, "smoothest_reason": reason}
     whole = increments.exponent(found, noise, lack)
     over = increments.range_told(found, noise)
     if whole is None and over is not None and over[0] <= 1.01 * float(found.lags[0]):
-        made["hurst_reason"] = tr(
-            "Distances from {from_:.3g} to {to:.3g} m, which the patch and its model allow, are "
-            "too short a range for an exponent.",
-            from_=over[0],
-            to=over[1],
-        )
+        made["hurst_reason"] = Finding("roughness.short-range", from_m=over[0], to_m=over[1])
     elif whole is None:
-        made["hurst_reason"] = tr(
-            "The surface does not stand out of the model's noise of {noise:.3g} m over a range of "
-            "distances; what is smaller is the model's and not the rock's.",
-            noise=noise,
-        )
+        made["hurst_reason"] = Finding("roughness.below-noise", noise_m=noise)
     elif not whole.straight:
-        made["hurst_reason"] = tr(
-            "The deviations grow with the power {short:.2f} of short distances and {long:.2f} of "
-            "long ones, which no rough surface does that has one exponent: grooves, waves or steps "
-            "have a length of their own.",
-            short=whole.short,
-            long=whole.long,
+        made["hurst_reason"] = Finding(
+            "roughness.several-exponents", short=whole.short, long=whole.long
         )
     elif not whole.H + whole.error95 > 0.0 or not whole.H - whole.error95 < 1.0:
-        made["hurst_reason"] = tr(
-            "The deviations grow with the power {H:.2f} of the distance, which no rough surface "
-            "does (0 to 1): it is bent or smooth at this scale.",
-            H=whole.H,
-        )
+        made["hurst_reason"] = Finding("roughness.invalid-exponent", exponent=whole.H)
     else:
         each = tuple(
             DirectionRoughness(*_line(one.angle_deg, plan, plane), one.H, one.error95)
@@ -370,16 +344,9 @@ def _roughness(
     straight = increments.variations(flat, plan.grid.gsd, shortest)
     line = None if straight is None else increments.smoothest(straight, noise)
     if line is None or math.isnan(line.p):
-        made["smoothest_reason"] = tr(
-            "The surface does not stand out of the model's noise of {noise:.3g} m, so that no "
-            "direction can be told.",
-            noise=noise,
-        )
+        made["smoothest_reason"] = Finding("roughness.direction-below-noise", noise_m=noise)
     elif not line.claimed:
-        made["smoothest_reason"] = tr(
-            "The surface is as rough in all directions as far as can be told (p = {p:.2g}).",
-            p=line.p,
-        )
+        made["smoothest_reason"] = Finding("roughness.no-direction", p=line.p)
     else:
         made["smoothest"] = SmoothestLine(
             *_line(line.angle_deg, plan, plane), line.error95_deg, line.ratio, line.p
@@ -459,15 +426,10 @@ def _warnings(
     noise: float,
     cell: float,
 ) -> tuple[Message, ...]:
-    said = []
+    warnings = []
     if trim is not None:
-        said.append(
-            tr(
-                "The plane does not hold over {share:.0f} % of the patch. Without it the plane "
-                "turns by {turn:.1f} degrees.",
-                share=100.0 * trim.share,
-                turn=trim.turn_deg,
-            )
+        warnings.append(
+            Finding("patch.partly-planar", share_percent=100.0 * trim.share, turn_deg=trim.turn_deg)
         )
     if trim is not None and found.other is not None:
         one, other = (
@@ -475,22 +437,15 @@ def _warnings(
             for plane in (found.plane, found.other)
         )
         angle = math.atan2(float(np.linalg.norm(np.cross(one, other))), abs(float(one @ other)))
-        said.append(
-            tr(
-                "The patch consists of two planes, {angle:.1f} degrees apart: {share:.0f} % of it "
-                "lie in the larger one and {other:.0f} % in the other. Measure each on its own.",
-                angle=math.degrees(angle),
-                share=100.0 * (1.0 - trim.share),
-                other=100.0 * found.other_share,
+        warnings.append(
+            Finding(
+                "patch.two-planes",
+                angle_deg=math.degrees(angle),
+                share_percent=100.0 * (1.0 - trim.share),
+                other_percent=100.0 * found.other_share,
             )
         )
     spread = 1.4826 * float(np.median(np.abs(known - np.median(known))))
     if bent_share > 0.9 and spread > 2.0 * noise:
-        said.append(
-            tr(
-                "The patch is bent: a paraboloid explains {share:.0f} % of its deviations. Its "
-                "smoothest direction is that of what is left.",
-                share=100.0 * bent_share,
-            )
-        )
-    return tuple(said)
+        warnings.append(Finding("patch.bent", share_percent=100.0 * bent_share))
+    return tuple(warnings)

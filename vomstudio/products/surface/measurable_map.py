@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.measurable import (
@@ -98,18 +98,13 @@ def measurable_map(
         own = options.resolution_m or usual_resolution(data)
         length = float(f"{USUAL_RESOLUTIONS * own:.2g}")
         warnings.append(
-            tr(
-                "No length of a trace was given: {length:g} m was taken, {times:g} times the "
-                "resolution.",
-                length=length,
-                times=USUAL_RESOLUTIONS,
-            )
+            Finding("measurable.length-assumed", length_m=length, times=USUAL_RESOLUTIONS)
         )
     found = measurable(data, plane.normal(), replace(options, length_m=length), progress)
     area = found.areas
     total = float(area.sum())
     if not total > 0.0:
-        raise GeometryError(tr("The model has no surface."))
+        raise GeometryError(Finding("model.no-surface"))
 
     def shares(classes: npt.NDArray[np.int8]) -> dict[str, float]:
         own = np.bincount(classes, area, len(CLASSES)) / total
@@ -245,7 +240,10 @@ def write_raster(
     cell = cell_m or max(found.length_m / 40.0, found.resolution_m)
     plan = plan_heights(data, view, to_world=np.eye(4), gsd=cell)
     if plan.grid.width * plan.grid.height > _MOST_CELLS:
-        raise UsageError(tr("The raster would have too many cells; give a larger --gsd."))
+        count = plan.grid.width * plan.grid.height
+        raise UsageError(
+            Finding("raster.too-many-cells", count=count, maximum=_MOST_CELLS), field="--gsd"
+        )
     heights, _ = draw_heights(data, plan, None, progress)
     rows, columns = np.nonzero(np.isfinite(heights))
     cells = np.stack([columns + 0.5, rows + 0.5, heights[rows, columns], np.ones(len(rows))])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -21,19 +21,16 @@ def around(data: Mesh | PointCloud, centre: Array, radius: float) -> Mesh | Poin
     are none."""
     points = data.vertices if isinstance(data, Mesh) else data.points
     near = np.asarray(np.linalg.norm(points - centre, axis=1) <= radius)
-    return _where(data, near, tr("Nothing of the model lies within that radius of the place."))
+    return _where(data, near, Finding("patch.empty"))
 
 
 def of_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
     """Those of a facet of a model that `facets --labels` wrote. Raises InputError where the model
     has no such field, or no such facet."""
     if FACET not in data.fields:
-        raise InputError(
-            tr("The model has no field facet. Write it with vomstudio facets --labels."),
-            field="--facet",
-        )
+        raise InputError(Finding("facet.no-field"), field="--facet")
     own = np.asarray(data.fields[FACET]) == number
-    return _where(data, own, tr("There is no facet {number} on the model.", number=number))
+    return _where(data, own, Finding("facet.missing", number=number))
 
 
 def of_faces(mesh: Mesh, faces: Ints) -> Mesh:
@@ -55,23 +52,20 @@ def parse_around(text: str) -> tuple[Array, float]:
     except ValueError:
         found = np.empty(0)
     if found.shape != (4,) or not np.isfinite(found).all() or not found[3] > 0.0:
-        raise UsageError(
-            tr("A patch is given as x,y,z,r: a place of World and a radius in metres."),
-            field="--around",
-        )
+        raise UsageError(Finding("patch.not-a-place", text=text), field="--around")
     return found[:3], float(found[3])
 
 
 def _where(
-    data: Mesh | PointCloud, chosen: npt.NDArray[np.bool_], nothing: str
+    data: Mesh | PointCloud, chosen: npt.NDArray[np.bool_], if_none: Finding
 ) -> Mesh | PointCloud:
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.flatnonzero(chosen[data.faces].all(axis=1))
         if not len(faces):
-            raise InputError(nothing)
+            raise InputError(if_none)
         return of_faces(data, faces)
     if not chosen.any():
-        raise InputError(nothing)
+        raise InputError(if_none)
     if isinstance(data, Mesh):
         return PointCloud(np.asarray(data.vertices[chosen], np.float64))
     return data.of_rows(chosen)

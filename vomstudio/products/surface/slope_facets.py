@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.spreadsheet_cells import guarded
@@ -22,7 +23,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.products.surface.patch import FACET
 from vomstudio.version import __version__
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Labels = npt.NDArray[np.integer]
@@ -46,22 +46,14 @@ def faces_of(table: OrientationTable, data: Mesh | PointCloud | None = None) -> 
         for i in np.flatnonzero(table.is_plane).tolist()
     ]
     if data is not None and over and not {f.id for f in found} & over.keys():
-        raise InputError(
-            tr(
-                "None of the labels on the model is the id of a facet in {table}.", table=table.path
-            ),
-            field="--labelled-model",
-        )
+        raise InputError(Finding("facet.other-labels", table=table.path), field="--labelled-model")
     return found
 
 
 def labels_of(data: Mesh | PointCloud) -> Labels:
     """(points,) of a model that `facets --labels` wrote. Raises InputError where it has none."""
     if FACET not in data.fields:
-        raise InputError(
-            tr("The model has no field facet. Write it with vomstudio facets --labels."),
-            field="--labelled-model",
-        )
+        raise InputError(Finding("facet.no-field"), field="--labelled-model")
     return np.asarray(data.fields[FACET]).astype(np.int64)
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.files.atomic import atomic_group, write_bytes
+from vomstudio.files.extensions import check_extension
 from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
@@ -22,7 +22,6 @@ from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.products.surface.analysis import SurfaceFigures
 from vomstudio.version import __version__
-from vomstudio.words import tr
 
 ENDINGS = (".tif", ".tiff", ".ply", ".csv")
 FIELDS = ("deviation_m", "plane_holds")
@@ -31,17 +30,7 @@ PROFILE_COLUMNS = ("profile", "distance_m", "deviation_m", "x", "y", "z")
 
 def format_of(path: str | Path) -> str:
     """Raises UsageError for another ending."""
-    ending = Path(path).suffix.lower()
-    if ending not in ENDINGS:
-        raise UsageError(
-            tr(
-                "Deviations are written as a raster .tif, as points .ply, or as a table .csv. Give "
-                "the name one of these endings."
-            ),
-            file=path,
-            field="--output",
-        )
-    return ending
+    return check_extension(path, ENDINGS)
 
 
 def as_fields(found: SurfaceFigures) -> dict[str, npt.NDArray[np.float32]]:

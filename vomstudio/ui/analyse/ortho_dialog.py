@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document.domains import domain_names
 from vomstudio.document.records import Model
@@ -208,14 +209,16 @@ class OrthoDialog(QDialog):
     def _propose(self) -> None:
         model = self._model()
         data = self._studio.models[model.id].data
-        gsd, self._why = planning.default_gsd(data, model.to_world, max(self._extent()))
+        gsd, code = planning.default_gsd(data, model.to_world, max(self._extent()))
         self.gsd.setText(f"{gsd:g}")
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
-        self._unit.setText("m" if metric else tr("units"))
+        unit = "m" if metric else tr("units")
+        self._unit.setText(unit)
+        self._proposal = Finding(code, gsd=gsd, unit=unit)
         cost = view_directions.cost_of_direction(self._error_deg, deep, metric=metric)
-        self._cost.setText(cost[:1].upper() + cost[1:])
+        self._cost.setText(cost.message)
         self._check()
         # Labels of several lines have their text only now.
         make_room_for_text(self)
@@ -233,11 +236,11 @@ class OrthoDialog(QDialog):
             size = [length(v, metric=self._model().frame.has_metres) for v in (width, height)]
             self._size.setText(
                 tr(
-                    "At most {width:,.0f} × {height:,.0f} pixels, {size}\nProposed: {reason}",
+                    "At most {width:,.0f} × {height:,.0f} pixels, {size}\n{proposal}",
                     width=width / gsd,
                     height=height / gsd,
                     size=" × ".join(size),
-                    reason=self._why,
+                    proposal=self._proposal,
                 )
             )
             if pixels > planning.MAX_PIXELS:
@@ -307,7 +310,10 @@ class OrthoDialog(QDialog):
             return
         out = Path(self.target.text()).expanduser()
         view = view_directions.View(
-            self._direction.trend_deg, self._direction.plunge_deg, "as given", self._words
+            self._direction.trend_deg,
+            self._direction.plunge_deg,
+            view_directions.AS_GIVEN,
+            Finding("view.chosen", description=self._words),
         )
         if self.flip.isChecked():
             view = view.flipped()

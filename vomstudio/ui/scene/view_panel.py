@@ -429,7 +429,7 @@ class ViewPanel(QWidget):
         """Nothing without a model."""
         studio = self._studio
         deep, metric = depth_along(line.vector(), studio.models, studio.records)
-        return cost_of_direction(error95_deg, deep, metric=metric) if deep else ""
+        return cost_of_direction(error95_deg, deep, metric=metric).message if deep else ""
 
     def _show_cost(self) -> None:
         """From which measurement the present direction follows, and what its error costs."""

@@ -72,7 +72,7 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     items = items_of(q.records, Measurements()) if features and q.records else ()
     parted = q.features.along == DOMAINS and bool(items)
     directions = by_domain(items, "domains") if parted else Directions(q.along)
-    grazing = directions.checked(q.curtain)
+    grazing = directions.check(q.curtain)
     flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
     figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
     drawing = writing.section_drawing(

@@ -1,0 +1,54 @@
+"""Texts of the findings about nets, roses and their figures."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "net.not-three-numbers": (
+        "error",
+        to_translate("“{text}” is not three numbers such as 125/26/30. Correct it."),
+    ),
+    "net.number-of-planes": (
+        "error",
+        to_translate(
+            "Intersections are drawn of 2 to {maximum} planes, but there are {count}. Choose other"
+            " planes."
+        ),
+    ),
+    "net.no-errors": (
+        "error",
+        to_translate(
+            "The table has no errors of planes. Add the columns {columns}, as in tables that this"
+            " program writes."
+        ),
+    ),
+    "net.too-many-levels": (
+        "error",
+        to_translate("There are {count} levels of contours. Use at most {maximum}."),
+    ),
+    "net.few-for-contours": (
+        "warning",
+        to_translate(
+            "{set}: {count} orientations are few for contours; the counting circle covers"
+            " {share_percent:.0f} % of the net."
+        ),
+    ),
+    "rose.no-lines": (
+        "error",
+        to_translate("The table has no lines with such an angle. For planes use --of strike."),
+    ),
+    "rose.no-planes": (
+        "error",
+        to_translate("The table has no planes with a strike. For lines use --of trend."),
+    ),
+    "figure.no-font": (
+        "error",
+        to_translate("The font “{font}” is not installed. Install it, or choose another."),
+    ),
+    "figure.not-a-size": (
+        "error",
+        to_translate("“{text}” is not a size in millimetres. Write it like 170x115."),
+    ),
+}

@@ -1,0 +1,125 @@
+"""Texts of the findings about patches of a model as surfaces, and about its facets."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "patch.not-a-place": (
+        "error",
+        to_translate(
+            "“{text}” is not a place with a radius. Write x,y,z,r: a World point and metres."
+        ),
+    ),
+    "patch.empty": (
+        "error",
+        to_translate(
+            "No part of the model lies within this radius. Choose another place or a larger radius."
+        ),
+    ),
+    "patch.too-small": (
+        "error",
+        to_translate(
+            "The patch is too small: {count} cells of {cell_m:.3g} m have a height, and {least} are"
+            " needed. Enlarge it, or choose a finer part of the model."
+        ),
+    ),
+    "patch.partly-planar": (
+        "warning",
+        to_translate(
+            "The plane does not fit {share_percent:.0f} % of the patch. Without that part it turns"
+            " by {turn_deg:.1f}°."
+        ),
+    ),
+    "patch.two-planes": (
+        "warning",
+        to_translate(
+            "The patch consists of two planes, {angle_deg:.1f}° apart, with {share_percent:.0f} %"
+            " and {other_percent:.0f} % of it. Measure each on its own."
+        ),
+    ),
+    "patch.bent": (
+        "warning",
+        to_translate(
+            "The patch is bent: a paraboloid explains {share_percent:.0f} % of its deviations. Its"
+            " smoothest direction is that of the remainder."
+        ),
+    ),
+    "facet.no-field": (
+        "error",
+        to_translate("The model has no field “facet”. Write it with vomstudio facets --labels."),
+    ),
+    "facet.missing": (
+        "error",
+        to_translate("The model has no facet {number}. Choose another."),
+    ),
+    "facet.other-labels": (
+        "error",
+        to_translate(
+            "None of the labels on the model is the id of a facet in {table}. Use the table and the"
+            " labels of one run."
+        ),
+    ),
+    "roughness.flat": (
+        "info",
+        to_translate("The surface is flat to the last digit of its coordinates, so not rough."),
+    ),
+    "roughness.small-patch": (
+        "warning",
+        to_translate(
+            "The patch is too small for its resolution, which resolves distances from"
+            " {shortest_m:.3g} m. Enlarge the patch, or use a finer model."
+        ),
+    ),
+    "roughness.short-range": (
+        "warning",
+        to_translate(
+            "Distances from {from_m:.3g} to {to_m:.3g} m, which patch and model allow, are too"
+            " short a range for an exponent. Enlarge the patch."
+        ),
+    ),
+    "roughness.below-noise": (
+        "warning",
+        to_translate(
+            "The surface does not exceed the model's noise of {noise_m:.3g} m over a range of"
+            " distances. Use a finer model."
+        ),
+    ),
+    "roughness.several-exponents": (
+        "warning",
+        to_translate(
+            "The deviations grow with the power {short:.2f} of short and {long:.2f} of long"
+            " distances, so no single exponent fits: grooves, waves or steps have own lengths."
+        ),
+    ),
+    "roughness.invalid-exponent": (
+        "warning",
+        to_translate(
+            "The deviations grow with the power {exponent:.2f} of the distance. A rough surface has"
+            " 0 to 1: this one is bent or smooth at this scale."
+        ),
+    ),
+    "roughness.direction-below-noise": (
+        "warning",
+        to_translate(
+            "The surface does not exceed the model's noise of {noise_m:.3g} m, so no direction is"
+            " smoothest. Use a finer model."
+        ),
+    ),
+    "roughness.no-direction": (
+        "info",
+        to_translate("The surface is equally rough in all directions (p = {p:.2g})."),
+    ),
+    "measurable.length-assumed": (
+        "info",
+        to_translate(
+            "The length of a trace is not given: {length_m:g} m is used, {times:g} times the"
+            " resolution."
+        ),
+    ),
+    "sample.pick-without-plane": (
+        "error",
+        to_translate("The pick {pick} has no plane. {reason}"),
+    ),
+}
