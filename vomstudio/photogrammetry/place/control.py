@@ -24,21 +24,21 @@ from vomstudio.photogrammetry.place.control_adjustment import (
 )
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
-from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
-from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
-from vomstudio.photogrammetry.place.wrong_marks import (
-    agree,
+from vomstudio.photogrammetry.place.mark_observations import (
+    NO_MARKS,
+    PointMarks,
     labels_on_one_spot,
-    misplaced,
-    without_wrong_marks,
+    marks_by_point,
 )
+from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.progress import Progress
 from vomstudio.registration.marks.mark_errors import (
+    agreement_px,
     mark_error_px,
     mark_scatter_findings,
     marks_disagree,
 )
-from vomstudio.registration.marks.wrong_marks import WrongMark
+from vomstudio.registration.marks.wrong_marks import WrongMark, agreeing, meet, misplaced
 from vomstudio.registration.remarks import bowing_findings, lens_findings
 from vomstudio.registration.scatter import drift_findings, scale_findings
 from vomstudio.registration.similarity import Similarity, fit_similarity
@@ -235,9 +235,9 @@ def _marked_points(
     for i, point in enumerate(control):
         others = [k for k in fitted.used if k != i]
         if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
-            seen[i], found = misplaced(
-                placed, point.label, seen[i], ground.local[i], limit, ground.mark_px
-            )
+            own = seen[i].in_views(placed)
+            rows, found = misplaced(point.label, own, ground.local[i], agreement_px(mark_px), limit)
+            seen[i] = seen[i].select(rows)
             wrong += found
     if wrong:
         findings = [*findings, *(mark.finding for mark in wrong)]
@@ -256,7 +256,9 @@ def _ground(
     """mark_px : error of a mark in one direction. Raises GeometryError where these cannot place the
     scene."""
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
-    usable = [i for i, marks in enumerate(seen) if agree(scene, marks, mark_px)]
+    usable = [
+        i for i, marks in enumerate(seen) if meet(marks.in_views(scene), agreement_px(mark_px))
+    ]
     fitting = [i for i in usable if not control[i].check]
     if len(fitting) < LEAST_POINTS:
         apart = [
@@ -303,7 +305,8 @@ def _observations(
     findings: list[Finding] = []
     mark_px = mark_error_px([own.in_views(scene) for own in found.values()])
     for label, own in found.items():
-        found[label], wrong = without_wrong_marks(scene, label, own, mark_px)
+        rows, wrong = agreeing(label, own.in_views(scene), agreement_px(mark_px))
+        found[label] = own.select(rows)
         findings += [mark.finding for mark in wrong]
     findings += labels_on_one_spot(marks)
     seen = [found.pop(point.label, NO_MARKS) for point in control]
