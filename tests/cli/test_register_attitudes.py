@@ -239,7 +239,7 @@ def test_phones_by_magnetic_north(run, model: Path) -> None:
 
     from pyproj import Proj
 
-    from vomstudio.io.gis.magnetic_north import declination_deg
+    from vomstudio.registration.north import declination_deg
 
     longitude, latitude, _ = degrees(world(np.zeros((1, 3))))[0]
     convergence = Proj("EPSG:32633").get_factors(longitude, latitude).meridian_convergence
@@ -441,7 +441,7 @@ def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
     """Places come from the points, the azimuth adds nothing but its own sentence."""
     from datetime import date
 
-    from vomstudio.io.gis.magnetic_north import declination_deg
+    from vomstudio.registration.north import declination_deg
 
     corners = np.array([[0, 0, 0], [9, 0, 0], [0, 4, 1], [3, 2, 5], [5, 1, 0.5]], float)
     rows = ["label,model_x,model_y,model_z,x,y,z"]
@@ -458,7 +458,9 @@ def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
     told = run(*words, "--crs", "EPSG:32633", "--json").json
     # It agrees with the points to some thousandths of a degree.
     assert off_deg(told) < 0.01
-    assert any(f"{declination - convergence:+.1f}°" in said for said in messages(told))
+    added = {each["code"]: each.get("correction_deg") for each in told["warnings"]}
+    expected = pytest.approx(declination - convergence, abs=0.01)
+    assert added["north.magnetic-corrected"] == expected
     assert not told["blunders"]
     # Without a CRS nobody knows where that is.
     assert "--crs" in run(*words).said

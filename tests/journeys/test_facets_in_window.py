@@ -183,7 +183,7 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     QTest.keyClicks(panel.limits.fields["angle_deg"], "8")
     QTest.keyClick(panel.limits.fields["angle_deg"], Qt.Key.Key_Return)
     driver.wait(
-        lambda: panel._facets.found is not first and not panel._facets.waiting, "other facets", 60.0
+        lambda: panel._facets.found is not first and not panel._facets.running, "other facets", 60.0
     )
     assert panel._facets.found.options.angle_deg == 8.0
     driver.settled(window)

@@ -44,7 +44,7 @@ def panel(window, tmp_path) -> TracesPanel:
 def look(window, panel) -> None:
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == "Stop"
-    driver.wait(lambda: not panel._traces.waiting, "the lines", 120.0)
+    driver.wait(lambda: not panel._traces.running, "the lines", 120.0)
     driver.settled(window)
 
 

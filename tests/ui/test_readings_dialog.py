@@ -70,8 +70,10 @@ def test_nothing_is_added_before_the_north_is_said_and_then_it_says_what_it_does
     assert not ok(dialog).isEnabled()
     assert "declination" in dialog._says.text()
     QTest.keyClicks(dialog._declination, "2,6")
-    assert "declination 2.6° E added" in dialog._says.text()
-    assert "convergence" in dialog._says.text()
+    assert "north.magnetic-corrected" in shown_codes(dialog._says.text())
+    correction = dialog.turn()
+    assert correction.declination_deg == 2.6
+    assert correction.convergence_deg is not None
     assert "Line 4: The row has no dip" in dialog._bad.toPlainText()
     assert dialog._bad.isVisible()
     assert ok(dialog).text() == "Add 3 readings"
@@ -139,7 +141,7 @@ def test_without_a_crs_no_convergence_is_applied_and_that_is_said(window, studio
     dialog = ask(window, book)
     choose(dialog._north, "true")
     assert dialog.turn().deg == 0.0
-    assert "no CRS" in dialog._says.text()
+    assert "north.true-unchanged" in shown_codes(dialog._says.text())
     dialog.reject()
 
 

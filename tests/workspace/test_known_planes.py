@@ -228,7 +228,7 @@ def test_magnetic_north_is_turned_by_the_declination_of_the_day_and_the_converge
 
     from pyproj import Proj
 
-    from vomstudio.io.gis.magnetic_north import declination_deg
+    from vomstudio.registration.north import declination_deg
 
     said = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5))
     in_crs = replace(BARE, placement=Frame("crs", crs="EPSG:32632"))
@@ -240,7 +240,7 @@ def test_magnetic_north_is_turned_by_the_declination_of_the_day_and_the_converge
     assert used.doubt_deg == 2.0
     assert not used.stated
     assert used.day == "2024-05-12"
-    for part in (f"{expected:+.1f}°", "IGRF-14", "2024-05-12", f"{convergence:+.1f}°"):
+    for part in (f"{expected:+.2f}°", "IGRF-14", "2024-05-12", f"{convergence:+.2f}°"):
         assert part in words
     # A local frame has true north up.
     used, _ = north_of(said, known_of(said, BARE, None, NO_PAIRS, None))
@@ -251,7 +251,7 @@ def test_a_stated_declination_goes_before_and_what_is_missing_is_asked_for() -> 
     said = compass(north="magnetic", declination_deg=-7.5, doubt_deg=1.0)
     used, words = north_of(said, known_of(said, BARE, None, NO_PAIRS, None))
     assert (used.turned_deg, used.stated, used.doubt_deg) == (-7.5, True, 1.0)
-    assert "-7.5°" in words
+    assert "-7.50°" in words
     for lacking in (
         compass(north="magnetic", day="2024-05-12"),
         compass(north="magnetic", place=(11.0, 46.0)),

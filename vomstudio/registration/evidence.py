@@ -488,7 +488,7 @@ def marked_places(
     for label, each in points.items():
         rows, wrong_marks = agreeing(label, each, agreement_px(mark_px))
         collected += [mark.finding for mark in wrong_marks]
-        right = Marks([each.views[int(row)] for row in rows], each.pixels[rows])
+        right = each.select(rows)
         if len(rows) < 2:
             continue
         if not meet(right, agreement_px(mark_px)):

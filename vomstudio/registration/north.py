@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from datetime import date
+from datetime import date, datetime, time
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.errors import UsageError
+from vomstudio.document.records import NorthKind, ReadNorth
+from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.attitude_tables import AttitudeTable
 from vomstudio.words import tr
 
@@ -22,9 +23,65 @@ al. 2015, Technical Report of the World Magnetic Model, section 3), instrument, 
 nearby the rest."""
 
 
+FIRST_YEAR, LAST_YEAR = 1900, 2029
+"""The years of the field model."""
+_MAX_LATITUDE_DEG = 89.9
+_MIN_HORIZONTAL_NT = 2000.0
+"""Below it a compass does not point anywhere (WMM2025 report, "blackout zone")."""
+
+
 def default_north_sigma_deg(north: str) -> float:
     """Return the common offset of readings from "grid", "true" or "magnetic" north, one sigma."""
     return MAGNETIC_NORTH_SIGMA_DEG if north == "magnetic" else 0.0
+
+
+@dataclass(frozen=True)
+class NorthCorrection:
+    """Correction of azimuths from "grid", "true" or "magnetic" north to grid north.
+
+    deg : added to azimuths; declination_deg : part of it, None if not needed; stated : whether the
+    declination was given, not computed from a field model; convergence_deg : subtracted, None if
+    not known; day : of the readings
+    """
+
+    north: NorthKind
+    deg: float
+    declination_deg: float | None = None
+    stated: bool = False
+    convergence_deg: float | None = None
+    day: date | None = None
+
+    def read_north(self, sigma_deg: float) -> ReadNorth:
+        """Return the record of the correction. sigma_deg : error that all readings share"""
+        day = "" if self.day is None else self.day.isoformat()
+        return ReadNorth(self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg)
+
+    @property
+    def finding(self) -> Finding | None:
+        """The correction as a finding; None for grid north."""
+        if self.north == "grid":
+            return None
+        values = {"correction_deg": self.deg}
+        if self.north == "true":
+            if self.convergence_deg is None:
+                return Finding("north.true-unchanged")
+            return Finding("north.true-corrected", **values)
+        source = tr("as stated") if self.stated else f"IGRF-14, {self.day}"
+        if self.convergence_deg is None:
+            return Finding("north.declination-added", **values, source=source)
+        return Finding(
+            "north.magnetic-corrected",
+            **values,
+            source=source,
+            declination_deg=self.declination_deg,
+            convergence_deg=self.convergence_deg,
+        )
+
+    @property
+    def summary(self) -> str:
+        """The correction as a sentence."""
+        finding = self.finding
+        return tr("Azimuths are taken as they were read.") if finding is None else finding.message
 
 
 @dataclass(frozen=True)
@@ -41,42 +98,86 @@ class North:
     day: date | None = None
     declination_deg: float | None = None
 
-    def turn_deg(
-        self,
-        north: str,
-        day: date | None = None,
-        place: tuple[float, float] | None = None,
-    ) -> float | None:
-        """What is added to an azimuth from "grid", "true" or "magnetic" north; None where place or
-        day is not known, by which that is found. Raises InputError."""
+    def correction(
+        self, north: str, day: date | None = None, place: tuple[float, float] | None = None
+    ) -> NorthCorrection | None:
+        """Return the correction of azimuths; None if the place or the day is needed and not known.
+
+        day, place : of the readings, if not those of the model. Raises InputError.
+        """
+        day, place = day or self.day, place or self.place
         if north == "grid":
-            return 0.0
-        there = place or self.place
-        declination = 0.0
-        if north == "true" and there is None and self.crs is not None:
-            return None
-        if north == "magnetic":
-            if self.declination_deg is not None:
-                declination = self.declination_deg
-            else:
-                when = day or self.day
-                if there is None or when is None:
-                    return None
-                from vomstudio.io.gis.magnetic_north import declination_deg
+            return NorthCorrection("grid", 0.0, day=day)
+        convergence = self.convergence_deg(place)
+        if north == "true":
+            if convergence is None and self.crs is not None:
+                return None
+            return NorthCorrection(
+                "true", -(convergence or 0.0), convergence_deg=convergence, day=day
+            )
+        declination = self.declination_deg
+        if declination is None:
+            if place is None or day is None:
+                return None
+            declination = declination_deg(*place, day)
+        stated = self.declination_deg is not None
+        deg = declination - (convergence or 0.0)
+        return NorthCorrection("magnetic", deg, declination, stated, convergence, day)
 
-                declination = declination_deg(*there, when)
-        return declination - self.convergence_deg(there)
+    def required_correction(self, north: str, option: str = "") -> NorthCorrection:
+        """Return the correction of azimuths.
 
-    def convergence_deg(self, place: tuple[float, float] | None = None) -> float:
-        """By how much the north of the map lies east of true north, 0 where that is not known."""
+        Raises
+        ------
+        UsageError
+            If the declination, or the convergence at an unknown place, is not known.
+        InputError
+        """
+        correction = self.correction(north)
+        if correction is None:
+            lacking = "declination" if north == "magnetic" else "convergence"
+            raise UsageError(Finding(f"north.no-{lacking}"), field=option)
+        return correction
+
+    def convergence_deg(self, place: tuple[float, float] | None = None) -> float | None:
+        """Return the angle from true to grid north, east positive; None if it is not known."""
         place = place or self.place
         from vomstudio.io.gis.crs import convergence_deg, from_degrees
 
         if self.crs is None or place is None:
-            return 0.0
+            return None
         there = from_degrees(self.crs)(*place)
-        found = None if there is None else convergence_deg(self.crs, *there)
-        return 0.0 if found is None else found
+        return None if there is None else convergence_deg(self.crs, *there)
+
+
+def declination_deg(
+    longitude_deg: float, latitude_deg: float, when: date, height_m: float = 0.0
+) -> float:
+    """Return the angle from true to magnetic north, east positive, at a place and on a day.
+
+    By the International Geomagnetic Reference Field, 14th generation (IAGA, doi
+    10.5281/zenodo.14012302), computed by IAGA's own `ppigrf`. The field of the crust, which it does
+    not contain, changes it by some tenths of a degree.
+
+    Raises
+    ------
+    InputError
+        For a day outside the years of the model, and if the magnetic pole is so near that a compass
+        does not point north.
+    """
+    from ppigrf import igrf
+
+    if not FIRST_YEAR <= when.year <= LAST_YEAR:
+        raise InputError(
+            Finding("north.unknown-year", first=FIRST_YEAR, last=LAST_YEAR, year=when.year)
+        )
+    latitude = float(np.clip(latitude_deg, -_MAX_LATITUDE_DEG, _MAX_LATITUDE_DEG))
+    noon = datetime.combine(when, time(12))
+    east, north, _ = igrf(longitude_deg, latitude, height_m / 1000.0, noon)
+    x, y = float(np.ravel(north)[0]), float(np.ravel(east)[0])
+    if np.hypot(x, y) < _MIN_HORIZONTAL_NT:
+        raise InputError(Finding("north.near-pole"))
+    return float(np.degrees(np.arctan2(y, x)))
 
 
 def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> AttitudeTable:
@@ -87,7 +188,7 @@ def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> Atti
     angles = table.angles.copy()
     added: dict[str, list[float]] = {}
     lacking = 0
-    known: dict[object, float | None] = {}
+    known: dict[object, NorthCorrection | None] = {}
     for row, word in enumerate(table.norths):
         if not np.isfinite(angles[row, 0]):
             continue
@@ -96,102 +197,32 @@ def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> Atti
         # The field hardly changes within a hundredth of a degree.
         key = (word, table.days[row], place and tuple(np.round(place, 2)))
         if key not in known:
-            known[key] = north.turn_deg(word, table.days[row], place)
-        turn = known[key]
-        if turn is None:
+            known[key] = north.correction(word, table.days[row], place)
+        correction = known[key]
+        if correction is None:
             lacking += 1
         else:
-            angles[row, 0] += turn
-            added.setdefault(word, []).append(turn)
-    messages += [_correction_finding(word, turns) for word, turns in added.items() if any(turns)]
+            angles[row, 0] += correction.deg
+            added.setdefault(word, []).append(correction.deg)
+    messages += [
+        Finding(f"north.{word}-yaws-corrected", minimum_deg=min(turns), maximum_deg=max(turns))
+        for word, turns in added.items()
+        if any(turns)
+    ]
     if lacking:
         messages.append(Finding("north.not-corrected", photos=lacking))
     return replace(table, angles=angles, norths=("grid",) * len(table.photos))
 
 
-@dataclass(frozen=True)
-class Turned:
-    """Correction of azimuths from "grid", "true" or "magnetic" north to grid north.
-
-    deg : added to azimuths; declination_deg : part of it, None if not needed; stated : whether the
-    declination was given, not computed from a field model; convergence_deg : subtracted, None if
-    not known
-    """
-
-    word: str
-    deg: float
-    declination_deg: float | None = None
-    stated: bool = False
-    convergence_deg: float | None = None
-    day: date | None = None
-
-    @property
-    def finding(self) -> Finding | None:
-        """The correction as a finding; None for grid north."""
-        if self.word == "grid":
-            return None
-        correction = f"{self.deg:+.1f}°"
-        if self.word == "true":
-            return Finding("north.true-corrected", correction=correction, correction_deg=self.deg)
-        declination = f"{self.declination_deg or 0.0:+.1f}°"
-        if not self.stated:
-            declination = tr("{angle} by IGRF-14 on {day}", angle=declination, day=self.day)
-        known = self.convergence_deg is not None
-        return Finding(
-            "north.magnetic-corrected",
-            correction=correction,
-            correction_deg=self.deg,
-            declination=declination,
-            declination_deg=self.declination_deg,
-            convergence=f"{self.convergence_deg:+.1f}°" if known else tr("not known"),
-            convergence_deg=self.convergence_deg,
-        )
-
-
-def turned(word: str, north: North) -> Turned | None:
-    """What becomes of azimuths; None where the declination, or the place of the convergence, is not
-    known. Raises InputError."""
-    deg = north.turn_deg(word)
-    if deg is None:
-        return None
-    if word == "grid":
-        return Turned(word, deg)
-    # A local frame has true north up.
-    sure = north.crs is None or north.place is not None
-    convergence = north.convergence_deg() if sure else None
-    if word == "true":
-        return Turned(word, deg, convergence_deg=convergence)
-    stated = north.declination_deg is not None
-    declination = deg + (convergence or 0.0)
-    return Turned(word, deg, declination, stated, convergence, north.day)
-
-
-def turn_of(word: str, north: North, option: str) -> Turned:
-    """Return the correction of azimuths from "true" or "magnetic" north.
-
-    Raises
-    ------
-    UsageError
-        If the declination is not known.
-    """
-    correction = turned(word, north)
-    if correction is None:
-        raise UsageError(
-            Finding("north.no-declination"),
-            field=option,
-        )
-    return correction
-
-
-def _correction_finding(word: str, turns: list[float]) -> Finding:
-    least, most = min(turns), max(turns)
-    by = f"{least:+.1f}°" if most - least < 0.05 else f"{least:+.1f}° … {most:+.1f}°"
-    if word == "magnetic":
-        each = tr("that of each photo")
-        return Finding(
-            "north.magnetic-corrected", correction=by, declination=each, convergence=each
-        )
-    return Finding("north.true-corrected", correction=by)
+def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:
+    """Return a typed angle between a minimum and 180 degrees. Raises UsageError."""
+    try:
+        value = float(text.strip().rstrip("°").replace(",", ".").replace("−", "-"))
+    except ValueError:
+        value = np.nan
+    if not minimum <= value <= 180.0:
+        raise UsageError(Finding("number.not-an-angle", text=text.strip()[:40]), field=field)
+    return value
 
 
 def parse_day(text: str) -> date:
@@ -203,10 +234,9 @@ def parse_day(text: str) -> date:
 
 
 def place_of(crs: str, world: Array) -> tuple[float, float] | None:
-    """Longitude and latitude of the middle of points (n, 3) in a CRS."""
-    from pyproj import Transformer
+    """Return longitude and latitude of the middle of points (n, 3) in a CRS; None outside of it."""
+    from vomstudio.io.gis.crs import to_degrees
 
     middle = np.median(world, axis=0)
-    transformer = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
-    longitude, latitude = transformer.transform(float(middle[0]), float(middle[1]))
-    return (longitude, latitude) if np.isfinite([longitude, latitude]).all() else None
+    place = to_degrees(crs, middle[:1], middle[1:2])
+    return None if place is None else (float(place[0][0]), float(place[1][0]))

@@ -59,9 +59,14 @@ class Scatter:
         return self.covariance[:3, :3]
 
     @property
-    def scale_error(self) -> float:
-        """Relative, one sigma."""
-        return float(np.sqrt(self.covariance[3, 3]))
+    def horizontal_sigma(self) -> float:
+        """Error of a horizontal coordinate."""
+        return float(np.sqrt((self.sigma[:2] ** 2).mean()))
+
+    @property
+    def worst_rotation_deg(self) -> float:
+        """Error of the rotation about its worst axis, one sigma."""
+        return float(np.degrees(np.sqrt(np.linalg.eigvalsh(self.rotation)[-1])))
 
 
 def scatter_of(

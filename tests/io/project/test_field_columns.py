@@ -16,7 +16,6 @@ from vomstudio.io.project.readings import (
     BadRow,
     FieldReadings,
     FieldRow,
-    Turn,
     make_readings,
     missing_choice,
     understand,
@@ -546,22 +545,3 @@ def test_only_what_has_an_azimuth_is_turned(
     )
     assert made.azimuth_deg == turned
     assert Plane(made.azimuth_deg, made.inclination_deg) or True
-
-
-@pytest.mark.parametrize(
-    ("turn", "said"),
-    [
-        (Turn("magnetic", 2.5), "Azimuths + 2.50°: declination 2.5° E added, meridian convergence "
-                                "unknown (no CRS)."),
-        (Turn("magnetic", 0.0, 0.0), "Azimuths + 0.00°: declination 0° E added, meridian "
-                                     "convergence 0.00° subtracted."),
-        (Turn("magnetic", -2.5, -3.0), "Azimuths + 0.50°: declination 2.5° W subtracted, meridian "
-                                       "convergence 3.00° added."),
-        (Turn("true", 2.5, 0.5), "Azimuths − 0.50°: meridian convergence 0.50° subtracted."),
-        (Turn("true", 0.0, 0.004), "Azimuths + 0.00°: meridian convergence 0.00° subtracted."),
-        (Turn("true", 0.0, 0.006), "Azimuths − 0.01°: meridian convergence 0.01° subtracted."),
-        (Turn("grid", 2.5, 0.5), "Azimuths are relative to grid north and are kept as read."),
-    ],
-)  # fmt: skip
-def test_what_will_be_done_is_said_to_the_hundredth_of_a_degree(turn: Turn, said: str) -> None:
-    assert turn.sentence() == said

@@ -18,7 +18,6 @@ from vomstudio.io.gis.crs import convergence_deg, from_degrees
 from vomstudio.io.project.field_columns import guess
 from vomstudio.io.project.field_table import read_field_table
 from vomstudio.io.project.readings import (
-    Turn,
     make_readings,
     missing_choice,
     understand,
@@ -222,34 +221,14 @@ def test_a_table_without_rows_is_refused(tmp_path, text):
 def test_turning_there_and_back_gives_the_azimuth_again(azimuth, dip, declination, convergence):
     from vomstudio.io.project.readings import FieldRow
 
-    turn = Turn("magnetic", declination, convergence)
+    turned = declination - convergence
     there = make_readings([FieldRow(1, "a", "plane", azimuth, dip)], type_ids={},
-                          type_id="bedding", turn_deg=turn.deg)[0]  # fmt: skip
+                          type_id="bedding", turn_deg=turned)[0]  # fmt: skip
     assert 0.0 <= there.azimuth_deg < 360.0
-    assert there.turned_deg == declination - convergence
+    assert there.turned_deg == turned
     back = (there.azimuth_deg - there.turned_deg - azimuth + 180.0) % 360.0 - 180.0
     assert abs(back) < 1e-9
     assert there.inclination_deg == dip
-
-
-def test_each_north_is_turned_by_what_lies_between_it_and_the_grid():
-    assert Turn("grid", 3.0, 1.0).deg == 0.0
-    assert Turn("true", 3.0, 1.0).deg == -1.0
-    assert Turn("magnetic", 3.0, 1.0).deg == 2.0
-    assert Turn("magnetic", 3.0, None).deg == 3.0
-
-
-def test_the_sentence_says_what_is_added_and_what_is_subtracted():
-    text = Turn("magnetic", 2.6, 0.8).sentence()
-    assert (
-        text == "Azimuths + 1.80°: declination 2.6° E added, meridian convergence 0.80° subtracted."
-    )
-    text = Turn("magnetic", -2.6, -0.8).sentence()
-    assert (
-        text == "Azimuths − 1.80°: declination 2.6° W subtracted, meridian convergence 0.80° added."
-    )
-    assert "no CRS" in Turn("true", 0.0, None).sentence()
-    assert "as read" in Turn("grid").sentence()
 
 
 def test_horizontal_planes_and_vertical_lines_have_no_azimuth_to_turn(tmp_path):

@@ -700,14 +700,41 @@ TEXTS: dict[str, Entry] = {
     "north.true-corrected": (
         "info",
         to_translate(
-            "Azimuths from true north: {correction} was added for the convergence of grid north."
+            "Azimuths from true north: {correction_deg:+.2f}° was added for the convergence of"
+            " grid north."
         ),
+    ),
+    "north.true-unchanged": (
+        "info",
+        to_translate("Azimuths from true north are unchanged: without a CRS, grid north is true."),
     ),
     "north.magnetic-corrected": (
         "info",
         to_translate(
-            "Azimuths from magnetic north: {correction} was added, the declination ({declination})"
-            " less the convergence of grid north ({convergence})."
+            "Azimuths from magnetic north: {correction_deg:+.2f}° was added, the declination"
+            " ({declination_deg:+.2f}°, {source}) less the convergence of grid north"
+            " ({convergence_deg:+.2f}°)."
+        ),
+    ),
+    "north.declination-added": (
+        "info",
+        to_translate(
+            "Azimuths from magnetic north: the declination ({correction_deg:+.2f}°, {source}) was"
+            " added. The convergence of grid north is not known."
+        ),
+    ),
+    "north.true-yaws-corrected": (
+        "info",
+        to_translate(
+            "Yaws from true north: {minimum_deg:+.1f}° to {maximum_deg:+.1f}° was added for the"
+            " convergence of grid north at each photo."
+        ),
+    ),
+    "north.magnetic-yaws-corrected": (
+        "info",
+        to_translate(
+            "Yaws from magnetic north: {minimum_deg:+.1f}° to {maximum_deg:+.1f}° was added, the"
+            " declination less the convergence of grid north at each photo."
         ),
     ),
     "north.not-corrected": (

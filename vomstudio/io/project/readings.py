@@ -79,59 +79,6 @@ class FieldReadings:
         return tuple(dict.fromkeys(row.type_name for row in self.rows if row.type_name))
 
 
-@dataclass(frozen=True)
-class Turn:
-    """From the north that the compass was read against to grid north.
-
-    declination_deg: east positive, of magnetic readings. convergence_deg: of the meridian, grid
-    north east of true north positive; None where no CRS says it.
-    """
-
-    north: str
-    declination_deg: float = 0.0
-    convergence_deg: float | None = None
-
-    @property
-    def deg(self) -> float:
-        """What is added to an azimuth."""
-        if self.north == "grid":
-            return 0.0
-        turned = self.declination_deg if self.north == "magnetic" else 0.0
-        return turned - (self.convergence_deg or 0.0)
-
-    def sentence(self) -> str:
-        """What will be done to the azimuths, in words."""
-        if self.north == "grid":
-            return tr("Azimuths are relative to grid north and are kept as read.")
-        steps = []
-        if self.north == "magnetic":
-            steps.append(
-                tr(
-                    "declination {angle:.4g}° E added"
-                    if self.declination_deg >= 0
-                    else "declination {angle:.4g}° W subtracted",
-                    angle=abs(self.declination_deg),
-                )
-            )
-        if self.convergence_deg is None:
-            steps.append(tr("meridian convergence unknown (no CRS)"))
-        else:
-            steps.append(
-                tr(
-                    "meridian convergence {angle:.2f}° subtracted"
-                    if self.convergence_deg >= 0
-                    else "meridian convergence {angle:.2f}° added",
-                    angle=abs(self.convergence_deg),
-                )
-            )
-        sign = "−" if round(self.deg, 2) < 0 else "+"
-        return tr(
-            "Azimuths {change}°: {steps}.",
-            change=f"{sign} {abs(self.deg):.2f}",
-            steps=", ".join(steps),
-        )
-
-
 # --- understanding ---------------------------------------------------------------------------
 def missing_choice(columns: Mapping[str, int], notation: str | None) -> Finding | None:
     """Return what must be chosen before the table can be read; None if nothing must."""

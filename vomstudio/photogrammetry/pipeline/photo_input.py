@@ -69,7 +69,7 @@ def usable_photos(
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.place.control_check import check_control
     from vomstudio.photogrammetry.place.georeference import crs_of, has_position, world_positions
-    from vomstudio.photogrammetry.place.wrong_marks import labels_on_one_spot
+    from vomstudio.photogrammetry.place.mark_observations import labels_on_one_spot
 
     found = read_photos(folder, progress).with_masks(masks)
     if len(found.photos) < 2:

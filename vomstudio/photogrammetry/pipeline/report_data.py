@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.priors import Calibration
     from vomstudio.photogrammetry.place.control import ControlReport
     from vomstudio.photogrammetry.place.georeference import GpsReport
-    from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
+    from vomstudio.photogrammetry.place.placement import Placement
 
 _DRAWN = 4000
 
@@ -101,7 +101,6 @@ def _of_view(scene: SparseScene, number: int) -> dict[str, Any]:
 
 def gps_registration(report: GpsReport) -> dict[str, Any]:
     """What a registration by camera positions says, as plain values."""
-    about_east, about_north, about_up = report.rotation_error_deg
     residuals = [
         {
             "name": name,
@@ -117,12 +116,35 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
         )
     ]
     return {
+        **_placement(report),
         "method": "camera positions (GPS)",
         "crs": report.crs,
         "heights": report.heights,
         "positions": len(report.names),
         "used": int(report.used.sum()),
         "rms_m": report.rms_m,
+        "residuals": residuals,
+    }
+
+
+def control_registration(report: ControlReport) -> dict[str, Any]:
+    """What a registration by ground control says, as plain values."""
+    return {
+        **_placement(report),
+        "method": "ground control points",
+        "crs": report.crs or "local, in metres",
+        "rms_control_m": report.control_rms_m,
+        "rms_check_m": report.check_rms_m,
+        "mark_scatter_px": report.mark_scatter_px,
+        "points": [asdict(point) for point in report.points],
+    }
+
+
+def _placement(report: Placement) -> dict[str, Any]:
+    about_east, about_north, about_up = report.rotation_error_deg
+    # Those of bowing concern the finished model.
+    bowing = report.bowing_findings
+    return {
         "sigma_m": report.sigma_m,
         "sigma_height_m": report.sigma_height_m,
         "scale_error": report.scale_error,
@@ -133,13 +155,12 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
             "about_east": about_east,
             "about_north": about_north,
         },
-        "lenses": list(map(_lens, report.lenses)),
-        "residuals": residuals,
+        "lenses": [asdict(lens) | {"reason": lens.reason.to_dict()} for lens in report.lenses],
         "covariance": report.covariance.tolist(),
         "centre": list(report.centre),
         "bowing": _bowing(report.bowing),
         "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": plain(_but_bowing(report)),
+        "warnings": plain([each for each in report.warnings if each not in bowing]),
     }
 
 
@@ -194,47 +215,6 @@ def at_the_edge(
     for finding in findings:
         note(finding)
     return facts | {"warnings": [*registration.get("warnings", ()), *plain(findings)]}
-
-
-def _lens(verdict: LensVerdict) -> dict[str, Any]:
-    return asdict(verdict) | {"reason": verdict.reason.to_dict()}
-
-
-def _but_bowing(report: GpsReport | ControlReport) -> list[Finding]:
-    """Return its warnings without those of bowing, which concern the finished model."""
-    from vomstudio.registration.remarks import bowing_findings, lens_findings
-
-    bowing = [*bowing_findings(report.bowing), *lens_findings(report.lens_bend, report.bowing)]
-    return [warning for warning in report.warnings if warning not in bowing]
-
-
-def control_registration(report: ControlReport) -> dict[str, Any]:
-    """What a registration by ground control says, as plain values."""
-    about_east, about_north, about_up = report.rotation_error_deg
-    return {
-        "method": "ground control points",
-        "crs": report.crs or "local, in metres",
-        "rms_control_m": report.control_rms_m,
-        "rms_check_m": report.check_rms_m,
-        "sigma_m": report.sigma_m,
-        "sigma_height_m": report.sigma_height_m,
-        "scale_error": report.scale_error,
-        "adjusted_together_with_the_cameras": report.adjusted,
-        "decisions": plain(report.decisions),
-        "rotation_error_deg": {
-            "about_up": about_up,
-            "about_east": about_east,
-            "about_north": about_north,
-        },
-        "lenses": list(map(_lens, report.lenses)),
-        "mark_scatter_px": report.mark_scatter_px,
-        "points": [asdict(point) for point in report.points],
-        "covariance": report.covariance.tolist(),
-        "centre": list(report.centre),
-        "bowing": _bowing(report.bowing),
-        "lens_bowing": lens_bowing(report.lens_bend),
-        "warnings": plain(_but_bowing(report)),
-    }
 
 
 def as_placed(

@@ -11,37 +11,34 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
-from vomstudio.geology.bowing import FEWEST, Bowing, LensBend, bowing_of
+from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.control_adjustment import (
     Bent,
-    ControlFit,
     GroundPoints,
     bent_to,
     require_width,
 )
-from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
-from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
-from vomstudio.photogrammetry.place.mark_observations import NO_MARKS, PointMarks, marks_by_point
-from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
-from vomstudio.photogrammetry.place.wrong_marks import (
-    agree,
+from vomstudio.photogrammetry.place.mark_observations import (
+    NO_MARKS,
+    PointMarks,
     labels_on_one_spot,
-    misplaced,
-    without_wrong_marks,
+    marks_by_point,
 )
+from vomstudio.photogrammetry.place.placement import Placement, placement_errors
+from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
 from vomstudio.progress import Progress
 from vomstudio.registration.marks.mark_errors import (
+    agreement_px,
     mark_error_px,
     mark_scatter_findings,
     marks_disagree,
 )
-from vomstudio.registration.marks.wrong_marks import WrongMark
-from vomstudio.registration.remarks import bowing_findings, lens_findings
-from vomstudio.registration.scatter import drift_findings, scale_findings
-from vomstudio.registration.similarity import Similarity, fit_similarity
+from vomstudio.registration.marks.wrong_marks import WrongMark, agreeing, meet, misplaced
+from vomstudio.registration.scatter import drift_findings
+from vomstudio.registration.similarity import fit_similarity
 
 Array = npt.NDArray[np.float64]
 
@@ -78,43 +75,19 @@ class PointFit:
         return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
 
 
-@dataclass(frozen=True)
-class ControlReport:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ControlReport(Placement):
     """points : all of the table, in its order
     control_rms_m, check_rms_m : of the residuals' lengths; None without such points
-    sigma_m, sigma_height_m : error of a horizontal coordinate and of a height, from the residuals
-        of a similarity or as surveyed, whichever is more
-    scale : units of the scene to metres; scale_error : relative, one sigma
-    rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
-        vertical
-    adjusted : whether cameras and points were adjusted together with the control points
-    decisions : what became of the lenses then, in words; lenses : the same in numbers
-    covariance : (7, 7) as in `Scatter`, about `centre` (World), with what the lenses may do to the
-        model
-    bowing : by the residuals; where the model was bent to its control, by check points alone if
-        they are enough; lens_bend : by the errors of the lenses, None where these are not known
     mark_scatter_px : error of a mark in one direction, which is in the stated errors
     drift : correlation of the errors of neighbours in the table, 0 if they are independent
+
+    Where the model was bent to its control, bowing is by check points alone if they are enough.
     """
 
     points: tuple[PointFit, ...]
     control_rms_m: float | None
     check_rms_m: float | None
-    sigma_m: float
-    sigma_height_m: float
-    scale: float
-    scale_error: float
-    rotation_error_deg: tuple[float, float, float]
-    tilt_error_deg: float
-    crs: str | None
-    adjusted: bool
-    decisions: tuple[Finding, ...]
-    lenses: tuple[LensVerdict, ...]
-    warnings: tuple[Finding, ...]
-    covariance: Array
-    centre: tuple[float, float, float]
-    bowing: Bowing | None
-    lens_bend: LensBend | None
     mark_scatter_px: float
     drift: float
 
@@ -146,61 +119,35 @@ def place_by_control(
         made = bent_to(ground, placed, control_fit, threads, progress)
     if made.scene is not None:
         placed, control_fit = made.scene, made.fit
-    used = control_fit.used
-    scatter = control_fit.scatter
-    effect = _of_lenses(placed, cameras, ground, control_fit, made)
-    covariance = scatter.covariance
-    if effect is not None:
-        covariance = covariance + effect.covariance
-    turn = np.degrees(np.sqrt(np.diag(covariance)[:3]))
+    used, scatter = control_fit.used, control_fit.scatter
     points = tuple(
         _fit_of(placed, point, ground.local[i], ground.seen[i], i in used)
         for i, point in enumerate(control)
     )
     report = ControlReport(
-        points,
-        _rms(points, "control"),
-        _rms(points, "check"),
-        control_fit.sigma,
-        float(scatter.sigma[2]),
-        fit.scale,
-        float(np.sqrt(covariance[3, 3])),
-        (float(turn[0]), float(turn[1]), float(turn[2])),
-        math.hypot(turn[0], turn[1]),
-        crs,
-        made.scene is not None,
-        made.decisions,
-        made.lenses,
-        (),
-        covariance,
-        _centre(ground, used),
-        _bowing(points, made.scene is not None, placed.points + np.array(ground.origin)),
-        None if effect is None else effect.bend,
-        ground.mark_px,
-        scatter.drift,
+        **placement_errors(
+            placed,
+            cameras,
+            scatter,
+            lambda other: ground.places(other, used),
+            ground.local[used],
+            lenses=None if made.scene is None else made.lenses,
+            points=ground.known(used, control_fit.sigma),
+        ),
+        scale=fit.scale,
+        crs=crs,
+        adjusted=made.scene is not None,
+        decisions=made.decisions,
+        lenses=made.lenses,
+        bowing=_bowing(points, made.scene is not None, placed.points + np.array(ground.origin)),
+        points=points,
+        control_rms_m=_rms(points, "control"),
+        check_rms_m=_rms(points, "check"),
+        mark_scatter_px=ground.mark_px,
+        drift=scatter.drift,
     )
     warnings = [*findings, *_warnings(report), *([made.refusal] if made.refusal else [])]
     return placed, replace(report, warnings=tuple(warnings))
-
-
-def _of_lenses(
-    scene: SparseScene,
-    cameras: Sequence[Calibration],
-    ground: GroundPoints,
-    fit: ControlFit,
-    made: Bent,
-) -> LensEffect | None:
-    """What the errors of the lenses do to the placed scene."""
-    about = ground.local[list(fit.used)].mean(axis=0)
-    if made.scene is not None:
-        known = ground.known(fit.used, fit.sigma)
-        return lens_effect(scene, cameras, about, same, known, lenses=made.lenses)
-
-    def again(other: SparseScene) -> Similarity:
-        places = np.array([ground.seen[i].place(other) for i in fit.used])
-        return fit_similarity(places, ground.local[list(fit.used)])
-
-    return lens_effect(scene, cameras, about, again)
 
 
 def _bowing(points: Sequence[PointFit], adjusted: bool, extent: Array) -> Bowing | None:
@@ -211,12 +158,6 @@ def _bowing(points: Sequence[PointFit], adjusted: bool, extent: Array) -> Bowing
     places = np.array([p.surveyed for p in known], np.float64).reshape(-1, 3)
     residuals = np.array([p.residual_m for p in known], np.float64).reshape(-1, 3)
     return bowing_of(places, residuals, extent=extent)
-
-
-def _centre(ground: GroundPoints, used: Sequence[int]) -> tuple[float, float, float]:
-    """Of the points that count, in World."""
-    x, y, z = (float(v) for v in ground.local[list(used)].mean(axis=0) + np.array(ground.origin))
-    return x, y, z
 
 
 def _marked_points(
@@ -235,9 +176,9 @@ def _marked_points(
     for i, point in enumerate(control):
         others = [k for k in fitted.used if k != i]
         if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
-            seen[i], found = misplaced(
-                placed, point.label, seen[i], ground.local[i], limit, ground.mark_px
-            )
+            own = seen[i].in_views(placed)
+            rows, found = misplaced(point.label, own, ground.local[i], agreement_px(mark_px), limit)
+            seen[i] = seen[i].select(rows)
             wrong += found
     if wrong:
         findings = [*findings, *(mark.finding for mark in wrong)]
@@ -256,7 +197,9 @@ def _ground(
     """mark_px : error of a mark in one direction. Raises GeometryError where these cannot place the
     scene."""
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
-    usable = [i for i, marks in enumerate(seen) if agree(scene, marks, mark_px)]
+    usable = [
+        i for i, marks in enumerate(seen) if meet(marks.in_views(scene), agreement_px(mark_px))
+    ]
     fitting = [i for i in usable if not control[i].check]
     if len(fitting) < LEAST_POINTS:
         apart = [
@@ -303,7 +246,8 @@ def _observations(
     findings: list[Finding] = []
     mark_px = mark_error_px([own.in_views(scene) for own in found.values()])
     for label, own in found.items():
-        found[label], wrong = without_wrong_marks(scene, label, own, mark_px)
+        rows, wrong = agreeing(label, own.in_views(scene), agreement_px(mark_px))
+        found[label] = own.select(rows)
         findings += [mark.finding for mark in wrong]
     findings += labels_on_one_spot(marks)
     seen = [found.pop(point.label, NO_MARKS) for point in control]
@@ -348,8 +292,7 @@ def _rms(points: Sequence[PointFit], role: str) -> float | None:
 
 def _warnings(report: ControlReport) -> Iterator[Finding]:
     used = [p for p in report.points if p.role == "control"]
-    yield from bowing_findings(report.bowing)
-    yield from lens_findings(report.lens_bend, report.bowing)
+    yield from report.findings(_WARN_DEG, "control")
     yield from mark_scatter_findings(report.mark_scatter_px)
     yield from drift_findings({"points": report.drift})
     out = [p.label for p in report.points if p.role == "left out"]
@@ -368,11 +311,3 @@ def _warnings(report: ControlReport) -> Iterator[Finding]:
         yield Finding("control.more-marks", wanted=WANTED_PHOTOS, labels=few)
     if not any(p.role == "check" for p in report.points):
         yield Finding("control.no-check-points")
-    if max(report.tilt_error_deg, report.rotation_error_deg[2]) > _WARN_DEG:
-        yield Finding(
-            "registration.weak-rotation",
-            azimuth_deg=report.rotation_error_deg[2],
-            tilt_deg=report.tilt_error_deg,
-            by="control",
-        )
-    yield from scale_findings(report.scale_error)

@@ -22,6 +22,7 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.place.ground_adjustment import KnownPoint, bundle_adjust
 from vomstudio.photogrammetry.place.ground_calibration import LensVerdict, adjust_to_ground
 from vomstudio.photogrammetry.place.mark_observations import PointMarks
+from vomstudio.photogrammetry.place.placement import MAX_ROTATION_ERROR_DEG
 from vomstudio.photogrammetry.place.world_frame import moved
 from vomstudio.progress import Progress
 from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
@@ -39,8 +40,6 @@ _PART_OF_PIXEL = 0.1
 _FOLDS = 3
 # A handful of points knows its own scatter to a quarter, and nothing is known to a part of a pixel.
 _CLEARLY_WORSE, _PART_OF_A_MISS = 1.25, 0.5
-MAX_ROTATION_ERROR_DEG = 40.0
-"""One sigma of a rotation above which control points determine no direction."""
 _FEWEST_TO_JUDGE = 5
 """Control points from which on the model is judged with and without bending. Check points take no
 part in it: they would tell the truth no longer."""
@@ -56,8 +55,8 @@ class ControlFit:
 
     @property
     def sigma(self) -> float:
-        """Of a horizontal coordinate."""
-        return float(np.sqrt((self.scatter.sigma[:2] ** 2).mean()))
+        """Error of a horizontal coordinate."""
+        return self.scatter.horizontal_sigma
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +84,16 @@ class GroundPoints:
     floor: float
     mark_px: float
 
+    def places(self, scene: SparseScene, rows: Sequence[int]) -> Array:
+        """Return where some of the points are in a scene, (n, 3)."""
+        return np.array([self.seen[row].place(scene) for row in rows])
+
     def fitted(self, scene: SparseScene) -> ControlFit:
         """Fit the similarity from the scene to the control points, robustly.
 
         Raises GeometryError if the scene does not locate them, or they do not determine it.
         """
-        places = np.array([self.seen[i].place(scene) for i in self.fitting])
+        places = self.places(scene, self.fitting)
         if not np.isfinite(places).all():
             raise GeometryError(Finding("control.not-located"))
         wanted = self.local[list(self.fitting)]
@@ -103,7 +106,7 @@ class GroundPoints:
         # What is exact in every digit is not known better than a part of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(wanted[good], misses, _PART_OF_PIXEL * self.pixel)
-        worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(scatter.rotation)[-1])))
+        worst = scatter.worst_rotation_deg
         if not worst <= MAX_ROTATION_ERROR_DEG:
             raise GeometryError(
                 Finding(
@@ -129,21 +132,18 @@ class GroundPoints:
 
     def off(self, scene: SparseScene, rows: Sequence[int]) -> float:
         """Root mean square distance of these points from where they are in a placed scene, m."""
-        places = np.array([self.seen[i].place(scene) for i in rows])
-        squares = ((places - self.local[list(rows)]) ** 2).sum(axis=1)
+        squares = ((self.places(scene, rows) - self.local[list(rows)]) ** 2).sum(axis=1)
         return float(np.sqrt(np.nan_to_num(squares, nan=np.inf).mean()))
 
     def adjusted(
         self,
         placed: SparseScene,
-        used: Sequence[int],
-        sigma: float,
+        fit: ControlFit,
         threads: int,
         progress: Progress | None,
     ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-        """The scene after an adjustment with these points and all ties. sigma : of the coordinates
-        of points of which none is stated"""
-        known = self.known(used, sigma)
+        """The scene after an adjustment with the points of a fit and all ties."""
+        known = self.known(fit.used, fit.sigma)
         return adjust_to_ground(placed, known, threads=threads, progress=progress)
 
     def known(self, used: Sequence[int], sigma: float) -> list[KnownPoint]:
@@ -184,13 +184,13 @@ def bent_to(
     progress: Progress | None,
 ) -> Bent:
     """The scene adjusted with the control points where that makes it better."""
-    better, lenses = ground.adjusted(placed, first.used, first.sigma, threads, progress)
+    better, lenses = ground.adjusted(placed, first, threads, progress)
     again = _fitted_or_none(ground, better)
     # A wrong lens makes good points contradict each other, and scatter: judged again without it.
     if again is not None and (
         again.used != first.used or (not ground.surveyed and again.sigma < 0.7 * first.sigma)
     ):
-        better, lenses = ground.adjusted(placed, again.used, again.sigma, threads, progress)
+        better, lenses = ground.adjusted(placed, again, threads, progress)
         again = _fitted_or_none(ground, better)
     # Control points that no bundle of rays can meet bend the model: the tie points tell.
     if again is None or not mean_error(better) <= 1.2 * mean_error(placed) + 0.1:
@@ -253,8 +253,7 @@ def _misses_of_others(
         rest = [i for i in fit.used if i not in out]
         try:
             require_width(ground.local[rest])
-            places = np.array([ground.seen[i].place(placed) for i in rest])
-            again = fit_similarity(places, ground.local[rest])
+            again = fit_similarity(ground.places(placed, rest), ground.local[rest])
         except GeometryError:
             continue
         start = moved(placed, again, ground.origin, placed.crs)

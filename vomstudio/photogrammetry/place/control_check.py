@@ -21,7 +21,7 @@ from vomstudio.photogrammetry.place.control import (
     WANTED_POINTS,
 )
 from vomstudio.photogrammetry.place.control_adjustment import require_width
-from vomstudio.photogrammetry.place.wrong_marks import labels_on_one_spot
+from vomstudio.photogrammetry.place.mark_observations import labels_on_one_spot
 from vomstudio.words import tr, tr_n
 
 _FAR_M = 5000.0

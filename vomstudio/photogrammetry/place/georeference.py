@@ -12,26 +12,24 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geology.bowing import Bowing, LensBend, bowing_of
+from vomstudio.geology.bowing import bowing_of
 from vomstudio.photogrammetry.align.photo_like import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.control_adjustment import MAX_ROTATION_ERROR_DEG
 from vomstudio.photogrammetry.place.gps_priors import (
     HEIGHTS_WORSE,
-    GpsAdjustment,
     adjust_to_positions,
     known_centres,
 )
-from vomstudio.photogrammetry.place.ground_calibration import LensVerdict
-from vomstudio.photogrammetry.place.lens_errors import LensEffect, lens_effect, same
+from vomstudio.photogrammetry.place.placement import (
+    MAX_ROTATION_ERROR_DEG,
+    Placement,
+    placement_errors,
+)
 from vomstudio.photogrammetry.place.world_frame import integer_origin, moved
-from vomstudio.registration.remarks import bowing_findings, lens_findings
-from vomstudio.registration.scatter import drift_findings, scale_findings, scatter_of
+from vomstudio.registration.scatter import Scatter, drift_findings, scatter_of
 from vomstudio.registration.similarity import (
-    Similarity,
     fit_robustly,
-    fit_similarity,
     nearly_on_a_line,
 )
 
@@ -48,48 +46,21 @@ _RADIUS = 1.5
 _DEFAULT_ACCURACY_M = 3.0
 
 
-@dataclass(frozen=True, eq=False)
-class GpsReport:
-    """names : photos with a position
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GpsReport(Placement):
+    """names : photos with a position; positions : (n, 3) World, as stated
     residuals_m : (n, 3) model less GPS, east, north, up
     used : (n,) False for positions that were left out as wrong
     rms_m : of the used residuals' lengths
-    sigma_m, sigma_height_m : error of a horizontal coordinate and of a height: what the residuals
-        say, or what the receiver states where that is more
-    scale : units of the scene to metres
-    scale_error : relative, one sigma
-    rotation_error_deg : (about east, about north, about up), one sigma
-    tilt_error_deg : of the vertical; what dips may be wrong by
     heights : "above sea level" or "above the ellipsoid", as the photos state
-    adjusted : whether the positions entered the adjustment; decisions : why or why not, and what
-        became of the lenses, in words; lenses : the latter in numbers
-    covariance : (7, 7) as in `Scatter`, about `centre` (World), with what the lenses may do to the
-        model; positions : (n, 3) World, as stated
-    bowing : by the residuals of the positions that count; lens_bend : by the errors of the lenses,
-        None where these are not known
     """
 
     names: tuple[str, ...]
+    positions: Array
     residuals_m: Array
     used: npt.NDArray[np.bool_]
     rms_m: float
-    sigma_m: float
-    sigma_height_m: float
-    scale: float
-    scale_error: float
-    rotation_error_deg: tuple[float, float, float]
-    tilt_error_deg: float
-    crs: str
     heights: str
-    adjusted: bool
-    decisions: tuple[Finding, ...]
-    lenses: tuple[LensVerdict, ...]
-    warnings: tuple[Finding, ...]
-    covariance: Array
-    centre: tuple[float, float, float]
-    positions: Array
-    bowing: Bowing | None
-    lens_bend: LensBend | None
 
 
 def place_by_gps(
@@ -128,69 +99,42 @@ def place_by_gps(
     # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
     floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
     fit, used = fit_robustly(centres, local, floor=floor)
-    quality = _quality(fit(centres), local, used, stated)
-    each = _each_sigma(placed, stated or quality.sigma)
+    scatter = _scatter(fit(centres), local, used, stated)
+    each = _each_sigma(placed, stated or scatter.horizontal_sigma)
     better, entered = adjust_to_positions(
         moved(scene, fit, origin, crs), rows, local, each, threads=threads, progress=progress
     )
+    residuals = fit(centres) - local
     if entered.adjusted:
         _, used = fit_robustly(better.centres[rows], local, floor=floor)
-        quality = _quality(better.centres[rows], local, used, stated)
-    middle = world[used].mean(axis=0)
-    effect = _of_lenses(better, cameras, entered, (rows, local, each, used))
-    covariance = quality.covariance + (0.0 if effect is None else effect.covariance)
-    turn = np.degrees(np.sqrt(np.diag(covariance)[:3]))
-    report = GpsReport(
-        tuple(photo.name for photo in placed),
-        quality.residuals,
-        used,
-        float(np.sqrt((quality.residuals[used] ** 2).sum(1).mean())),
-        quality.sigma,
-        quality.sigma_height,
-        fit.scale,
-        float(np.sqrt(covariance[3, 3])),
-        (float(turn[0]), float(turn[1]), float(turn[2])),
-        math.hypot(turn[0], turn[1]),
-        crs,
-        _heights(placed),
-        entered.adjusted,
-        (entered.reason, *(lens.reason for lens in entered.lenses)),
-        entered.lenses,
-        (),
-        covariance,
-        (float(middle[0]), float(middle[1]), float(middle[2])),
-        world,
-        bowing_of(
-            world[used],
-            quality.residuals[used],
-            extent=better.points + np.array(origin),
-        ),
-        None if effect is None else effect.bend,
-    )
-    said = [*_warnings(report, scene, placed), *drift_findings({"cameras": quality.drift})]
-    report = replace(report, warnings=tuple(said))
-    return better, report
-
-
-def _of_lenses(
-    scene: SparseScene,
-    cameras: Sequence[Calibration],
-    entered: GpsAdjustment,
-    given: tuple[Sequence[int], Array, Array, npt.NDArray[np.bool_]],
-) -> LensEffect | None:
-    """What the errors of the lenses do to it. given : rows of the views, their positions, the
-    errors of these and which of them count"""
-    rows, local, each, used = given
+        scatter = _scatter(better.centres[rows], local, used, stated)
+        residuals = better.centres[rows] - local
     some = np.asarray(rows)[used]
-
-    def again(other: SparseScene) -> Similarity:
-        return fit_similarity(other.centres[some], local[used])
-
-    about = local[used].mean(axis=0)
-    if not entered.adjusted:
-        return lens_effect(scene, cameras, about, again)
-    centres = known_centres(some, local[used], each[used])
-    return lens_effect(scene, cameras, about, same, centres=centres, lenses=entered.lenses)
+    report = GpsReport(
+        **placement_errors(
+            better,
+            cameras,
+            scatter,
+            lambda other: other.centres[some],
+            local[used],
+            lenses=entered.lenses if entered.adjusted else None,
+            centres=known_centres(some, local[used], each[used]),
+        ),
+        scale=fit.scale,
+        crs=crs,
+        adjusted=entered.adjusted,
+        decisions=(entered.reason, *(lens.reason for lens in entered.lenses)),
+        lenses=entered.lenses,
+        bowing=bowing_of(world[used], residuals[used], extent=better.points + np.array(origin)),
+        names=tuple(photo.name for photo in placed),
+        positions=world,
+        residuals_m=residuals,
+        used=used,
+        rms_m=float(np.sqrt((residuals[used] ** 2).sum(1).mean())),
+        heights=_heights(placed),
+    )
+    warnings = [*_warnings(report, scene, placed), *drift_findings({"cameras": scatter.drift})]
+    return better, replace(report, warnings=tuple(warnings))
 
 
 def _photos_with_position(
@@ -220,45 +164,22 @@ def _photos_with_position(
     return rows, placed
 
 
-@dataclass(frozen=True, eq=False)
-class _Quality:
-    """residuals : (n, 3); sigma : of a horizontal coordinate; turn_deg : (3,) about the axes"""
-
-    residuals: Array
-    sigma: float
-    sigma_height: float
-    scale_error: float
-    turn_deg: Array
-    covariance: Array
-    drift: float
-
-
-def _quality(
+def _scatter(
     centres: Array, local: Array, used: npt.NDArray[np.bool_], stated: float | None
-) -> _Quality:
-    """Accuracy of a registration by cameras (n, 3) at GPS positions (n, 3). Raises GeometryError
+) -> Scatter:
+    """Errors of a registration by cameras (n, 3) at GPS positions (n, 3). Raises GeometryError
     where they do not determine it."""
-    residuals = centres - local
     each = None if stated is None else np.array([stated, stated, HEIGHTS_WORSE * stated])
-    scatter = scatter_of(local[used], residuals[used], each, in_order=True)
-    sigma = float(np.sqrt((scatter.sigma[:2] ** 2).mean()))
+    scatter = scatter_of(local[used], (centres - local)[used], each, in_order=True)
+    sigma = scatter.horizontal_sigma
     inside = local[used] - local[used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))
     if sigma > 0.5 * baseline:
         raise GeometryError(Finding("gps.imprecise", sigma_m=sigma, spread_m=baseline))
-    worst = math.degrees(math.sqrt(float(np.linalg.eigvalsh(scatter.rotation)[-1])))
+    worst = scatter.worst_rotation_deg
     if worst > MAX_ROTATION_ERROR_DEG:
         raise GeometryError(Finding("gps.rotation", sigma_m=sigma, rotation_deg=worst))
-    turn = np.degrees(np.sqrt(np.diag(scatter.rotation)))
-    return _Quality(
-        residuals,
-        sigma,
-        float(scatter.sigma[2]),
-        scatter.scale_error,
-        turn,
-        scatter.covariance,
-        scatter.drift,
-    )
+    return scatter
 
 
 def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
@@ -320,17 +241,7 @@ def _heights(photos: Sequence[PhotoLike]) -> str:
 def _warnings(
     report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
 ) -> Iterator[Finding]:
-    if report.tilt_error_deg > _WARN_DEG or report.rotation_error_deg[2] > _WARN_DEG:
-        yield Finding(
-            "registration.weak-rotation",
-            sigma_m=report.sigma_m,
-            azimuth_deg=report.rotation_error_deg[2],
-            tilt_deg=report.tilt_error_deg,
-            by="gps",
-        )
-    yield from scale_findings(report.scale_error)
-    yield from bowing_findings(report.bowing)
-    yield from lens_findings(report.lens_bend, report.bowing)
+    yield from report.findings(_WARN_DEG, "gps")
     left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
     if left:
         yield Finding(

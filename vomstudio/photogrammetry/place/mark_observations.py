@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.points import Mark
 from vomstudio.io.photos.photo_names import photo_finder
@@ -15,6 +16,8 @@ from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.registration.marks.mark_errors import Marks, place_covariance
 
 Array = npt.NDArray[np.float64]
+
+SAME_SPOT_PX = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +41,10 @@ class PointMarks:
         mark_px : error of a mark in one direction, one sigma
         """
         return place_covariance(self.in_views(scene), self.place(scene), mark_px)
+
+    def select(self, rows: npt.NDArray[np.int64]) -> PointMarks:
+        """Return some of the marks."""
+        return PointMarks(self.views[rows], self.pixels[rows])
 
 
 NO_MARKS = PointMarks(np.zeros(0, np.int64), np.zeros((0, 2)))
@@ -65,3 +72,24 @@ def marks_by_point(
         label: PointMarks(np.array(views, np.int64), np.array(pixels, np.float64).reshape(-1, 2))
         for label, (views, pixels) in found.items()
     }, missing
+
+
+def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[Finding]:
+    """Return a finding for each two points that are marked at the same place of a photo."""
+    from scipy.spatial import cKDTree
+
+    of_photo: dict[str, list[Mark]] = {}
+    for mark in marks:
+        of_photo.setdefault(mark.photo, []).append(mark)
+    for photo, own in of_photo.items():
+        tree = cKDTree([(mark.x, mark.y) for mark in own])
+        for i, k in sorted(tree.query_pairs(SAME_SPOT_PX)):
+            if own[i].label != own[k].label:
+                yield Finding(
+                    "control.same-spot",
+                    photo=photo,
+                    first=own[i].label,
+                    second=own[k].label,
+                    x=own[i].x,
+                    y=own[i].y,
+                )

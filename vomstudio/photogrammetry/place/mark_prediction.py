@@ -3,8 +3,7 @@ residuals, and what is still missing for a registration."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +19,8 @@ from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.registration.marks.mark_errors import Marks, mark_distances
+from vomstudio.registration.marks.wrong_marks import agreeing
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
 from vomstudio.words import tr, tr_n
 
@@ -185,11 +186,6 @@ class MarkPrediction:
         return sorted(self.expected, key=lambda name: self.pixel[name])
 
 
-def _misses(views: dict[str, View], marks: dict[str, Pixel], place: Array) -> dict[str, float]:
-    """Distance in pixels of each mark from the projection of a place (1, 3)."""
-    return {name: math.dist(views[name].project(place)[0], at) for name, at in marks.items()}
-
-
 NO_PREDICTION = MarkPrediction({}, {}, {})
 
 
@@ -228,18 +224,19 @@ class PlacedPhotos:
         sizes: dict[str, float] = {}
         suspect = None
         for number, views in enumerate(self._views):
-            mine = {name: pixel for name, pixel in marks.items() if name in views}
-            place = self._place(views, mine)
+            mine = self._marks(number, marks)
+            place = self._place(mine)
             if place is not None:
-                own = _misses(views, mine, place)
-                residuals |= own
-                worst = max(own.values())
+                own = mark_distances(mine, place[0])
+                names = [view.name for view in mine.views]
+                residuals |= dict(zip(names, own.tolist(), strict=True))
+                wrong = agreeing(label, mine, BAD_PX)[1]
                 if (
                     len(own) >= _FEWEST_TO_SUSPECT
-                    and worst > BAD_PX
-                    and worst == max(residuals.values())
+                    and wrong
+                    and own.max() == max(residuals.values())
                 ):
-                    suspect = self._suspect(views, mine)
+                    suspect = max(wrong, key=lambda mark: residuals[mark.photo]).photo
             else:
                 place = self._by_coordinates(marking, label, number)
             if place is None:
@@ -271,23 +268,18 @@ class PlacedPhotos:
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
         return pixels[other.contains(pixels)]
 
-    @staticmethod
-    def _place(views: dict[str, View], marks: dict[str, Pixel]) -> Array | None:
-        """(1, 3) in the part's frame, where two marks or more tell."""
-        place = triangulate([views[name] for name in marks], list(marks.values()))
-        return place[None] if np.isfinite(place).all() else None
+    def _marks(self, number: int, marks: Mapping[str, Pixel]) -> Marks:
+        """Return the marks of a point in the photos of a part."""
+        views = self._views[number]
+        names = [name for name in marks if name in views]
+        pixels = np.array([marks[name] for name in names], np.float64).reshape(-1, 2)
+        return Marks([views[name] for name in names], pixels)
 
-    def _suspect(self, views: dict[str, View], marks: dict[str, Pixel]) -> str | None:
-        """Least squares spread a mistake over all marks: that one is wrong without which the others
-        agree best (Baarda's data snooping, by leaving one out)."""
-        left: dict[str, float] = {}
-        for name in marks:
-            others = {n: p for n, p in marks.items() if n != name}
-            place = self._place(views, others)
-            if place is not None:
-                misses = _misses(views, others, place).values()
-                left[name] = sum(miss * miss for miss in misses)
-        return min(left, key=left.__getitem__) if left else None
+    @staticmethod
+    def _place(marks: Marks) -> Array | None:
+        """(1, 3) in the part's frame, where two marks or more tell."""
+        place = triangulate(*marks)
+        return place[None] if np.isfinite(place).all() else None
 
     def _by_coordinates(self, marking: Marking, label: str, number: int) -> Array | None:
         """The place (1, 3) of a point with coordinates in the frame of a part."""
@@ -305,8 +297,7 @@ class PlacedPhotos:
         """From coordinates to the frame of a part, by the points that are marked in it."""
         known, places = [], []
         for point in marking.control:
-            mine = {n: p for n, p in marking.of(point.label).items() if n in self._views[number]}
-            place = self._place(self._views[number], mine)
+            place = self._place(self._marks(number, marking.of(point.label)))
             if place is not None:
                 known.append(point.position)
                 places.append(place[0])

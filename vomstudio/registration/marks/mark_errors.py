@@ -8,7 +8,7 @@ places where most marks of their points meet (least median of squares over pairs
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -42,6 +42,11 @@ class Marks(NamedTuple):
 
     views: Sequence[View]
     pixels: Array
+
+    def select(self, rows: Iterable[int]) -> Marks:
+        """Return some of the marks."""
+        rows = [int(row) for row in rows]
+        return Marks([self.views[row] for row in rows], self.pixels[rows])
 
 
 def mark_distances(marks: Marks, place: Array) -> Array:
@@ -78,7 +83,7 @@ def robust_place(marks: Marks) -> Array:
     off = np.sort(np.nan_to_num(off, nan=np.inf), axis=0)
     best = candidates[int(np.argmin(off[count // 2]))]
     near = np.argsort(mark_distances(marks, best), kind="stable")[: count // 2 + 1]
-    return triangulate([marks.views[int(i)] for i in near], marks.pixels[near])
+    return triangulate(*marks.select(near))
 
 
 def _meeting_places(marks: Marks) -> Array:
@@ -133,7 +138,7 @@ def _scatter_px(located: Sequence[tuple[Marks, Array]]) -> float:
         for marks, off in located:
             near = np.flatnonzero(off <= _LIMIT_SIGMAS * scatter)
             if len(near) >= 2 and len(near) < len(off):
-                place = triangulate([marks.views[int(i)] for i in near], marks.pixels[near])
+                place = triangulate(*marks.select(near))
             else:
                 near, place = np.arange(len(off)), triangulate(*marks)
             lengths.append(_unfitted(len(near)) * mark_distances(marks, place))

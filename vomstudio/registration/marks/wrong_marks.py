@@ -78,19 +78,46 @@ def agreeing(
     place = robust_place(marks)
     near = mark_distances(marks, place) <= limit_px
     if near.sum() >= _MIN_AGREEING:
-        place = triangulate(*_some(marks, np.flatnonzero(near)))
+        place = triangulate(*marks.select(np.flatnonzero(near)))
         near = mark_distances(marks, place) <= limit_px
     if near.sum() >= _MIN_AGREEING and 2 * near.sum() > len(every):
         rows = np.flatnonzero(near)
-        place = triangulate(*_some(marks, rows))
+        place = triangulate(*marks.select(rows))
         return rows, [_wrong(label, marks, int(row), place) for row in np.flatnonzero(~near)]
     worst, place = _worst(marks)
     wrong = [_wrong(label, marks, worst, place)]
     return (every if wrong[0].wanted is None else np.delete(every, worst)), wrong
 
 
-def _some(marks: Marks, rows: npt.NDArray[np.int64]) -> Marks:
-    return Marks([marks.views[int(row)] for row in rows], marks.pixels[rows])
+def misplaced(
+    label: str, marks: Marks, place: Array, limit_px: float, far_px: float
+) -> tuple[npt.NDArray[np.int64], list[WrongMark]]:
+    """Find the marks of a point that contradict its surveyed place.
+
+    Marks that agree with each other are right, and the place may be wrong.
+
+    Parameters
+    ----------
+    label : str
+    marks : Marks
+    place : (3,) array
+        Of the point, in the frame of the views.
+    limit_px : float
+        Distance from the place of the point up to which marks agree.
+    far_px : float
+        Distance from the surveyed place above which marks are wrong, unless all are.
+
+    Returns
+    -------
+    rows : (m,) array of int
+        Marks that are right.
+    wrong : list of WrongMark
+    """
+    far = mark_distances(marks, place) > max(limit_px, far_px)
+    if not far.any() or far.all() or meet(marks, limit_px):
+        return np.arange(len(far)), []
+    wrong = [_wrong(label, marks, int(row), place) for row in np.flatnonzero(far)]
+    return np.flatnonzero(~far), wrong
 
 
 def _wrong(label: str, marks: Marks, row: int, place: Array) -> WrongMark:
@@ -114,7 +141,7 @@ def _worst(marks: Marks) -> tuple[int, Array]:
     rows = np.arange(len(marks.views))
     remaining, places = [], []
     for row in rows:
-        others = _some(marks, np.delete(rows, row))
+        others = marks.select(np.delete(rows, row))
         place = triangulate(*others)
         places.append(place)
         remaining.append(float(mark_distances(others, place).max()))

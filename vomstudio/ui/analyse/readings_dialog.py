@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import (
@@ -22,20 +23,22 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edits import suggest_type
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.records import FeatureType, Record
+from vomstudio.errors import UsageError
 from vomstudio.io.gate.points import ModelFrame
-from vomstudio.io.gis.crs import convergence_deg, crs_name, from_degrees
+from vomstudio.io.gis.crs import crs_name, from_degrees
 from vomstudio.io.project.field_columns import guess
 from vomstudio.io.project.field_table import FieldTable
 from vomstudio.io.project.readings import (
     FieldReadings,
-    Turn,
     make_readings,
     missing_choice,
     understand,
 )
+from vomstudio.registration.north import North, NorthCorrection, parse_angle, place_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import length
@@ -320,48 +323,46 @@ class ReadingsDialog(QDialog):
 
     def _show_convergence(self) -> None:
         """At the readings' own place where they have one, else at the project's."""
-        self._at: float | None = None
         place = self._place
+        self._known = North(place.crs)
         if place.crs is None:
             self._convergence.setText(tr("Unknown: the project has no CRS."))
             return
         places = [row.position for row in self._understood.rows if row.position is not None]
-        if places:
-            x = sum(p[0] for p in places) / len(places)
-            y = sum(p[1] for p in places) / len(places)
-        elif place.has_position:
-            x, y = place.x, place.y
-        else:
+        if not places and not place.has_position:
             self._convergence.setText(tr("Unknown: neither model nor readings have a position."))
             return
-        self._at = convergence_deg(place.crs, x, y)
-        if self._at is None:
+        world = np.asarray([p[:2] for p in places] or [(place.x, place.y)])
+        self._known = North(place.crs, place_of(place.crs, world))
+        convergence = self._known.convergence_deg()
+        if convergence is None:
             self._convergence.setText(
                 tr("Unknown: the readings are outside {crs}.", crs=place.crs)
                 if places
                 else tr("Unknown: the model is outside {crs}.", crs=place.crs)
             )
         else:
-            sign = "−" if self._at < 0 else "+"
-            angle, crs = f"{sign}{abs(self._at):.2f}°", crs_name(place.crs)
+            sign = "−" if convergence < 0 else "+"
+            angle, crs = f"{sign}{abs(convergence):.2f}°", crs_name(place.crs)
             self._convergence.setText(
                 tr("{angle} at the readings ({crs})", angle=angle, crs=crs)
                 if places
                 else tr("{angle} at the model ({crs})", angle=angle, crs=crs)
             )
 
-    def turn(self) -> Turn | None:
-        """The rotation from the chosen north to grid north; None until it is known."""
+    def turn(self) -> NorthCorrection | None:
+        """The correction from the chosen north to grid north; None until it is known."""
         north = self._north.currentData()
         if north is None:
             return None
-        if north != "magnetic":
-            return Turn(north, 0.0, self._at)
-        try:
-            value = float(self._declination.text().strip().rstrip("°").replace(",", "."))
-        except ValueError:
-            return None
-        return Turn(north, value, self._at) if -180.0 <= value <= 180.0 else None
+        known = self._known
+        if north == "magnetic":
+            try:
+                angle = parse_angle(self._declination.text())
+            except UsageError:
+                return None
+            known = replace(known, declination_deg=angle)
+        return known.correction(north)
 
     def _say(self) -> None:
         magnetic = self._north.currentData() == "magnetic"
@@ -375,9 +376,11 @@ class ReadingsDialog(QDialog):
         if self._missing:
             lines.append(self._missing.message)
         elif turn is not None:
-            lines.append(turn.sentence())
+            lines.append(turn.summary)
         elif self._north.currentData() is None:
             lines.append(tr("Choose the north to which the azimuths refer."))
+        elif not magnetic:
+            lines.append(Finding("north.no-convergence").message)
         else:
             asked = tr(
                 "Enter the declination at the place and date in degrees, east positive (0 if it "

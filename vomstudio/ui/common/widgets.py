@@ -266,6 +266,17 @@ def column_of() -> tuple[QWidget, QVBoxLayout]:
     return widget, column
 
 
+def row_of(*widgets: QWidget) -> QWidget:
+    """Widgets side by side, without margins; fields with text take the space that is left."""
+    row = QWidget()
+    line = QHBoxLayout(row)
+    line.setContentsMargins(0, 0, 0, 0)
+    line.setSpacing(4)
+    for widget in widgets:
+        line.addWidget(widget, 1 if isinstance(widget, QLineEdit) else 0)
+    return row
+
+
 def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
     """A field for a file's path, and the row that holds it with a button beside it.
 

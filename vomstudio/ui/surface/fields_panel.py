@@ -10,22 +10,18 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QDoubleSpinBox,
     QHBoxLayout,
-    QProgressBar,
     QPushButton,
 )
 
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS
-from vomstudio.ui.analyse.seen_panel import SeenPanel
-from vomstudio.ui.common import theme
-from vomstudio.ui.common.command_targets import current_model
-from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.direction_wheel import DirectionWheel
 from vomstudio.ui.surface.measurable_plane import MeasurablePlane
+from vomstudio.ui.surface.model_panel import ModelPanel
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.display import usual_look
 from vomstudio.workspace.surfaces.measurable_planes import EXPECTED, MEASURABLE, set_names
@@ -68,28 +64,27 @@ _OF_PLANES = {
 }
 
 
-class FieldsPanel(SeenPanel):
+class FieldsPanel(ModelPanel):
     """Asks `workspace.surfaces.surface_fields` for what is chosen here, and tells what came."""
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__(studio)
-        explain(self, "conventions.md#fields-of-the-surface")
+        super().__init__(
+            studio,
+            studio.fields,
+            "field",
+            "conventions.md#fields-of-the-surface",
+            tr("Show"),
+            "palette-outline",
+        )
         self._fields = studio.fields
-        self._model: Model | None = None
         self._radius_of = ""
         self._plane_id = ""
         self._make_parts()
         self._arrange()
-        for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
-            signal.connect(self._soon)
-        studio.edited.connect(self._soon)
-        studio.jobs_changed.connect(self._show_progress)
-        self._fields.changed.connect(self.refresh)
         studio.display.changed.connect(lambda what: self._show_off() if what == "mode" else None)
-        self.show_now()
+        self._follow()
 
     def _make_parts(self) -> None:
-        self.title = hint_label()
         self.kind = ComboBox()
         self.kind.setObjectName("field_kind")
         for key, kind in KINDS.items():
@@ -122,13 +117,9 @@ class FieldsPanel(SeenPanel):
         )
         self.safe.clicked.connect(self._recolour)
         self.wheel = DirectionWheel()
-        self.start = QPushButton(theme.icon("palette-outline"), tr("Show"))
-        self.start.setObjectName("field_start")
-        self.start.clicked.connect(lambda _: self._start_or_stop())
         self.off = QPushButton()
         self.off.setObjectName("field_off")
         self.off.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
-        self.progress = QProgressBar()
         self.progress.setTextVisible(True)
         self.says = hint_label()
         self.says.setObjectName("field_says")
@@ -163,14 +154,8 @@ class FieldsPanel(SeenPanel):
     # --- what is there -----------------------------------------------------------------------
     def show_now(self) -> None:
         """Follow model, selection and work."""
-        studio = self._studio
-        self._model = current_model(studio) if studio.has_project else None
-        model = self._model
-        self.title.setText(
-            tr("Open an outcrop model first.")
-            if model is None
-            else tr("On {model}", model=model.name)
-        )
+        super().show_now()
+        studio, model = self._studio, self._model
         if model is not None and model.id in studio.models and self._radius_of != model.id:
             self._take_up(model)
         metric = model is None or model.frame.has_metres
@@ -179,7 +164,6 @@ class FieldsPanel(SeenPanel):
         self._list_others()
         self._name_plane()
         self._show_rows()
-        self._show_progress()
         self._refresh_buttons()
         self._show_figures()
 
@@ -272,11 +256,7 @@ class FieldsPanel(SeenPanel):
         self.says.setText(" ".join(lines))
 
     def _refresh_buttons(self) -> None:
-        busy = self._fields.running is not None
-        why = None if busy else self._why_not()
-        self.start.setText(tr("Stop") if busy else tr("Show"))
-        self.start.setEnabled(why is None)
-        self.start.setToolTip(why or "")
+        super()._refresh_buttons()
         self._show_off()
 
     def _show_off(self) -> None:
@@ -292,26 +272,14 @@ class FieldsPanel(SeenPanel):
         )
 
     def _why_not(self) -> str | None:
-        model = self._model
-        if model is None:
-            return tr("Open an outcrop model first.")
-        why = self._fields.why_not(model.id)
+        why = super()._why_not()
         if why is None and self._wanted() is None:
             if self.kind.currentData() == TO_PLANE:
                 return tr("Select a trace or patch whose plane is meant.")
             if self.kind.currentData() in (MEASURABLE, EXPECTED):
                 return tr("Type the plane as dip direction/dip, such as 315/38.")
             return tr("There is no other model in the project.")
-        return None if why is None else str(why)
-
-    def _show_progress(self) -> None:
-        job = self._fields.running
-        self.progress.setVisible(job is not None)
-        if job is None or self.visibleRegion().isEmpty():
-            return
-        self.progress.setRange(0, job.total or 0)
-        self.progress.setValue(job.done)
-        self.progress.setFormat(job.stage)
+        return why
 
     def _show_figures(self) -> None:
         lines = [str(self._fields.said)] if self._fields.said else []
@@ -353,12 +321,8 @@ class FieldsPanel(SeenPanel):
         if opened is not None and name in opened.data.fields and model.id in self._fields.shown:
             self._show(model, wanted)
 
-    def _start_or_stop(self) -> None:
-        if self._fields.running is not None:
-            self._fields.stop()
-            return
-        model, wanted = self._model, self._wanted()
-        if model is not None and wanted is not None:
+    def _start(self, model: Model) -> None:
+        if (wanted := self._wanted()) is not None:
             self._show(model, wanted)
 
     def _show(self, model: Model, wanted: WantedField) -> None:

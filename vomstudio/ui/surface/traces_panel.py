@@ -5,71 +5,62 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
-from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QDoubleSpinBox,
     QFileDialog,
     QGridLayout,
-    QHBoxLayout,
-    QProgressBar,
     QPushButton,
     QSizePolicy,
-    QWidget,
 )
 
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
 from vomstudio.extraction.proposals.edge_pictures import ONNX
 from vomstudio.geometry import transform
-from vomstudio.tools.interaction_types import Hit, Preview
-from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.tools.interaction_types import Area, Hit
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.command_targets import current_model, start_folder
-from vomstudio.ui.common.explained import explain
+from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.number_formatting import degrees
-from vomstudio.ui.common.number_table import Column, NumberTable
+from vomstudio.ui.common.number_table import Column
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox, file_field
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox, file_field, row_of
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command, model_words
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
+from vomstudio.ui.surface.model_panel import LEAST_WIDTH, ProposalsPanel
 from vomstudio.ui.surface.trace_words import costs_in_words, reason_in_words, summary_in_words
 from vomstudio.words import tr
 from vomstudio.workspace.surfaces.trace_proposals import ProposedLines, TraceLimits
 
 _LEAST_HEIGHT = 130
-_LEAST_WIDTH = 50
 # Resolutions: a click so near to a line means it.
 _NEAR = 8.0
 _KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
 
 
-class TracesPanel(SeenPanel):
+class TracesPanel(ProposalsPanel):
     """Asks `trace_proposals`; nothing is changed before something is accepted."""
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__(studio)
-        explain(self, "conventions.md#traces-proposed")
+        super().__init__(
+            studio,
+            studio.proposed_traces,
+            "proposed",
+            "conventions.md#traces-proposed",
+            tr("Look for lines"),
+            "vector-polyline",
+        )
         self._traces = studio.proposed_traces
-        self._model: Model | None = None
         self._filled: tuple[ProposedLines | None, frozenset[int]] = (None, frozenset())
         self._make_settings()
-        self._make_list()
+        self._make_decisions()
         self._arrange()
-        for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
-            signal.connect(self._soon)
-        studio.edited.connect(self._soon)
-        studio.jobs_changed.connect(self._show_progress)
-        studio.surface_clicked.connect(self._clicked)
-        self._traces.changed.connect(self.refresh)
-        self.show_now()
+        self._follow()
 
     # --- parts -------------------------------------------------------------------------------
     def _make_settings(self) -> None:
-        self.title = hint_label()
         self.cost = ComboBox()
         self.cost.setObjectName("proposed_cost")
         self.cost.setToolTip(tr("What lines are looked for by, against what is around them."))
@@ -103,21 +94,14 @@ class TracesPanel(SeenPanel):
         self.most.setValue(TraceLimits().most)
         self.most.setKeyboardTracking(False)
         self.most.setToolTip(tr("So many lines at most, the strongest."))
-        self.start = QPushButton(theme.icon("vector-polyline"), tr("Look for lines"))
-        self.start.setObjectName("proposed_start")
-        self.start.clicked.connect(lambda _: self._start_or_stop())
         self.copy = CopyCommandButton(
             self._copy_command, tr("the command that finds these lines, rejected ones too")
         )
-        self.progress = QProgressBar()
         self.summary, self.why = hint_label(), _Wrapped()
         self.why.setObjectName("proposed_why")
 
-    def _make_list(self) -> None:
-        self.type = TypeBox(self._studio)
-        self.type.setObjectName("proposed_type")
-        self.type.setToolTip(tr("Of what is accepted."))
-        self.table = NumberTable(
+    def _make_decisions(self) -> None:
+        self._make_list(
             (
                 Column(tr("Doubt"), lambda v: f"{100 * v[0]:.0f} %",
                        tr("How likely noise alone makes a line as strong; the least doubtful come "
@@ -128,21 +112,12 @@ class TracesPanel(SeenPanel):
                 Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
                 Column("#", str, tr("1 is the strongest.")),
             ),
-            0,
+            tr("Proposed traces"),
+            _LEAST_HEIGHT,
         )  # fmt: skip
-        self.table.setObjectName("proposed_table")
-        self.table.setAccessibleName(tr("Proposed traces"))
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.table.setMinimumHeight(_LEAST_HEIGHT)
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
-        self.table.selectionModel().selectionChanged.connect(lambda *_: self._chosen())
-        self.table.installEventFilter(self)
-        self.accept = QPushButton(theme.icon("check"), tr("Accept"))
-        self.accept.clicked.connect(lambda _: self._accept())
         self.edit = QPushButton(theme.icon("pencil"), tr("Edit"))
         self.edit.clicked.connect(lambda _: self._edit())
-        self.reject = QPushButton(theme.icon("close"), tr("Reject"))
-        self.reject.clicked.connect(lambda _: self._reject())
         self.forget = QPushButton(theme.icon("close-box-multiple-outline"), tr("Clear"))
         self.forget.clicked.connect(lambda _: self._traces.drop())
         self.forgive = QPushButton(theme.icon("restore"), "")
@@ -158,7 +133,7 @@ class TracesPanel(SeenPanel):
         grid.addWidget(Label(tr("Look for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
         for k, (text, box) in enumerate(((tr("Length"), self.length), (tr("At most"), self.most))):
-            box.setMinimumWidth(_LEAST_WIDTH)
+            box.setMinimumWidth(LEAST_WIDTH)
             box.setAccessibleName(text)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             grid.addWidget(Label(text), 1, 2 * k)
@@ -171,15 +146,15 @@ class TracesPanel(SeenPanel):
         grid.setColumnStretch(3, 1)
         # Or the dock would take its width from the outcrop once something is found.
         for part in (self.accept, self.edit, self.reject, self.forget, self.cost, self.type):
-            part.setMinimumWidth(_LEAST_WIDTH)
-        self._decide = _row(self.accept, self.edit, self.reject, self.forget)
-        self._as = _row(Label(tr("Accept as")), self.type, self.forgive)
+            part.setMinimumWidth(LEAST_WIDTH)
+        self._decisions = row_of(self.accept, self.edit, self.reject, self.forget)
+        self._as = row_of(Label(tr("Accept as")), self.type, self.forgive)
         column = narrow_column(self)
         column.addWidget(self.title)
         column.addLayout(grid)
         column.addWidget(self.progress)
         column.addWidget(self.summary)
-        column.addWidget(self._decide)
+        column.addWidget(self._decisions)
         column.addWidget(self.table, 1)
         column.addWidget(self.why)
         column.addWidget(self._as)
@@ -188,15 +163,8 @@ class TracesPanel(SeenPanel):
     # --- what is there -----------------------------------------------------------------------
     def show_now(self) -> None:
         """Follow the model, and what was found, decided or given up."""
-        studio = self._studio
-        self._model = current_model(studio) if studio.has_project else None
-        self.title.setText(
-            tr("Open an outcrop model first.")
-            if self._model is None
-            else tr("On {model}", model=self._model.name)
-        )
+        super().show_now()
         self._list_costs()
-        self._show_progress()
         self._show_found()
 
     def _list_costs(self) -> None:
@@ -216,29 +184,15 @@ class TracesPanel(SeenPanel):
             self.cost.setCurrentIndex(max(0, self.cost.findData(wanted)))
 
     def _why_not(self) -> str | None:
-        if self._model is None:
-            return tr("Open an outcrop model first.")
-        if self.cost.currentData() == ONNX and not self.network.text().strip():
+        is_onnx = self._model is not None and self.cost.currentData() == ONNX
+        if is_onnx and not self.network.text().strip():
             return tr("Choose the ONNX file of the network first.")
-        why = self._studio.fields.why_not(self._model.id)
-        return None if why is None else str(why)
-
-    def _show_progress(self) -> None:
-        job = self._traces.running
-        self.progress.setVisible(job is not None)
-        if job is None or self.visibleRegion().isEmpty():
-            return
-        self.progress.setRange(0, job.total or 0)
-        self.progress.setValue(job.done)
-        self.progress.setFormat(job.stage)
+        return super()._why_not()
 
     def _refresh_buttons(self) -> None:
-        traces, busy = self._traces, self._traces.waiting
+        super()._refresh_buttons()
+        traces = self._traces
         self._network_row.setVisible(self.cost.currentData() == ONNX)
-        why = None if busy else self._why_not()
-        self.start.setText(tr("Stop") if busy else tr("Look for lines"))
-        self.start.setEnabled(why is None)
-        self.start.setToolTip(why or "")
         self.copy.allow(self._why_not())
         rows = self._rows()
         none_chosen = tr("Choose lines in the list first.")
@@ -281,11 +235,8 @@ class TracesPanel(SeenPanel):
         if name:
             self.network.setText(name)
 
-    def _start_or_stop(self) -> None:
-        if self._traces.waiting:
-            self._traces.stop()
-        elif self._model is not None:
-            self._traces.find(self._model.id, self._limits())
+    def _start(self, model: Model) -> None:
+        self._traces.find(model.id, self._limits())
 
     def _copy_command(self) -> None:
         studio, limits = self._studio, self._limits()
@@ -305,7 +256,7 @@ class TracesPanel(SeenPanel):
     # --- what was found ----------------------------------------------------------------------
     def _show_found(self) -> None:
         found, left = self._traces.found, self._traces.open
-        for part in (self.table, self._decide, self._as):
+        for part in (self.table, self._decisions, self._as):
             part.setVisible(found is not None)
         if (found, left) != self._filled:
             self._filled = (found, left)
@@ -330,31 +281,13 @@ class TracesPanel(SeenPanel):
             rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
         self.table.fill(rows)
 
-    def _rows(self) -> list[int]:
-        """Places among what was found, of the rows that are chosen in the list."""
-        numbers = self.table.numbers.rows
-        chosen = self.table.selectionModel().selectedRows()
-        return [int(numbers[index.row()][0][4]) - 1 for index in chosen]
-
-    def _current(self) -> int | None:
-        """Of them the one that was chosen last."""
-        index, rows = self.table.currentIndex(), self._rows()
-        if not index.isValid() or not rows:
-            return None
-        row = int(self.table.numbers.rows[index.row()][0][4]) - 1
-        return row if row in rows else rows[-1]
-
     def _chosen(self) -> None:
-        """The line that was chosen last stands out on the outcrop."""
-        self._refresh_buttons()
         self._tell_why()
-        found, row = self._traces.found, self._current()
-        if self._studio.open_tool is not None:
-            return
-        area = None if found is None or row is None else line_area([found.lines[row].points])
-        self._studio.preview.emit(
-            None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
-        )
+        super()._chosen()
+
+    def _area(self, place: int) -> Area | None:
+        found = self._traces.found
+        return None if found is None else line_area([found.lines[place].points])
 
     def _tell_why(self) -> None:
         found, row = self._traces.found, self._current()
@@ -364,36 +297,30 @@ class TracesPanel(SeenPanel):
         self.why.setText(said)
         self.why.setVisible(bool(said))
 
-    def _clicked(self, hit: Hit) -> None:
-        """On the outcrop: the line there is chosen in the list."""
+    def _clicked_place(self, hit: Hit) -> int | None:
+        """Return the nearest line if it is near enough."""
         found, model = self._traces.found, self._model
-        unseen = self.visibleRegion().isEmpty()
-        if found is None or unseen or model is None or hit.model_id != found.model_id:
-            return
+        if found is None or model is None:
+            return None
         place = transform.apply(model.to_world, [hit.position])[0]
         off = {
             row: float(np.linalg.norm(found.lines[row].points - place, axis=1).min())
             for row in self._traces.open
         }
         near = min(off, key=lambda row: off[row], default=None)
+        if near is None:
+            return None
         scale = transform.scale_of(model.to_world)
-        if near is not None:
-            reach = _NEAR * scale * (found.lines[near].trace.resolution or 0.0)
-            if off[near] <= reach:
-                self.table.choose(lambda values: bool(values[4] == near + 1))
-                return
-        self.table.clearSelection()
+        reach = _NEAR * scale * (found.lines[near].trace.resolution or 0.0)
+        return near if off[near] <= reach else None
 
     # --- deciding ----------------------------------------------------------------------------
-    def _accept(self) -> None:
-        at = self.table.currentIndex().row()
-        if self._traces.accept(self._rows(), str(self.type.currentData())):
-            self._go_on(at)
+    def _accept_rows(self, places: list[int]) -> bool:
+        return bool(self._traces.accept(places, str(self.type.currentData())))
 
-    def _reject(self) -> None:
-        at = self.table.currentIndex().row()
-        self._traces.reject(self._rows())
-        self._go_on(at)
+    def _reject_rows(self, places: list[int]) -> bool:
+        self._traces.reject(places)
+        return True
 
     def _edit(self) -> None:
         rows = self._rows()
@@ -405,25 +332,6 @@ class TracesPanel(SeenPanel):
     def _bring_back(self) -> None:
         if self._model is not None:
             self._traces.forgive(self._model.id)
-
-    def _go_on(self, row: int) -> None:
-        """To the one that has come to stand in that row."""
-        count = self.table.numbers.rowCount()
-        if count and row >= 0:
-            self.table.selectRow(min(row, count - 1))
-        else:
-            self._studio.preview.emit(None)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        """Enter accepts what is chosen in the list, Delete rejects it."""
-        if watched is self.table and isinstance(event, QKeyEvent):
-            if event.type() == QEvent.Type.ShortcutOverride and event.key() in _KEYS:
-                event.accept()
-                return True
-            if event.type() == QEvent.Type.KeyPress and event.key() in _KEYS:
-                (self._reject if event.key() == Qt.Key.Key_Delete else self._accept)()
-                return True
-        return super().eventFilter(watched, event)
 
 
 class _Wrapped(Label):
@@ -443,13 +351,3 @@ class _Wrapped(Label):
 
     def _keep_height(self) -> None:
         self.setMinimumHeight(self.heightForWidth(self.width()) if self.text() else 0)
-
-
-def _row(*widgets: QWidget) -> QWidget:
-    row = QWidget()
-    line = QHBoxLayout(row)
-    line.setContentsMargins(0, 0, 0, 0)
-    line.setSpacing(4)
-    for widget in widgets:
-        line.addWidget(widget)
-    return row

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding
 from vomstudio.document.records import Compass, Model, ReadNorth
-from vomstudio.errors import UsageError
 from vomstudio.geometry import transform
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.north import (
@@ -15,7 +13,6 @@ from vomstudio.registration.north import (
     default_north_sigma_deg,
     parse_day,
     place_of,
-    turned,
 )
 
 Array = npt.NDArray[np.float64]
@@ -25,21 +22,12 @@ AS_READ = ReadNorth("grid")
 
 
 def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
-    """What azimuths by a compass need, and a sentence on what is added to them, "" for nothing.
+    """What azimuths by a compass need, and a sentence on what is added to them.
     Raises UsageError, InputError where the declination is not known."""
-    found = turned(compass.north, known)
-    if found is None:
-        raise UsageError(
-            Finding("north.no-declination")
-            if compass.north == "magnetic"
-            else Finding("north.no-convergence")
-        )
+    correction = known.required_correction(compass.north)
     doubt = compass.doubt_deg
     doubt = default_north_sigma_deg(compass.north) if doubt is None else doubt
-    record = ReadNorth(
-        compass.north, found.deg, found.declination_deg, found.stated, compass.day, doubt
-    )
-    return record, "" if found.finding is None else found.finding.message
+    return correction.read_north(doubt), correction.summary
 
 
 def known_of(
@@ -75,7 +63,7 @@ def as_the_command(
         return doubt if used.doubt_deg else []
     place = place_of(crs, pairs.world) if crs is not None and len(pairs.labels) else None
     day = parse_day(compass.day) if compass.day else None
-    same = turned(compass.north, North(crs, place, day, compass.declination_deg))
+    same = North(crs, place, day, compass.declination_deg).correction(compass.north)
     if same is None or abs(same.deg - used.turned_deg) > _SAME_DEG:
         return None
     options: list[tuple[str, str | float]] = [("--north", compass.north)]

@@ -12,7 +12,6 @@ import numpy as np
 
 from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document.records import IDENTITY, UNDECLARED, Model, ReadNorth, Registration
-from vomstudio.document.records.compasses import NorthKind
 from vomstudio.document.registration_frames import change_file_frame
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry import transform
@@ -319,7 +318,7 @@ def _evidence(
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import check_area
-    from vomstudio.registration.north import default_north_sigma_deg, on_grid
+    from vomstudio.registration.north import default_north_sigma_deg, on_grid, parse_angle
     from vomstudio.registration.surface_points import known_resolution
     from vomstudio.workspace.placing.marked_points import marked_pairs
     from vomstudio.workspace.placing.registering import parse_click_sigma
@@ -331,7 +330,8 @@ def _evidence(
     if loaded is not None:
         evidence.resolution = known_resolution(loaded.data)
     if order.north_sigma is not None:
-        sigma_deg = _angle(order.north_sigma, "--north-sigma", zero=True)
+        sigma_deg = parse_angle(order.north_sigma, "--north-sigma", minimum=0.0)
+        _require_error([sigma_deg] if sigma_deg else [], "--north-sigma")
         evidence.north_doubt_deg = evidence.compass_doubt_deg = sigma_deg
         evidence.compass_doubt_stated = True
     else:
@@ -434,7 +434,7 @@ def _north(
     place: tuple[float, float] | None,
 ) -> North:
     """Return the north reference, and the place and day of the readings."""
-    from vomstudio.registration.north import North, parse_day, place_of
+    from vomstudio.registration.north import North, parse_angle, parse_day, place_of
 
     known = [] if evidence.pairs is None else [evidence.pairs.world]
     known += [] if evidence.positions is None else [evidence.positions.places]
@@ -442,7 +442,7 @@ def _north(
         place = place_of(crs, np.concatenate(known))
     declination = None
     if order.declination is not None:
-        declination = _angle(order.declination, "--declination", signed=True)
+        declination = parse_angle(order.declination, "--declination")
     day = None if order.date is None else parse_day(order.date)
     return North(crs, place, day, declination)
 
@@ -454,44 +454,16 @@ def _turn_to_grid(
 
     Returns their north reference, None if there are no such readings.
     """
-    from vomstudio.registration.north import turn_of
-
     if not (evidence.azimuths or evidence.compass):
         return None
-    sigma_deg = evidence.compass_doubt_deg
-    if order.north == "grid":
-        return ReadNorth("grid", doubt_deg=sigma_deg)
-    correction = turn_of(order.north, north, "--north")
+    correction = north.required_correction(order.north, "--north")
     if correction.finding is not None:
         messages.append(correction.finding)
-    evidence.azimuths = [
-        line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
-    ]
-    evidence.compass_turn_deg = correction.deg
-    kind: NorthKind = "true" if order.north == "true" else "magnetic"
-    return ReadNorth(
-        kind,
-        correction.deg,
-        correction.declination_deg,
-        correction.stated,
-        order.date or "",
-        sigma_deg,
-    )
-
-
-def _angle(text: str, option: str, *, signed: bool = False, zero: bool = False) -> float:
-    try:
-        value = float(text.strip().rstrip("°").replace(",", "."))
-    except ValueError:
-        value = math.nan
-    if not (abs(value) <= 180.0 and (signed or value > 0 or (zero and value == 0))):
-        raise UsageError(
-            Finding("number.not-an-angle", text=text[:40]),
-            field=option,
-        )
-    if option == "--north-sigma" and value:
-        _require_error([value], option)
-    return value
+        evidence.azimuths = [
+            line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
+        ]
+        evidence.compass_turn_deg = correction.deg
+    return correction.read_north(evidence.compass_doubt_deg)
 
 
 def _photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.patch import Patch
@@ -24,22 +23,20 @@ from vomstudio.document.records import (
     Record,
     limits_of,
 )
-from vomstudio.errors import VomError
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.patches import runs_of
-from vomstudio.jobs.events import Failed
 from vomstudio.jobs.surface_tasks import FIND_FACETS, FacetsOrder, FoundFacets, Sight
-from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
 from vomstudio.words import tr
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.editing import Editing
-from vomstudio.workspace.models import Models, standing_model
+from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
-from vomstudio.workspace.running_jobs import Jobs, RunningJob
+from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surfaces.model_work import ProposalQueue
 
 PART_POINTS = 60_000
 """Points of the part that is looked at while thresholds are tried: a second's work."""
@@ -107,9 +104,9 @@ class Proposals:
                   limits=", ".join(said))  # fmt: skip
 
 
-class FacetProposals:
-    """running : the job; found : what is shown and not yet decided upon, and `open` the places of
-    those in it; said : why there is nothing. `changed` says when one of them is new."""
+class FacetProposals(ProposalQueue[Proposals]):
+    """open, accepted : places in `found` of the proposals that are not yet decided upon, and of
+    those that were accepted"""
 
     def __init__(
         self,
@@ -122,89 +119,43 @@ class FacetProposals:
         background: Background,
         foresee: Callable[[list[tuple[Feature, Measurement]], Thresholds], None],
     ) -> None:
-        self._foresee = foresee
-        self.changed: Signal[()] = Signal()
-        self._projects, self._models, self._editing = projects, models, editing
+        super().__init__(projects, jobs, background)
+        self._models, self._editing, self._foresee = models, editing, foresee
         self._display, self._mode_before = display, ""
-        self._jobs, self._thresholds, self._background = jobs, thresholds, background
-        self.running: RunningJob | None = None
-        self.found: Proposals | None = None
+        self._thresholds = thresholds
         self.open: set[int] = set()
         self.accepted: set[int] = set()
         # Of what was accepted: id of the patch, and its place in `found`.
         self._kept: dict[str, int] = {}
-        self.said: Message = ""
-
-    @property
-    def waiting(self) -> bool:
-        """Something is being found or judged."""
-        return self.running is not None
 
     # --- finding -----------------------------------------------------------------------------
     def find(self, model_id: str, options: FacetOptions, sight: Sight | None) -> None:
         """Look for facets; what is being looked for is given up. sight : for a part alone"""
-        self._stop()
-        standing = standing_model(self._projects, model_id)
-        record = self._projects.records.get(model_id)
-        if standing is None or not isinstance(record, Model):
-            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
+        self._cancel()
+        if (there := self._model(model_id)) is None:
             return
+        standing, record = there
         name = "part" if sight is not None else "whole"
-        order = FacetsOrder(
-            standing, options, sight, standing.cache / "facets" / f"{model_id}-{name}.npz"
-        )  # fmt: skip
+        out = standing.cache / "facets" / f"{model_id}-{name}.npz"
 
-        def done(told: FoundFacets) -> None:
-            if self.running is job:
-                self._judge(record, options, told, whole=sight is None)
+        def judge(told: FoundFacets) -> None:
+            # In a thread: they can be thousands.
+            records, thresholds = dict(self._projects.records), self._thresholds()
+            whole = sight is None
+            self._read(
+                lambda: _proposals(record, options, told, whole, records, thresholds),
+                self._show_proposals,
+            )
 
-        def failed(event: Failed) -> None:
-            if self.running is job:
-                self.running = None
-                stopped = Finding("job.stopped")
-                self._say(stopped if event.cancelled else event.message)
-
-        job = self.running = self._jobs.submit(
+        self._submit(
             FIND_FACETS,
-            order,
-            title=tr("Facets of {model}", model=record.name),
-            on_done=done,
-            on_failed=failed,
+            FacetsOrder(standing, options, sight, out),
+            tr("Facets of {model}", model=record.name),
+            judge,
             quiet=sight is not None,
         )
-        self.said = ""
-        self.changed.emit()
-
-    def stop(self) -> None:
-        """Give up what is being looked for."""
-        if self._stop():
-            self._say(Finding("job.stopped"))
-
-    def _stop(self) -> bool:
-        self._background.cancel_all()
-        job, self.running = self.running, None
-        if job is not None:
-            self._jobs.cancel(job)
-        return job is not None
-
-    def _judge(
-        self, model: Model, options: FacetOptions, told: FoundFacets, *, whole: bool
-    ) -> None:
-        """Read and judge the facets in a thread: they can be thousands."""
-        records, thresholds = dict(self._projects.records), self._thresholds()
-        self._background.run(
-            lambda: _proposals(model, options, told, whole, records, thresholds),
-            self._show_proposals,
-            self._refuse,
-            expected=(OSError, ValueError, KeyError),
-        )
-
-    def _refuse(self, error: VomError) -> None:
-        self.running = None
-        self._say(Finding("cache.unreadable"))
 
     def _show_proposals(self, made: Proposals) -> None:
-        self.running = None
         self.found, self.open, self.accepted = made, set(range(len(made.patches))), set()
         self._kept = {}
         self._say("")
@@ -315,29 +266,9 @@ class FacetProposals:
         self.open -= set(rows)
         self.changed.emit()
 
-    def drop(self, why: Message = "") -> None:
-        """Forget everything that was proposed. why : a sentence to show"""
-        self._stop()
-        found, self.found = self.found, None
-        if found is not None:
-            self._as_before(found.model_id)
+    def _forget(self) -> None:
+        self.unpaint()
         self.open, self.accepted, self._kept = set(), set(), {}
-        self._say(why)
-
-    def edited(self, edit: Edit) -> None:
-        """The model may have been placed anew or be gone; what was accepted may have been taken
-        back, and is to be decided upon again."""
-        found = self.found
-        if found is None:
-            return
-        if found.model_id not in edit.after:
-            self._follow(edit)
-            return
-        now = self._projects.records.get(found.model_id)
-        if not isinstance(now, Model):
-            self.drop()
-        elif now.to_world != found.to_world:
-            self.drop(Finding("model.placed-anew"))
 
     def _follow(self, edit: Edit) -> None:
         """Facets whose patch is gone are open again; those whose patch is back are not."""
@@ -351,10 +282,6 @@ class FacetProposals:
             return
         self.open = (self.open | gone) - back
         self.accepted = (self.accepted | back) - gone
-        self.changed.emit()
-
-    def _say(self, said: Message) -> None:
-        self.said = said
         self.changed.emit()
 
 

@@ -14,7 +14,6 @@ from vomstudio.core.findings import Finding, Message
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
-from vomstudio.errors import VomError
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.extraction.surface_fields import KINDS, field_name
 from vomstudio.files.arrays import open_arrays
@@ -23,7 +22,6 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.jobs.events import Failed
 from vomstudio.jobs.surface_tasks import (
     COMPUTE_FIELDS,
     MAP_MEASURABLE,
@@ -32,21 +30,21 @@ from vomstudio.jobs.surface_tasks import (
     MeasurableOrder,
 )
 from vomstudio.registration.distances.compare_options import CompareOptions
-from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
 from vomstudio.words import tr
 from vomstudio.workspace.derived_quantities import DerivedQuantities
 from vomstudio.workspace.display import Display
 from vomstudio.workspace.model_loading import OpenModel
-from vomstudio.workspace.models import Models, standing_model
+from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
-from vomstudio.workspace.running_jobs import Jobs, RunningJob
+from vomstudio.workspace.running_jobs import Jobs
 from vomstudio.workspace.surfaces.measurable_planes import (
     EXPECTED,
     MEASURABLE,
     map_names,
     plane_meant,
 )
+from vomstudio.workspace.surfaces.model_work import ModelWork
 
 TO_PLANE, TO_MODEL = "plane", "model"
 _OTHERS = (TO_PLANE, TO_MODEL, MEASURABLE, EXPECTED)
@@ -63,6 +61,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 }
 
 Arrays = dict[str, npt.NDArray[np.generic]]
+Given = tuple[Arrays, tuple[Message, ...]]
 
 
 @dataclass(frozen=True)
@@ -98,9 +97,8 @@ class Shown:
     said: tuple[Message, ...] = ()
 
 
-class SurfaceFields:
-    """One field of one model at a time is being worked out; `changed` says when something about it
-    is new. running : the job; said : why there is none, or what is to be known of it"""
+class SurfaceFields(ModelWork):
+    """shown : the field that each model shows"""
 
     def __init__(
         self,
@@ -111,11 +109,8 @@ class SurfaceFields:
         jobs: Jobs,
         background: Background,
     ) -> None:
-        self.changed: Signal[()] = Signal()
-        self._projects, self._models, self._derived = projects, models, derived
-        self._display, self._jobs, self._background = display, jobs, background
-        self.running: RunningJob | None = None
-        self.said: Message = ""
+        super().__init__(projects, jobs, background)
+        self._models, self._derived, self._display = models, derived, display
         self.shown: dict[str, Shown] = {}
         self._made: dict[str, set[str]] = {}
         models.loaded.connect(self._loaded)
@@ -195,26 +190,15 @@ class SurfaceFields:
             self._ask_surface(model_id, shown)
         self.changed.emit()
 
-    def stop(self) -> None:
-        """Give up what is being worked out."""
-        self._background.cancel_all()
-        if self.running is not None:
-            job, self.running = self.running, None
-            self._jobs.cancel(job)
-            self._say(Finding("job.stopped"))
-
     def _ask_surface(self, model_id: str, shown: Shown) -> None:
         # Every field of this radius is there at once, where one of them is.
-        standing, radius = standing_model(self._projects, model_id), shown.wanted.radius_m
-        if standing is None:
-            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
+        if (there := self._model(model_id)) is None:
             return
+        (standing, record), radius = there, shown.wanted.radius_m
         data = self._models.open[model_id].data
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
             self._show(model_id, shown, {}, self.shown[model_id].said)
             return
-        record = self._projects.records[model_id]
-        assert isinstance(record, Model)
         metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
         out = standing.cache / "fields" / f"{record.content_hash[:16]}.npz"
@@ -225,7 +209,7 @@ class SurfaceFields:
 
         def computed(fields: ComputedFields) -> None:
             messages = tuple(map(str, fields.warnings))
-            self._read(model_id, shown, lambda: (read(), messages))
+            self._give(model_id, shown, lambda: (read(), messages))
 
         self._submit(
             COMPUTE_FIELDS,
@@ -236,23 +220,21 @@ class SurfaceFields:
 
     def _ask_measurable(self, model_id: str, shown: Shown) -> None:
         # Both fields are there at once.
-        standing, plane = standing_model(self._projects, model_id), self.plane_meant(shown.wanted)
-        if standing is None or plane is None:
-            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
+        there, plane = self._model(model_id), self.plane_meant(shown.wanted)
+        if there is None or plane is None:
             return
+        standing, record = there
         data, length = self._models.open[model_id].data, shown.wanted.radius_m
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
             self._show(model_id, shown, {}, self.shown[model_id].said)
             return
-        record = self._projects.records[model_id]
-        assert isinstance(record, Model)
         names = map_names(plane, length, metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
         out = standing.cache / "fields" / f"{model_id}-measurable.npz"
         tilt = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
         options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
-        def read() -> tuple[Arrays, tuple[Message, ...]]:
+        def read() -> Given:
             with open_arrays(out) as found:
                 arrays = {names[MEASURABLE]: found["measurable"]}
                 arrays[names[EXPECTED]] = found["expected_error95_deg"]
@@ -262,29 +244,26 @@ class SurfaceFields:
             MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), options, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
                plane=format_plane(plane)),
-            lambda _: self._read(model_id, shown, read),
+            lambda _: self._give(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_distances(self, model_id: str, shown: Shown) -> None:
-        standing, other = (
-            standing_model(self._projects, model_id),
-            standing_model(self._projects, shown.wanted.of),
-        )
-        if standing is None or other is None:
-            self._say(Finding("model.file-missing", model=self._projects.name_of(shown.wanted.of)))
+        there, beside = self._model(model_id), self._model(shown.wanted.of)
+        if there is None or beside is None:
             return
+        standing, other = there[0], beside[0]
         from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
 
         out = standing.cache / "fields" / f"{model_id}-distance.npz"
 
-        def read() -> tuple[Arrays, tuple[Message, ...]]:
+        def read() -> Given:
             with open_arrays(out) as found:
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
         self._submit(
             COMPARE_MODELS, CompareOrder(standing, other, CompareOptions(), out),
             tr("Distances from {model} to {other}", model=standing.name, other=other.name),
-            lambda _: self._read(model_id, shown, read),
+            lambda _: self._give(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_plane(self, model_id: str, shown: Shown) -> None:
@@ -296,43 +275,16 @@ class SurfaceFields:
         centre, normal = np.array(plane[1]), np.array(plane[2])
         data, rows = self._models.open[model_id].data, record.to_world
 
-        def work() -> tuple[Arrays, tuple[Message, ...]]:
+        def work() -> Given:
             places = data.vertices if isinstance(data, Mesh) else data.points
             off = (transform.apply(rows, places) - centre) @ normal
             return {shown.name: off.astype(np.float32)}, ()
 
-        self._read(model_id, shown, work)
+        self._give(model_id, shown, work)
 
-    def _submit(self, job: Any, order: Any, title: str, then: Callable[[Any], None]) -> None:
-        def done(result: Any) -> None:
-            if self.running is begun:
-                then(result)
-
-        def failed(event: Failed) -> None:
-            if self.running is begun:
-                self.running = None
-                self._say(Finding("job.stopped") if event.cancelled else event.message)
-
-        begun = self._jobs.submit(job, order, title=title, on_done=done, on_failed=failed)
-        self.running = begun
-
-    def _read(
-        self,
-        model_id: str,
-        shown: Shown,
-        work: Callable[[], tuple[Arrays, tuple[Message, ...]]],
-    ) -> None:
-        """Read or compute many megabytes in a thread."""
-
-        def show(result: tuple[Arrays, tuple[Message, ...]]) -> None:
-            self.running = None
-            self._show(model_id, shown, *result)
-
-        def refuse(_: VomError) -> None:
-            self.running = None
-            self._say(Finding("cache.unreadable"))
-
-        self._background.run(work, show, refuse, expected=(OSError, ValueError, KeyError))
+    def _give(self, model_id: str, shown: Shown, work: Callable[[], Given]) -> None:
+        """Read or compute fields in a thread, and show them."""
+        self._read(work, lambda given: self._show(model_id, shown, *given))
 
     # --- showing -----------------------------------------------------------------------------
     def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[Message, ...]) -> None:
@@ -358,10 +310,6 @@ class SurfaceFields:
             style = replace(style, palette=shown.palette)
         self._display.show_field(model_id, style)
         self._say(" ".join(map(str, said)))
-
-    def _say(self, said: Message) -> None:
-        self.said = said
-        self.changed.emit()
 
     # --- what has happened meanwhile -----------------------------------------------------------
     def begin(self) -> None:

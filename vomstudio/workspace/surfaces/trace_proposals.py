@@ -18,11 +18,9 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point
-from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry import transform
-from vomstudio.jobs.events import Failed
 from vomstudio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesOrder
 from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
@@ -30,9 +28,9 @@ from vomstudio.tools.tool_context import Tool
 from vomstudio.tools.trace import TraceTool
 from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
-from vomstudio.workspace.models import standing_model
 from vomstudio.workspace.projects import Projects
-from vomstudio.workspace.running_jobs import Jobs, RunningJob
+from vomstudio.workspace.running_jobs import Jobs
+from vomstudio.workspace.surfaces.model_work import ProposalQueue
 
 Array = npt.NDArray[np.float64]
 T = TypeVar("T")
@@ -106,9 +104,8 @@ class Tools(Protocol):
     def hint(self, message: Message) -> None: ...
 
 
-class TraceProposals:
-    """running : the job; found : what is shown; said : why there is nothing. `changed` says when
-    one of them, or what is open of what was found, is new."""
+class TraceProposals(ProposalQueue[ProposedLines]):
+    """`changed` is also emitted if `open` is new."""
 
     def __init__(
         self,
@@ -119,23 +116,14 @@ class TraceProposals:
         thresholds: Callable[[], Thresholds],
         background: Background,
     ) -> None:
-        self.changed: Signal[()] = Signal()
-        self._projects, self._editing, self._tools = projects, editing, tools
-        self._jobs, self._thresholds, self._background = jobs, thresholds, background
-        self.running: RunningJob | None = None
-        self.found: ProposedLines | None = None
-        self.said: Message = ""
+        super().__init__(projects, jobs, background)
+        self._editing, self._tools, self._thresholds = editing, tools, thresholds
         self._made: dict[int, str] = {}
         self._rejected: set[int] = set()
         # As long as the program runs, whatever is looked for next: lines in the files' frames.
         self._never: dict[str, list[Array]] = {}
         self._open_before: frozenset[int] = frozenset()
         tools.changed.connect(self._look)
-
-    @property
-    def waiting(self) -> bool:
-        """Something is being found or judged."""
-        return self.running is not None
 
     @property
     def open(self) -> frozenset[int]:
@@ -155,51 +143,26 @@ class TraceProposals:
     # --- finding -----------------------------------------------------------------------------
     def find(self, model_id: str, limits: TraceLimits) -> None:
         """Look for lines; what is being looked for is given up."""
-        self._stop()
-        standing = standing_model(self._projects, model_id)
-        record = self._projects.records.get(model_id)
-        if standing is None or not isinstance(record, Model):
-            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
+        self._cancel()
+        if (there := self._model(model_id)) is None:
             return
+        standing, record = there
         known = self._known(model_id)
+
+        def judge(told: FoundTraces) -> None:
+            records, thresholds = dict(self._projects.records), self._thresholds()
+            self._read(
+                lambda: _proposed(record, limits, told, known, records, thresholds),
+                self._show_lines,
+            )
+
         order = TracesOrder(
             # What is known already is none of the number that is asked for.
             standing, limits.cost, limits.least_length_m, limits.most + len(known),
             limits.network,
             standing.cache / "proposed_traces" / f"{model_id}.npz",
         )  # fmt: skip
-
-        def done(told: FoundTraces) -> None:
-            if self.running is job:
-                self._judge(record, limits, told, known)
-
-        def failed(event: Failed) -> None:
-            if self.running is job:
-                self.running = None
-                stopped = Finding("job.stopped")
-                self._say(stopped if event.cancelled else event.message)
-
-        job = self.running = self._jobs.submit(
-            PROPOSE_TRACES,
-            order,
-            title=tr("Traces of {model}", model=record.name),
-            on_done=done,
-            on_failed=failed,
-        )
-        self.said = ""
-        self.changed.emit()
-
-    def stop(self) -> None:
-        """Give up what is being looked for."""
-        if self._stop():
-            self._say(Finding("job.stopped"))
-
-    def _stop(self) -> bool:
-        self._background.cancel_all()
-        job, self.running = self.running, None
-        if job is not None:
-            self._jobs.cancel(job)
-        return job is not None
+        self._submit(PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), judge)
 
     def _known(self, model_id: str) -> list[Array]:
         """Lines that need not be proposed, in the frame of the model's file."""
@@ -207,24 +170,7 @@ class TraceProposals:
         picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
         return [*picked, *self._never.get(model_id, ())]
 
-    def _judge(
-        self, model: Model, limits: TraceLimits, told: FoundTraces, known: list[Array]
-    ) -> None:
-        """Read and judge the lines in a thread."""
-        records, thresholds = dict(self._projects.records), self._thresholds()
-        self._background.run(
-            lambda: _proposed(model, limits, told, known, records, thresholds),
-            self._show_lines,
-            self._refuse,
-            expected=(OSError, ValueError, KeyError),
-        )
-
-    def _refuse(self, error: VomError) -> None:
-        self.running = None
-        self._say(Finding("cache.unreadable"))
-
     def _show_lines(self, made: ProposedLines) -> None:
-        self.running = None
         self.found, self._made, self._rejected = made, {}, set()
         self._say("")
 
@@ -296,25 +242,11 @@ class TraceProposals:
             self._rejected.clear()
         self._changed()
 
-    def drop(self, why: Message = "") -> None:
-        """Forget what was proposed, but not what was rejected of it. why : a sentence to show"""
-        self._stop()
-        self.found, self._made, self._rejected = None, {}, set()
-        self._say(why)
+    def _forget(self) -> None:
+        """What was rejected is not proposed again."""
+        self._made, self._rejected = {}, set()
 
-    def edited(self, edit: Edit) -> None:
-        """The model may have been placed anew or be gone, an accepted trace taken back."""
-        found = self.found
-        if found is None:
-            return
-        if found.model_id in edit.after:
-            now = self._projects.records.get(found.model_id)
-            if not isinstance(now, Model):
-                self.drop()
-                return
-            if now.to_world != found.to_world:
-                self.drop(Finding("model.placed-anew"))
-                return
+    def _follow(self, edit: Edit) -> None:
         self._look()
 
     def _look(self) -> None:

@@ -98,8 +98,9 @@ class CompassDialog(QDialog):
     # --- what is typed -----------------------------------------------------------------------
     def typed(self) -> Compass:
         """What the fields say. Raises UsageError."""
-        from vomstudio.registration.north import parse_day
+        from vomstudio.registration.north import parse_angle, parse_day
 
+        declination, doubt = self.declination.text().strip(), self.doubt.text().strip()
         day = self.day.text().strip()
         if day:
             day = parse_day(day).isoformat()
@@ -109,8 +110,8 @@ class CompassDialog(QDialog):
             self.north.currentData(),
             day,
             parse_place(self.place.text()),
-            _typed_angle(self.declination.text(), -180.0),
-            _typed_angle(self.doubt.text(), 0.0),
+            parse_angle(declination) if declination else None,
+            parse_angle(doubt, minimum=0.0) if doubt else None,
         )
 
     def _say(self, _: object = None) -> None:
@@ -141,7 +142,6 @@ class CompassDialog(QDialog):
             made, why = None, error.message
         else:
             doubt = tr("All of them may be off alike by {angle:g}° (1σ).", angle=used.doubt_deg)
-            said = said or tr("Azimuths are taken as they were read.")
             self.says.setText(f"{said} {doubt}")
         self._made = made
         if why:
@@ -162,7 +162,7 @@ class CompassDialog(QDialog):
         if place is None or known.day is None or made.north != "magnetic":
             self.declination.setPlaceholderText(tr("by day and place, or typed: east positive"))
             return
-        from vomstudio.io.gis.magnetic_north import declination_deg
+        from vomstudio.registration.north import declination_deg
 
         self.declination.setPlaceholderText(
             tr("{angle:+.2f}° by IGRF-14", angle=declination_deg(*place, known.day))
@@ -184,21 +184,6 @@ def _field(name: str, text: str, empty: str) -> QLineEdit:
 
 def _angle_text(angle_deg: float | None) -> str:
     return "" if angle_deg is None else f"{angle_deg:.10g}"
-
-
-def _typed_angle(text: str, least: float) -> float | None:
-    """Degrees from `least` to 180; None where nothing is typed. Raises UsageError."""
-    if not text.strip():
-        return None
-    try:
-        number = float(text.strip().rstrip("°").replace(",", ".").replace("−", "-"))
-    except ValueError:
-        number = float("nan")
-    if not least <= number <= 180.0:
-        raise UsageError(
-            tr("“{text}” is no angle that is possible here. Type degrees, like 0.5.", text=text)
-        )
-    return number
 
 
 def parse_place(text: str) -> tuple[float, float] | None:
