@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.cli.common.declared_options import help_text, metavar
-from vomstudio.core.operations import DOORS, Operation
+from vomstudio.core.operations import DOORS
 from vomstudio.core.options import Declaration, declarations
 from vomstudio.workspace.operations import OPERATIONS
 
@@ -18,21 +19,30 @@ DOORS_BEGIN, DOORS_END = "<!-- doors -->\n", "<!-- end of doors -->"
 
 def renewed_commands(page: str) -> str:
     """Return the page with today's rows of all declared options."""
-    for operation in OPERATIONS:
-        heading = f"\n## vomstudio {operation.name}\n"
+    for command in dict.fromkeys(each.command_name for each in OPERATIONS):
+        heading = f"\n## vomstudio {command}\n"
         start = page.index(heading) + len(heading)
         end = page.find("\n## ", start)
         end = len(page) if end < 0 else end
-        page = page[:start] + _with_rows(page[start:end], operation) + page[end:]
+        page = page[:start] + _with_rows(page[start:end], _options_of(command)) + page[end:]
     return page
 
 
-def _with_rows(section: str, operation: Operation) -> str:
-    declared = [
-        each
+def _options_of(command: str) -> list[Declaration]:
+    """Return the options of all operations of a command, each once."""
+    declared = {
+        each.flag: each
+        for operation in OPERATIONS
+        if operation.command_name == command
         for options in (*operation.options, *operation.command_options)
         for each in declarations(options)
-    ]
+    }
+    return list(declared.values())
+
+
+def _with_rows(section: str, declared: Sequence[Declaration]) -> str:
+    if not declared:
+        return section
     flags = {each.flag for each in declared}
     lines = section.split("\n")
     first = next((k for k, line in enumerate(lines) if _flag(line) in flags), None)
@@ -53,8 +63,10 @@ def _row(option: Declaration) -> str:
     word = option.flag
     if option.choices is not None:
         word += f" {'|'.join(option.choices)}".replace("|", "\\|")
+    elif option.kind is bool and option.default is None:
+        word += f"`, `--no-{option.flag.removeprefix('--')}"
     elif option.kind is not bool:
-        word += f" {metavar(option)}"
+        word += f" [{metavar(option)}]" if option.bare else f" {metavar(option)}"
     text = re.sub(
         r"--[a-z][a-z-]*(?: [a-z]+(?= [0-9]))?|NAME\w*\.\w+", r"`\g<0>`", help_text(option)
     )
@@ -72,7 +84,7 @@ def doors_table() -> str:
     rows = [f"| operation | {' | '.join(DOORS)} |", "|---" * (len(DOORS) + 1) + "|"]
     for each in OPERATIONS:
         present = {
-            "command": f"`{each.name}`",
+            "command": f"`{each.command_name}`",
             "function": f"`vs.{each.function}`" if each.function else "",
             "window": f"`{each.window.rpartition('.')[2]}`" if each.window else "",
             "project method": f"`.{each.method}`" if each.method else "",

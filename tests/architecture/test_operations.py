@@ -41,7 +41,7 @@ def test_the_python_function_has_the_declared_parameters(operation: Operation) -
 @each_operation
 def test_each_door_exists_or_its_absence_has_a_reason(operation: Operation) -> None:
     doors = {
-        "command": operation.name in COMMANDS,
+        "command": operation.command_name in COMMANDS,
         "function": bool(operation.function) and operation.function in vs.__all__,
         "window": bool(operation.window) and _panel(operation.window) is not None,
         "project method": hasattr(vs.Project, operation.method) if operation.method else False,

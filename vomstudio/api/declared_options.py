@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from vomstudio.api.checking import flag, single_number, whole_number
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import declarations
+from vomstudio.core.options import Declaration, declarations
 from vomstudio.errors import InputError, VomError
 
 Options = TypeVar("Options")
@@ -39,12 +39,18 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
         For a value that is not allowed, with the name of the argument.
     """
     stated = {each.name: each for each in declarations(options)}
-    checked = {name: _CHECKS[stated[name].kind](value, name) for name, value in arguments.items()}
+    checked = {name: _checked(stated[name], value) for name, value in arguments.items()}
     for name, value in checked.items():
         if value is None and (stated[name].is_required or stated[name].default is not None):
             raise InputError(Finding("option.missing"), field=name)
     with arguments_named(options):
         return options(**checked)
+
+
+def _checked(option: Declaration, value: Any) -> Any:
+    """Return a value of the type of an option. Raises InputError."""
+    is_automatic = value is None and option.default is None
+    return value if is_automatic or option.is_repeated else _CHECKS[option.kind](value, option.name)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ class Operation:
     Parameters
     ----------
     name : str
-        Name of the command and, with underscores, of the Python function.
+        Name of the operation and of its command.
     options : tuple of type
         Options classes (`vomstudio.core.options`); the names of their fields are the parameters of
         the Python function and, without units, the options of the command.
@@ -25,6 +25,8 @@ class Operation:
         Options classes of the command and the window only, such as files to write.
     function : str
         Name in ``vomstudio``; empty without one.
+    command : str
+        Name of the command, if it is not the name of the operation.
     window : str
         Module and class of the panel or dialog below ``vomstudio.ui``; empty without one.
     method : str
@@ -39,7 +41,13 @@ class Operation:
     options: tuple[type[Any], ...] = ()
     command_options: tuple[type[Any], ...] = ()
     function: str = ""
+    command: str = ""
     window: str = ""
     method: str = ""
     action: str = ""
     missing: Mapping[Door, str] = field(default_factory=dict)
+
+    @property
+    def command_name(self) -> str:
+        """The command that offers the operation."""
+        return self.command or self.name

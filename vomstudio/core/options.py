@@ -20,7 +20,7 @@ from vomstudio.errors import UsageError
 from vomstudio.words import to_translate
 
 _DECLARATION = "option"
-UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "px": "px", "s": "s"}
+UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "pt": "pt", "px": "px", "s": "s"}
 """Suffixes of names that state the unit, with the symbols shown in forms."""
 MIN_LENGTH_M, MAX_LENGTH_M = 1e-9, 1e6
 """Bounds of a positive length."""
@@ -35,7 +35,7 @@ class Declaration:
     name : str
         Name of the field and of the Python parameter, such as ``max_distance_m``.
     kind : type
-        float, int, bool or str.
+        float, int, bool or str; of an option that may be repeated the type of each value.
     default : object
         None if the program chooses the value, or if `is_required`.
     help : str
@@ -57,8 +57,12 @@ class Declaration:
         Decimals in a form.
     empty : str
         What a form shows for None.
+    bare : str, optional
+        Value if the option is given without one; without `bare` it needs a value.
     is_required : bool
         Whether a value has to be given.
+    is_repeated : bool
+        Whether the option may be given again; its value is a tuple and its name a plural.
     """
 
     name: str
@@ -74,7 +78,9 @@ class Declaration:
     metavar: str | None = None
     decimals: int = 3
     empty: str = to_translate("auto")
+    bare: str | None = None
     is_required: bool = False
+    is_repeated: bool = False
 
     @property
     def unit(self) -> str | None:
@@ -84,15 +90,16 @@ class Declaration:
 
     @property
     def flag(self) -> str:
-        """The option on the command line: the name without its unit."""
-        words = self.name.split("_")
+        """The option on the command line: the name without its unit, in the singular."""
+        name = self.name.removesuffix("s") if self.is_repeated else self.name
+        words = name.split("_")
         if self.unit is not None:
             words.pop()
         return "--" + "-".join(words)
 
     def check(self, value: Any) -> None:
         """Raise UsageError for a value that the declaration does not allow."""
-        if value is None:
+        if value is None or self.is_repeated:
             return
         if self.choices is not None and value not in self.choices:
             raise self._refusal("option.not-a-choice", value, choices=self.choices)
@@ -130,6 +137,7 @@ def option(
     metavar: str | None = None,
     decimals: int = 3,
     empty: str = to_translate("auto"),
+    bare: str | None = None,
 ) -> Any:
     """Declare one field of an options class; see `Declaration` for the parameters.
 
@@ -146,6 +154,7 @@ def option(
         "metavar": metavar,
         "decimals": decimals,
         "empty": empty,
+        "bare": bare,
     }
     return field(default=default, metadata={_DECLARATION: stated})
 
@@ -163,27 +172,30 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
         stated = each.metadata.get(_DECLARATION)
         if stated is None:
             continue
-        kind, choices = _kind(hints[each.name])
+        kind, choices, is_repeated = _kind(hints[each.name])
         declared.append(
             Declaration(
                 name=each.name,
                 kind=kind,
                 default=None if each.default is MISSING else each.default,
                 is_required=each.default is MISSING,
+                is_repeated=is_repeated,
                 **stated | {"choices": stated["choices"] or choices},
             )
         )
     return tuple(declared)
 
 
-def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None]:
-    """Return the type of an option's values, and the choices of a `Literal`."""
+def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
+    """Return the type of an option's values, the choices of a `Literal`, and if it is repeated."""
+    if hint == tuple[str, ...]:
+        return str, None, True
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
         (hint,) = (each for each in typing.get_args(hint) if each is not type(None))
     if typing.get_origin(hint) is Literal:
-        return str, typing.get_args(hint)
+        return str, typing.get_args(hint), False
     assert hint in (float, int, bool, str), hint
-    return hint, None
+    return hint, None, False
 
 
 def check_options(options: Any) -> None:
@@ -206,16 +218,17 @@ def check_exclusive(options: Any, *names: str) -> None:
 def check_alternatives(options: Any, *names: str) -> None:
     """Raise UsageError unless exactly one of the options of these names is given."""
     check_exclusive(options, *names)
-    if all(getattr(options, name) is None for name in names):
-        stated = {each.name: each.flag for each in declarations(type(options))}
-        flags = [stated[name] for name in names]
+    stated = {each.name: each for each in declarations(type(options))}
+    if all(getattr(options, name) == stated[name].default for name in names):
+        flags = [stated[name].flag for name in names]
         raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
 
 
 def check_requires(options: Any, name: str, other: str) -> None:
     """Raise UsageError if an option is given without another one on which it depends."""
     stated = {each.name: each for each in declarations(type(options))}
-    if getattr(options, name) != stated[name].default and getattr(options, other) is None:
+    is_given = getattr(options, name) != stated[name].default
+    if is_given and getattr(options, other) == stated[other].default:
         flag, needed = stated[name].flag, stated[other].flag
         raise UsageError(Finding("option.requires", option=flag, other=needed), field=flag)
 
@@ -237,7 +250,11 @@ def option_words(options: Any) -> list[str | tuple[str, str | float]]:
         if value == each.default:
             continue
         if each.kind is bool:
+            words.append(each.flag if value else f"--no-{each.flag.removeprefix('--')}")
+        elif value == each.bare:
             words.append(each.flag)
+        elif each.is_repeated:
+            words += [(each.flag, text) for text in value]
         else:
             words.append((each.flag, value if each.kind is float else str(value)))
     return words

@@ -13,15 +13,26 @@ Options = TypeVar("Options")
 
 
 def add_options(parser: Parser, options: type[Any]) -> None:
-    """Add an argument for each option of a class (`vomstudio.core.options.option`)."""
+    """Add an argument for each option of a class (`vomstudio.core.options.option`).
+
+    Options that the parser has already, from a class with the same base, are not added again.
+    """
     for each in declarations(options):
+        if each.flag in parser._option_string_actions:
+            continue
         words: dict[str, Any] = {"dest": each.name, "help": help_text(each).replace("%", "%%")}
         if each.kind is bool:
-            words["action"] = "store_true"
+            words["action"] = (
+                "store_true" if each.default is False else argparse.BooleanOptionalAction
+            )
         elif each.choices is not None:
             words["choices"] = list(each.choices)
         else:
             words["metavar"] = metavar(each)
+            if each.is_repeated:
+                words["action"] = "append"
+            if each.bare is not None:
+                words |= {"nargs": "?", "const": each.bare}
             if each.kind is not str:
                 words["type"] = each.kind
         if each.is_required:
@@ -32,6 +43,8 @@ def add_options(parser: Parser, options: type[Any]) -> None:
 def help_text(declaration: Declaration) -> str:
     """Return the help of an option with its default."""
     text = tr(declaration.help)
+    if declaration.is_repeated:
+        return tr("{help}; may be given again", help=text)
     default = tr(declaration.automatic) if declaration.automatic else declaration.default
     if default is None or default is False:
         return text
@@ -51,5 +64,11 @@ def metavar(declaration: Declaration) -> str:
 
 def options_from(args: argparse.Namespace, options: type[Options]) -> Options:
     """Return the options object of a parsed command. Raises UsageError."""
-    given = {each.name: getattr(args, each.name, None) for each in declarations(options)}
-    return options(**{name: value for name, value in given.items() if value is not None})
+    given = {each: getattr(args, each.name, None) for each in declarations(options)}
+    return options(
+        **{
+            each.name: tuple(value) if each.is_repeated else value
+            for each, value in given.items()
+            if value is not None
+        }
+    )
