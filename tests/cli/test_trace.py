@@ -122,12 +122,17 @@ def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     for more, said in (
         (["--onnx-model", network], "n.onnx: This is no ONNX file"),
         (["--onnx-model", tmp_path / "none.onnx"], "none.onnx: The network cannot be read"),
-        ([], "--onnx-model FILE"),
-        (["--onnx-model", network, "--cost", "dark"], "--cost onnx"),
     ):
         ran = run(*words, *more, "-o", out)
         assert (ran.code, out.exists()) == (2, False)
         assert said in ran.said
+    for more, code in (
+        ([], "edges.no-network"),
+        (["--onnx-model", network, "--cost", "dark"], "edges.network-unused"),
+    ):
+        ran = run(*words, *more, "-o", out, "--json")
+        assert (ran.code, out.exists()) == (2, False)
+        assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, "--onnx-model")
 
 
 @pytest.fixture(scope="module")
@@ -237,10 +242,14 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
 
 def test_a_drawing_is_not_followed_in_a_photo(run, slope: Path, tmp_path: Path) -> None:
     ran = run(
-        "trace", slope, "--from-ortho", "drawn.gpkg", "--photo", "p0.png", "-o", tmp_path / "t.csv"
-    )
+        "trace", slope, "--from-ortho", "drawn.gpkg", "--photo", "p0.png",
+        "-o", tmp_path / "t.csv", "--json",
+    )  # fmt: skip
     assert ran.code == 2
-    assert "--photo is for a line that is followed" in ran.said
+    error = ran.json["error"]
+    assert (error["code"], error["option"], error["other"]) == (
+        "option.requires", "--photo", "--through",
+    )  # fmt: skip
 
 
 def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> None:
@@ -255,7 +264,10 @@ def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> 
     heights = np.array([float(row[3]) for row in rows[1:] if row[0] == first["line"]])
     assert np.median(np.abs(heights - 1.0)) < 0.05
     assert "no colours" in run("trace", slope, "--propose", "-o", tmp_path / "n.csv").said
-    into = run("trace", slope, "--propose", "--into", tmp_path, "-o", tmp_path / "n.csv")
-    assert "--into is for lines that were drawn" in into.said
+    words = ["trace", slope, "--propose", "-o", tmp_path / "n.csv", "--json"]
+    error = run(*words, "--into", tmp_path).json["error"]
+    assert (error["code"], error["option"], error["other"]) == (
+        "option.requires", "--into", "--from-ortho",
+    )  # fmt: skip
     both = run("trace", slope, "--propose", "--through", slope, "-o", tmp_path / "n.csv")
     assert both.code == 2

@@ -6,13 +6,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.messages import refused
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import Cancelled, UsageError
 from vomstudio.extraction.proposals.traces import ProposedTraces, propose_traces
 from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import CancelToken, Silent
+from vomstudio.progress import CancelToken, Progress, Silent
 
 Array = npt.NDArray[np.float64]
 RESOLUTION = 0.05
@@ -32,13 +34,23 @@ def slope(seed: int, beds: dict[float, float], ledge: float = 0.0) -> tuple[Arra
     return np.column_stack([x, y, z]), grey
 
 
-def proposed(points: Array, grey: Array | None, cost: str, **asked: object) -> ProposedTraces:
+def proposed(
+    points: Array,
+    grey: Array | None,
+    cost: str,
+    progress: Progress | None = None,
+    **asked: object,
+) -> ProposedTraces:
     colours = None if grey is None else np.repeat(grey[:, None], 3, axis=1).astype(np.uint8)
-    options = {"least_length": 1.0, "most": 50, "progress": Silent(), **asked}
+    options = ProposalOptions(cost=cost, **{"min_length_m": 1.0, **asked})  # type: ignore[arg-type]
     return propose_traces(
-        SurfaceGraph(PointCloud(points, colors=colours)), cost=cost, resolution=RESOLUTION,
-        model="slope", frame="local", **options,  # type: ignore[arg-type]
-    )  # fmt: skip
+        SurfaceGraph(PointCloud(points, colors=colours)),
+        options,
+        resolution=RESOLUTION,
+        model="slope",
+        frame="local",
+        progress=progress or Silent(),
+    )
 
 
 def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
@@ -62,7 +74,7 @@ def test_dark_beds_are_found_where_they_are_the_darker_first() -> None:
 def test_in_noise_hardly_anything_is_sure(cost: str) -> None:
     sure = 0
     for seed in range(4):
-        found = proposed(*slope(10 + seed, {}), cost, least_length=0.5).proposals
+        found = proposed(*slope(10 + seed, {}), cost, min_length_m=0.5).proposals
         sure += any(one.doubt < 0.05 for one in found)
     # One in fifty surfaces would have such a line.
     assert sure <= 1
@@ -79,9 +91,13 @@ def test_a_ledge_of_a_mesh_is_found_by_its_edges() -> None:
         ]
     )
     found = propose_traces(
-        SurfaceGraph(Mesh(points, faces)), cost="curvature", resolution=RESOLUTION,
-        least_length=1.0, most=5, model="ledge", frame="local", progress=Silent(),
-    )  # fmt: skip
+        SurfaceGraph(Mesh(points, faces)),
+        ProposalOptions(cost="curvature", min_length_m=1.0, max_lines=5),
+        resolution=RESOLUTION,
+        model="ledge",
+        frame="local",
+        progress=Silent(),
+    )
     best = found.proposals[0]
     assert best.doubt < 0.05
     assert best.length_m > 2.5
@@ -114,12 +130,12 @@ def test_what_cannot_be_proposed_is_refused() -> None:
         proposed(points, None, "dark")
     with pytest.raises(UsageError, match="There is no cost or field 'shade'"):
         proposed(points, grey, "shade")
-    with pytest.raises(UsageError, match="no colour to look for"):
+    with refused("cost.needs-way-points", cost="colour"):
         proposed(points, grey, "colour")
-    with pytest.raises(UsageError, match="metres above 0"):
-        proposed(points, grey, "dark", least_length=float("nan"))
-    with pytest.raises(UsageError, match="At least one"):
-        proposed(points, grey, "dark", most=0)
+    with refused("option.not-a-length", field="--min-length"):
+        proposed(points, grey, "dark", min_length_m=float("nan"))
+    with refused("option.too-small", field="--max-lines", minimum="1"):
+        proposed(points, grey, "dark", max_lines=0)
 
 
 def test_it_stops_and_an_even_surface_has_no_lines() -> None:
@@ -153,9 +169,13 @@ def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
         materials=(Material("a", tmp_path / "a.png"),), material_offsets=np.array([0, len(faces)]),
     )  # fmt: skip
     found = propose_traces(
-        SurfaceGraph(mesh), cost="dark", resolution=1.0, least_length=2.0, most=5, model="wall",
-        frame="local", progress=Silent(),
-    )  # fmt: skip
+        SurfaceGraph(mesh),
+        ProposalOptions(cost="dark", min_length_m=2.0, max_lines=5),
+        resolution=1.0,
+        model="wall",
+        frame="local",
+        progress=Silent(),
+    )
     best = found.proposals[0]
     assert best.doubt < 0.05
     assert best.length_m > 2.5

@@ -37,7 +37,7 @@ def panel(window, tmp_path) -> TracesPanel:
     driver.wait(made.isVisible, "the panel")
     driver.wait(made.start.isEnabled, "the model")
     made.cost.setCurrentIndex(made.cost.findData("dark"))
-    made.length.setValue(1.0)
+    made.limits.fields["min_length_m"].setValue(1.0)
     return made
 
 
@@ -130,14 +130,14 @@ def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, pan
         assert beside(one.points, first) < 0.5
         assert beside(one.points, second) < 0.5
     # By another cost, and shorter ones, neither.
-    panel.length.setValue(0.5)
+    panel.limits.fields["min_length_m"].setValue(0.5)
     look(window, panel)
     assert all(beside(one.points, first) < 0.5 for one in panel._traces.found.lines)
     # Unless it is brought back.
     assert panel.forgive.isEnabled()
     driver.click(panel.forgive, panel.forgive.rect().center())
     assert not panel.forgive.isEnabled()
-    panel.length.setValue(1.0)
+    panel.limits.fields["min_length_m"].setValue(1.0)
     look(window, panel)
     assert any(beside(one.points, first) > 0.5 for one in panel._traces.found.lines)
 
@@ -196,7 +196,7 @@ def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
 
 @pytest.mark.full
 def test_nothing_found_is_said(window, panel) -> None:
-    panel.length.setValue(500.0)
+    panel.limits.fields["min_length_m"].setValue(500.0)
     look(window, panel)
     assert "No line of 500 m or more" in panel.summary.text()
     assert not panel.accept.isEnabled()

@@ -318,6 +318,12 @@ def maybe_path(value: Any, name: str) -> Path | None:
     return None if value is None else path_of(value, name)
 
 
+def path_text(value: Any, name: str) -> str | None:
+    """Return a path as text, None for None. Raises InputError."""
+    path = maybe_path(value, name)
+    return None if path is None else str(path)
+
+
 def is_path(value: Any) -> bool:
     """Whether somebody means a file by it."""
     return isinstance(value, str | os.PathLike)

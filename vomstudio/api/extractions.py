@@ -11,21 +11,21 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.api.checking import (
-    maybe_path,
+    path_text,
     pixels_or_points,
     points,
     warn,
-    words_of,
 )
 from vomstudio.api.comparisons import is_array, placed
-from vomstudio.api.declared_options import options_from_arguments
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
 from vomstudio.core.findings import Message
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import UsageError
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
+from vomstudio.extraction.trace_options import FollowOptions
 from vomstudio.geology.sets.discontinuities import Discontinuity
 from vomstudio.geology.sets.proposals import DescribedSet, SetFit
 from vomstudio.progress import CancelToken
@@ -34,7 +34,6 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos
-    from vomstudio.extraction.proposals.edge_pictures import Find
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,7 +190,7 @@ def follow(
     model: Any,
     through: Any,
     *,
-    cost: str = "colour",
+    cost: str | None = None,
     photo: str | Path | None = None,
     cameras: str | Path | None = None,
     onnx_model: str | Path | None = None,
@@ -207,11 +206,11 @@ def follow(
         in World, metres
     through : (w, 3) way-points in World, at least two, in their order; with ``photo`` also (w, 2)
         columns and rows of it, the middle of its top-left pixel at (0.5, 0.5)
-    cost : "colour" (like the colours at the way-points), "dark", "light", "gradient" (edges of
-        lightness), "curvature" (edges of the surface), "auto" (of these the one whose plane is
-        stated to be least off, or, where none is good, whose path the others confirm most, see
-        ``tried``), or the name of a field, whose low values are
-        followed, or "onnx". In a photo one of the first four, "auto" or "onnx"
+    cost : "colour" (like the colours at the way-points; the default), "dark", "light", "gradient"
+        (edges of lightness), "curvature" (edges of the surface), "auto" (of these the one whose
+        plane has the least stated error, or, if none is good, whose path the others confirm most,
+        see ``tried``), or the name of a field, whose low values are followed,
+        or "onnx". In a photo one of the first four, "auto" or "onnx"
     photo : path of a photo of the model, at its full resolution; the others that show the place and
         are found beside it have a say
     cameras : file of the photos' poses and lenses in the frame of the model's file (cameras.json,
@@ -255,71 +254,59 @@ def follow(
     >>> bool(np.abs(trace.points[:, 2] - 1.0).max() < 0.06)
     True
     """
-    from vomstudio.jobs.edge_finding import asked_of
-
-    picture, lenses = maybe_path(photo, "photo"), maybe_path(cameras, "cameras")
-    wanted = words_of(cost, "cost")
-    if wanted is None:
-        raise InputError(tr("The name of a cost or of a field is needed."), field="cost")
-    report = told(progress, cancel)
-    given = model if is_array(model) else model_of(model)
-    report.stage(tr("Following the contact"))
-    with asked_of(wanted, maybe_path(onnx_model, "onnx_model"), report, cancel) as edges:
-        return _followed(given, through, wanted, picture, lenses, edges)
-
-
-def _followed(
-    model: Any,
-    through: Any,
-    cost: str,
-    photo: Path | None,
-    cameras: Path | None,
-    edges: tuple[Find, Path] | None,
-) -> FollowedTrace:
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
     from vomstudio.extraction.proposals.edge_photos import showing_edges
-    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX, wearing_edges
+    from vomstudio.extraction.proposals.edge_pictures import DRAWN, wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
+    from vomstudio.jobs.edge_finding import edges_by
 
-    data, crs, _ = placed(model, "model")
-    spacing = resolution(data)
-    asked: dict[str, Any] = {
-        "cost": cost if edges is None else DRAWN,
-        "called": "" if edges is None else ONNX,
-        "resolution": spacing,
-        "model": getattr(getattr(model, "path", None), "name", None) or "",
-        "frame": crs or "local",
-    }
-    found: FollowedTrace
-    if photo is None:
-        if cameras is not None:
-            raise UsageError(
-                tr("Cameras are for a photo to follow in. Name it with photo."), field="cameras"
-            )
-        if edges is not None:
-            data = wearing_edges(data, spacing, *edges)
-        found = followed_trace(SurfaceGraph(data), points(through, "through"), **asked)
-    else:
-        way_points = pixels_or_points(through, "through")
-        photos = _photos(model, data, spacing, photo, cameras)
-        if edges is not None:
-            photos = showing_edges(photos, *edges)
-        found = photo_trace(SurfaceGraph(data), photos, way_points, **asked)
-    warn(found.warnings, 4)
+    options = options_from_arguments(
+        FollowOptions,
+        cost=cost,
+        photo=path_text(photo, "photo"),
+        cameras=path_text(cameras, "cameras"),
+        onnx_model=path_text(onnx_model, "onnx_model"),
+    )
+    report = told(progress, cancel)
+    given = model if is_array(model) else model_of(model)
+    report.stage(tr("Following the contact"))
+    with edges_by(options.onnx_model, report, cancel) as edges, arguments_named(FollowOptions):
+        data, crs, _ = placed(given, "model")
+        spacing = resolution(data)
+        asked: dict[str, Any] = {
+            "cost": options.used_cost if edges is None else DRAWN,
+            "called": "" if edges is None else options.used_cost,
+            "resolution": spacing,
+            "model": getattr(getattr(given, "path", None), "name", None) or "",
+            "frame": crs or "local",
+        }
+        found: FollowedTrace
+        if options.photo is None:
+            if edges is not None:
+                data = wearing_edges(data, spacing, *edges)
+            found = followed_trace(SurfaceGraph(data), points(through, "through"), **asked)
+        else:
+            way_points = pixels_or_points(through, "through")
+            photos = _photos(given, data, spacing, options.photo, options.cameras)
+            if edges is not None:
+                photos = showing_edges(photos, *edges)
+            found = photo_trace(SurfaceGraph(data), photos, way_points, **asked)
+    warn(found.warnings)
     return found
 
 
 def _photos(
-    model: Any, data: Any, spacing: float, photo: Path, cameras: Path | None
+    model: Any, data: Any, spacing: float, photo: str, cameras: str | None
 ) -> CalibratedPhotos:
     from vomstudio.extraction.calibrated_photos import open_photos
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras
 
     if cameras is None:
         path = getattr(model, "path", None)
-        cameras = None if path is None else find_own_cameras(path)
+        beside = None if path is None else find_own_cameras(path)
+        cameras = None if beside is None else str(beside)
     if cameras is None:
         raise UsageError(
             tr("There are no cameras beside the model. Name their file with cameras."),

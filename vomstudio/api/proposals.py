@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from vomstudio.api.checking import maybe_path, single_number, whole_number, words_of
+from vomstudio.api.checking import path_text
 from vomstudio.api.comparisons import is_array, placed
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
-from vomstudio.errors import InputError
 from vomstudio.extraction.proposals.traces import ProposedTraces
-from vomstudio.progress import CancelToken, Progress
-from vomstudio.words import tr
-
-if TYPE_CHECKING:
-    from vomstudio.extraction.proposals.edge_pictures import Find
+from vomstudio.extraction.trace_options import ProposalOptions
+from vomstudio.progress import CancelToken
 
 
 def propose_traces(
     model: Any,
     *,
-    cost: str = "gradient",
-    least_length: float | None = None,
-    most: int | None = None,
+    cost: str | None = None,
+    min_length_m: float | None = None,
+    max_lines: int = 50,
     onnx_model: str | Path | None = None,
     progress: Reported = None,
     cancel: CancelToken | None = None,
@@ -35,11 +32,11 @@ def propose_traces(
     ----------
     model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
         in World, metres
-    cost : "gradient" (edges of lightness), "dark", "light", "curvature" (edges and furrows of the
-        surface), or the name of a field, whose low values are looked for; "onnx" for the edges of a
-        network
-    least_length : of a line, m; None for twenty resolutions of the model
-    most : so many lines at most; None for 50
+    cost : "gradient" (edges of lightness; the default), "dark", "light", "curvature" (edges and
+        furrows of the surface), or the name of a field, whose low values are looked for; "onnx" for
+        the edges of a network
+    min_length_m : minimum length of a line, m; None for twenty resolutions of the model
+    max_lines : maximum number of lines
     onnx_model : for the cost "onnx": the file of a network that takes a picture, (1, 3, h, w) red,
         green and blue from 0 to 1, and gives the probability of an edge at each pixel, (1, 1, h, w)
     progress : called with (stage, steps done, all steps or None), or a Progress
@@ -74,46 +71,33 @@ def propose_traces(
     >>> grey += np.random.default_rng(1).normal(0.0, 10.0, len(x))
     >>> rows = np.column_stack([x, y, z, grey])
     >>> np.savetxt(path, rows, delimiter=",", header="x,y,z,grey", comments="")
-    >>> found = vs.propose_traces(vs.read(path, up="z", unit="m"), cost="grey", least_length=2.0)
+    >>> found = vs.propose_traces(vs.read(path, up="z", unit="m"), cost="grey", min_length_m=2.0)
     >>> first = found.proposals[0]
     >>> bool(np.abs(first.points[:, 2] - 0.7).max() < 0.08), first.doubt
     (True, 0.02)
     """
-    from vomstudio.jobs.edge_finding import asked_of
-
-    wanted = words_of(cost, "cost")
-    if wanted is None:
-        raise InputError(tr("The name of a cost or of a field is needed."), field="cost")
-    least, number = single_number(least_length, "least_length"), whole_number(most, "most")
-    network = maybe_path(onnx_model, "onnx_model")
-    report = told(progress, cancel)
-    with asked_of(wanted, network, report, cancel) as edges:
-        return _proposed(model, wanted, least, number, edges, report)
-
-
-def _proposed(
-    model: Any,
-    cost: str,
-    least: float | None,
-    number: int | None,
-    edges: tuple[Find, Path] | None,
-    progress: Progress,
-) -> ProposedTraces:
     from vomstudio.extraction.proposals import traces as proposing
-    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX, wearing_edges
+    from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
+    from vomstudio.jobs.edge_finding import edges_by
 
-    data, crs, _ = placed(model if is_array(model) else model_of(model), "model")
-    spacing = resolution(data)
-    return proposing.propose_traces(
-        SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
-        cost=cost if edges is None else DRAWN,
-        called="" if edges is None else ONNX,
-        resolution=spacing,
-        least_length=least,
-        most=proposing.MOST if number is None else number,
-        model=getattr(getattr(model, "path", None), "name", None) or "",
-        frame=crs or "local",
-        progress=progress,
+    options = options_from_arguments(
+        ProposalOptions,
+        cost=cost,
+        min_length_m=min_length_m,
+        max_lines=max_lines,
+        onnx_model=path_text(onnx_model, "onnx_model"),
     )
+    report = told(progress, cancel)
+    with edges_by(options.onnx_model, report, cancel) as edges, arguments_named(ProposalOptions):
+        data, crs, _ = placed(model if is_array(model) else model_of(model), "model")
+        spacing = resolution(data)
+        return proposing.propose_traces(
+            SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
+            options,
+            resolution=spacing,
+            model=getattr(getattr(model, "path", None), "name", None) or "",
+            frame=crs or "local",
+            progress=report,
+        )

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.cli.common import (
-    edge_networks,
-    straight_traces,
-    text_tables,
-    trace_drawing,
-    trace_proposals,
-)
+from vomstudio.cli.common import straight_traces, text_tables, trace_drawing, trace_proposals
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
-from vomstudio.cli.common.frames_of_models import frame_options
+from vomstudio.cli.common.declared_options import add_options, options_from
+from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
+from vomstudio.core.options import declarations
 from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.extraction.trace_options import (
+    DrawnTraceOptions,
+    FollowOptions,
+    ProposalOptions,
+    TraceSource,
+)
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -32,86 +33,57 @@ if TYPE_CHECKING:
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.workspace.world_models import WorldModel
 
+_OPTIONS: dict[str, type[Any]] = {
+    "through": FollowOptions,
+    "propose": ProposalOptions,
+    "from_ortho": DrawnTraceOptions,
+}
+"""Options of each form of the command, by the option that chooses it."""
+
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
         subparsers, "trace", run, help_=tr("Lines on a model: through way-points, or of a drawing")
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
-    parser.add_argument(
-        "--through",
-        metavar="POINTS",
-        help=tr(
-            "text table with x, y, z of the way-points, in World, in their order; or with column, "
-            "row of a photo"
-        ),
-    )
-    parser.add_argument(
-        "--photo", metavar="PHOTO", help=tr("follow in the pixels of this photo of the model")
-    )
-    parser.add_argument(
-        "--cameras",
-        metavar="FILE",
-        help=tr(
-            "where the photos were taken and through what lens: cameras.json or cameras.csv, a "
-            "sparse model of COLMAP, Metashape XML, reconstruction.json, shots.geojson (default: "
-            "beside the model)"
-        ),
-    )
-    parser.add_argument(
-        "--cost",
-        metavar="COST",
-        help=tr(
-            "what is followed: colour (like that at the way-points, the default), dark, light, "
-            "gradient, curvature, low values of a field, auto, whichever tells the plane best, "
-            "or onnx, edges of a network"
-        ),
-    )
-    edge_networks.add_option(parser)
+    add_options(parser, TraceSource)
+    for options in _OPTIONS.values():
+        add_options(parser, options)
     straight_traces.add_sets(parser)
+    add_frame(parser)
+    add_project(parser)
     add_output(parser, tr("write every vertex of the lines as CSV"), required=True)
-    trace_drawing.add_options(parser)
-    trace_proposals.add_options(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    if [args.through is not None, args.from_ortho is not None, args.propose].count(True) != 1:
-        raise UsageError(
-            tr(
-                "Give way-points, --through POINTS, or a drawing, --from-ortho DRAWING, or ask for "
-                "lines to look at, --propose."
-            ),
-            field="--through",
-        )
-    edge_networks.check(args)
-    if not args.propose and (args.least_length is not None or args.most is not None):
-        raise UsageError(
-            tr("A least length and a number of lines are for those that are proposed, --propose."),
-            field="--most" if args.least_length is None else "--least-length",
-        )
-    if args.from_ortho is None:
-        for option in trace_drawing.OPTIONS:
-            if getattr(args, option):
-                raise UsageError(
-                    tr("{option} is for lines that were drawn, --from-ortho DRAWING.",
-                       option=f"--{option}"),
-                    field=f"--{option}",
-                )  # fmt: skip
-    if args.through is None:
-        for option in ("photo", "cameras", "sets-table"):
-            if getattr(args, option.replace("-", "_")) is not None:
-                raise UsageError(
-                    tr("{option} is for a line that is followed, --through POINTS.",
-                       option=f"--{option}"),
-                    field=f"--{option}",
-                )  # fmt: skip
-        (trace_proposals if args.propose else trace_drawing).run(args, out)
+    source = options_from(args, TraceSource)
+    _check_form(args, next(name for name in _OPTIONS if getattr(source, name)))
+    if source.propose:
+        trace_proposals.run(args, options_from(args, ProposalOptions), out)
+    elif source.from_ortho is not None:
+        trace_drawing.run(args, options_from(args, DrawnTraceOptions), out)
     else:
-        _follow(args, out)
+        _follow(args, options_from(args, FollowOptions), out)
 
 
-def _follow(args: argparse.Namespace, out: Output) -> None:
+def _check_form(args: argparse.Namespace, form: str) -> None:
+    """Raise UsageError for an option that belongs to another form of the command."""
+    flags = {each.name: each.flag for each in declarations(TraceSource)}
+    allowed = {each.name for each in declarations(_OPTIONS[form])}
+    for other, options in _OPTIONS.items():
+        for each in declarations(options):
+            if each.name not in allowed and getattr(args, each.name):
+                raise _needs(each.flag, flags[other])
+    if form != "through" and args.sets_table is not None:
+        raise _needs("--sets-table", flags["through"])
+
+
+def _needs(option: str, other: str) -> UsageError:
+    return UsageError(Finding("option.requires", option=option, other=other), field=option)
+
+
+def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.extraction.followed_trace import write_path
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
@@ -121,12 +93,7 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.jobs.edge_finding import edges_by
     from vomstudio.workspace.world_models import read_in_world
 
-    if args.cameras is not None and args.photo is None:
-        raise UsageError(
-            tr("Cameras are for a photo to follow in. Name it with --photo PHOTO."),
-            field="--cameras",
-        )
-    inputs = [args.model, args.through, args.photo, args.cameras, args.onnx_model]
+    inputs = [args.model, args.through, options.photo, options.cameras, options.onnx_model]
     check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     given, noticed = _way_points(args, model)
@@ -135,20 +102,17 @@ def _follow(args: argparse.Namespace, out: Output) -> None:
             tr("A trace is followed between at least two way-points."), file=args.through
         )
     spacing = resolution(model.data)
-    with ExitStack() as stack:
-        edges = None
-        if args.onnx_model is not None:
-            edges = stack.enter_context(edges_by(args.onnx_model, progress_of(args)))
+    with edges_by(options.onnx_model, progress_of(args)) as edges:
         try:
             progress_of(args).stage(tr("Following the contact"))
             surface = SurfaceGraph(
                 model.data
-                if edges is None or args.photo is not None
+                if edges is None or options.photo is not None
                 else wearing_edges(model.data, spacing, *edges)
             )
             if given.shape[1] == 3:
                 _require_on_model(args.through, given, surface, spacing)
-            found = _found(args, model, surface, given, spacing, edges)
+            found = _followed(args, options, model, surface, given, spacing, edges)
         except GeometryError as error:
             raise GeometryError(str(error), file=args.through) from error
     notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {found.cost}"]
@@ -178,8 +142,9 @@ def _way_points(
     return found.points, found.warnings
 
 
-def _found(
+def _followed(
     args: argparse.Namespace,
+    options: FollowOptions,
     model: WorldModel,
     surface: SurfaceGraph,
     way_points: npt.NDArray[np.float64],
@@ -190,23 +155,23 @@ def _found(
     from vomstudio.extraction.followed_trace import followed_trace
     from vomstudio.extraction.photo_trace import photo_trace
     from vomstudio.extraction.proposals.edge_photos import showing_edges
-    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX
+    from vomstudio.extraction.proposals.edge_pictures import DRAWN
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras
 
     asked: dict[str, Any] = {
-        "cost": args.cost or "colour" if edges is None else DRAWN,
-        "called": "" if edges is None else ONNX,
+        "cost": options.used_cost if edges is None else DRAWN,
+        "called": "" if edges is None else options.used_cost,
         "resolution": spacing,
         "model": Path(args.model).name,
         "frame": model.crs or "local",
         "priors": straight_traces.read_sets(args),
     }
-    if args.photo is None:
+    if options.photo is None:
         return followed_trace(surface, way_points, **asked)
-    cameras = args.cameras or find_own_cameras(args.model)
+    cameras = options.cameras or find_own_cameras(args.model)
     photos = open_photos(
-        model.data, spacing, args.photo, cameras or Path(args.model).with_name(FILE_NAME),
+        model.data, spacing, options.photo, cameras or Path(args.model).with_name(FILE_NAME),
         model.to_world,
     )  # fmt: skip
     if edges is not None:

@@ -7,9 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
-from vomstudio.extraction.proposals.edge_pictures import ONNX, Find
+from vomstudio.extraction.proposals.edge_pictures import Find
 from vomstudio.jobs.proposal_tasks import FIND_EDGES, EdgesOrder
 from vomstudio.jobs.run_job import run_job
 from vomstudio.progress import CancelToken, Progress
@@ -17,9 +15,15 @@ from vomstudio.progress import CancelToken, Progress
 
 @contextmanager
 def edges_by(
-    network: str | Path, progress: Progress, cancel: CancelToken | None = None
-) -> Iterator[tuple[Find, Path]]:
-    """What finds edges in pictures, and a folder for these that goes with the block."""
+    network: str | None, progress: Progress, cancel: CancelToken | None = None
+) -> Iterator[tuple[Find, Path] | None]:
+    """Give what finds edges in pictures, and a folder for these that is removed after the block.
+
+    None without a network.
+    """
+    if network is None:
+        yield None
+        return
     file = Path(network).resolve()
 
     def find(pictures: Sequence[Path], folder: Path) -> Sequence[Path]:
@@ -28,23 +32,3 @@ def edges_by(
 
     with tempfile.TemporaryDirectory(prefix="vomstudio-edges-") as name:
         yield find, Path(name)
-
-
-@contextmanager
-def asked_of(
-    cost: str,
-    network: str | Path | None,
-    progress: Progress,
-    cancel: CancelToken | None = None,
-) -> Iterator[tuple[Find, Path] | None]:
-    """As `edges_by`, and None where no network is asked for. Raises UsageError for a cost that
-    needs one, and for one with another cost."""
-    if network is not None and cost != ONNX:
-        raise UsageError(Finding("edges.network-unused"), field="onnx_model")
-    if network is None:
-        if cost == ONNX:
-            raise UsageError(Finding("edges.no-network"), field="onnx_model")
-        yield None
-        return
-    with edges_by(network, progress, cancel) as edges:
-        yield edges

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.findings import Message
+from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, in_world
 from vomstudio.progress import Progress
@@ -40,14 +41,10 @@ FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesOrder, FoundEdges, _find_edge
 
 @dataclass(frozen=True)
 class TracesOrder:
-    """cost, least_length_m, most : as `extraction.proposals.traces.propose_traces` has them
-    network : an ONNX file for the cost "onnx"; out : the file for the lines"""
+    """Search of a model for lines; out : the file for them"""
 
     model: StandingModel
-    cost: str
-    least_length_m: float | None
-    most: int
-    network: Path | None
+    options: ProposalOptions
     out: Path
 
 
@@ -69,32 +66,25 @@ def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
     import numpy as np
 
     from vomstudio.extraction.followed_trace import near_surface
-    from vomstudio.extraction.proposals.edge_pictures import (
-        DRAWN,
-        ONNX,
-        wearing_edges,
-        write_edges,
-    )
+    from vomstudio.extraction.proposals.edge_pictures import wearing_edges, write_edges
     from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.geometry import transform
     from vomstudio.io.models.opening import resolution
 
     data = in_world(asked.model, progress)
-    spacing, network = resolution(data), asked.network
+    spacing, network = resolution(data), asked.options.onnx_model
     if network is not None:
+        file = Path(network)
         data = wearing_edges(
-            data, spacing, lambda pictures, out: write_edges(network, pictures, out, progress),
+            data, spacing, lambda pictures, out: write_edges(file, pictures, out, progress),
             asked.out.with_suffix(""),
         )  # fmt: skip
     surface = SurfaceGraph(data)
     found = propose_traces(
         surface,
-        cost=asked.cost if network is None else DRAWN,
-        called="" if network is None else ONNX,
+        asked.options,
         resolution=spacing,
-        least_length=asked.least_length_m,
-        most=asked.most,
         model=asked.model.name,
         frame=asked.model.crs or "local",
         progress=progress,

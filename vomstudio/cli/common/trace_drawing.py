@@ -3,85 +3,43 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.cli.common.arguments import Parser, progress_of
-from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
+from vomstudio.cli.common.arguments import progress_of
+from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError, UsageError
+from vomstudio.extraction.trace_options import DrawnTraceOptions
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.products.ortho.drawing_back import Brought, Sidecar
 
 
-OPTIONS = ("sidecar", "step", "into", "type", "on", "set", "update")
-"""That are for drawings alone."""
-
-
-def add_options(parser: Parser) -> None:
-    parser.add_argument(
-        "--from-ortho",
-        metavar="DRAWING",
-        help=tr("lines drawn on an orthophoto: GeoPackage, GeoJSON, shapefile, SVG or DXF"),
-    )
-    parser.add_argument(
-        "--sidecar", metavar="FILE", help=tr("the NAME.json that was written beside the orthophoto")
-    )
-    parser.add_argument(
-        "--step",
-        type=float,
-        metavar="M",
-        help=tr("also points between the vertices, so many metres apart at most"),
-    )
-    parser.add_argument(
-        "--into", metavar="PROJECT", help=tr("also add them to this project, as one step")
-    )
-    parser.add_argument(
-        "--type",
-        help=tr(
-            "feature type of the lines in the project (default: the one that the layer of each is "
-            "named after)"
-        ),
-    )
-    parser.add_argument("--on", metavar="NAME", help=tr("the project's model that they lie on"))
-    parser.add_argument("--set", default="", help=tr("the set that they belong to"))
-    parser.add_argument(
-        "--update",
-        action="store_true",
-        help=tr("change traces of the project that were edited in the drawing"),
-    )
-    add_frame(parser)
-    add_project(parser)
-
-
-def run(args: argparse.Namespace, out: Output) -> None:
+def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.files.atomic import check_target
     from vomstudio.products.ortho import drawing_back
     from vomstudio.tables.line_table import write_line_table
     from vomstudio.workspace.world_models import read_in_world
 
-    if args.sidecar is None:
+    if options.sidecar is None:
         raise UsageError(
-            tr("Give the sidecar of the picture that was drawn on: --sidecar NAME.json."),
+            Finding("option.requires", option="--from-ortho", other="--sidecar"),
             field="--sidecar",
         )
-    if args.step is not None and not 0 < args.step < math.inf:
-        raise UsageError(tr("A distance is a length in metres."), field="--step")
-    if args.into is None and args.type is not None:
-        raise UsageError(_type_wanted(), field="--into")
-    check_target(args.output, force=args.force, inputs=[args.model, args.from_ortho, args.sidecar])
-    sidecar = drawing_back.read_sidecar(args.sidecar)
+    check_target(
+        args.output, force=args.force, inputs=[args.model, args.from_ortho, options.sidecar]
+    )
+    sidecar = drawing_back.read_sidecar(options.sidecar)
     lines, messages = drawing_back.read_drawing(args.from_ortho, sidecar, progress_of(args))
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     try:
-        brought = drawing_back.bring_back(lines, sidecar, model.data, args.step)
+        brought = drawing_back.bring_back(lines, sidecar, model.data, options.step_m)
     except InputError as error:
         raise error.of_file(args.from_ortho) from error
     warnings = [*model.warnings, *messages, *brought.warnings]
@@ -93,8 +51,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
             )
         )
     result: dict[str, Any] = {**drawing_back.facts_of(brought, args.output)}
-    if args.into is not None:
-        result |= _add(args, brought, (line.name for line in lines), sidecar, warnings)
+    if options.into is not None:
+        result |= _add(
+            args, options, options.into, brought, (line.name for line in lines), sidecar, warnings
+        )
     write_line_table(
         args.output,
         [(line.name, line.points) for line in brought.lines],
@@ -117,12 +77,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _type_wanted() -> str:
-    return tr("A project needs the type of its features: --into PROJECT --type TYPE.")
-
-
 def _add(
     args: argparse.Namespace,
+    options: DrawnTraceOptions,
+    project: str,
     brought: Brought,
     names: Iterable[str],
     sidecar: Sidecar,
@@ -138,16 +96,16 @@ def _add(
     from vomstudio.workspace.layer_export import written_layers
 
     settings, problems = read_settings()
-    with HeadlessProject.opened(Path(args.into), settings, progress_of(args)) as desk:
+    with HeadlessProject.opened(Path(project), settings, progress_of(args)) as desk:
         drawn = desk.add_drawing(
             brought,
             names,
             sidecar,
             Path(args.from_ortho),
-            desk.find_model(args.on),
-            None if args.type is None else desk.find_type(args.type),
-            args.set,
-            update=args.update,
+            desk.find_model(options.on),
+            None if options.type is None else desk.find_type(options.type),
+            options.set or "",
+            update=options.update,
         )
         desk.save()
         folder, records = desk.project.folder, desk.session.records
@@ -156,7 +114,7 @@ def _add(
     warnings += [each for each in messages if each not in warnings]
     ids = {
         "added": [trace.id for trace in drawn.traces],
-        "updated": [trace.id for trace in drawn.edited] if args.update else [],
+        "updated": [trace.id for trace in drawn.edited] if options.update else [],
         "unchanged": drawn.unchanged,
     }
     return {

@@ -3,39 +3,22 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from vomstudio.cli.common.arguments import Parser, progress_of
+from vomstudio.cli.common.arguments import progress_of
 from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError
+from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.words import tr, tr_n
 
 
-def add_options(parser: Parser) -> None:
-    parser.add_argument(
-        "--propose",
-        action="store_true",
-        help=tr("list lines that stand out of the surface's noise, the least doubtful first"),
-    )
-    parser.add_argument(
-        "--least-length",
-        type=float,
-        metavar="M",
-        help=tr("propose no line that is shorter (default: twenty resolutions of the model)"),
-    )
-    parser.add_argument(
-        "--most", type=int, metavar="N", help=tr("propose at most so many lines (default: 50)")
-    )
-
-
-def run(args: argparse.Namespace, out: Output) -> None:
+def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.extraction.proposals.edge_pictures import DRAWN, ONNX, wearing_edges
-    from vomstudio.extraction.proposals.traces import MOST, propose_traces
+    from vomstudio.extraction.proposals.edge_pictures import wearing_edges
+    from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import resolution
@@ -45,21 +28,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     check_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_of(args)
-    by_network = args.onnx_model is not None
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
-    with ExitStack() as stack:
-        if by_network:
-            find, folder = stack.enter_context(edges_by(args.onnx_model, progress))
-            data = wearing_edges(data, spacing, find, folder)
+    with edges_by(options.onnx_model, progress) as edges:
         try:
             found = propose_traces(
-                SurfaceGraph(data),
-                cost=DRAWN if by_network else args.cost or "gradient",
-                called=ONNX if by_network else "",
+                SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
+                options,
                 resolution=spacing,
-                least_length=args.least_length,
-                most=MOST if args.most is None else args.most,
                 model=Path(args.model).name,
                 frame=model.crs or "local",
                 progress=progress,

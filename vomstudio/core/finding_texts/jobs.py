@@ -87,7 +87,14 @@ TEXTS: dict[str, Entry] = {
     ),
     "edges.no-network": (
         "error",
-        to_translate('The cost "onnx" needs a network. Name its file, onnx_model.'),
+        to_translate('The cost "onnx" needs a network. Give its file with {option}.'),
+    ),
+    "cost.needs-way-points": (
+        "error",
+        to_translate(
+            'The cost "{cost}" needs way-points. Propose lines by gradient, curvature, dark, light'
+            " or a field."
+        ),
     ),
     "job.internal-error": (
         "error",

@@ -20,8 +20,6 @@ from vomstudio.words import tr
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
 
-ONNX = "onnx"
-"""The cost that is named for the edges of a network."""
 DRAWN = "dark"
 """By which such a model is looked at."""
 

@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.extraction.path_costs import OF_COLOURS, looked_for, smoothed
-from vomstudio.extraction.proposals.edge_pictures import ONNX
 from vomstudio.extraction.shortest_paths import shortest
 from vomstudio.extraction.surface_graph import Graph
+from vomstudio.extraction.trace_options import ONNX
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
-from vomstudio.errors import UsageError
 from vomstudio.extraction.followed_trace import near_surface, plane_of
 from vomstudio.extraction.following import Follower
+from vomstudio.extraction.proposals.edge_pictures import DRAWN
 from vomstudio.extraction.proposals.lines import SURROGATES as SURROGATES
 from vomstudio.extraction.proposals.lines import (
     doubt_of,
@@ -21,6 +21,7 @@ from vomstudio.extraction.proposals.lines import (
 )
 from vomstudio.extraction.proposals.thinning import MOST_POINTS, few_enough
 from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.geology.band_figures import BandFigures
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.progress import Progress
@@ -28,9 +29,8 @@ from vomstudio.reprs import Shown
 from vomstudio.tables.orientation_table import Row
 from vomstudio.words import tr
 
-LEAST_LENGTH = 20.0
-"""A line is proposed from so many resolutions on, where no length is asked for."""
-MOST = 50
+DEFAULT_MIN_RESOLUTIONS = 20.0
+"""Default of the minimum length of a line, in resolutions of the model."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,44 +77,40 @@ class ProposedTraces(Shown):
 
 def propose_traces(
     surface: SurfaceGraph,
+    options: ProposalOptions,
     *,
-    cost: str,
     resolution: float,
-    least_length: float | None,
-    most: int,
     model: str,
     frame: str,
     progress: Progress,
     thresholds: Thresholds = DEFAULTS,
-    called: str = "",
 ) -> ProposedTraces:
-    """surface : of a model in World; cost : "gradient", "curvature", "dark", "light" or a field;
-    resolution : of the model, m; least_length : m, None for twenty resolutions
-    called : "onnx" where what is dark are the edges of a network
+    """Find lines that stand out of the noise of a surface.
 
-    Raises UsageError for a cost that the model does not have, and for lengths and numbers that are
-    none; Cancelled.
+    Parameters
+    ----------
+    surface : SurfaceGraph
+        Of a model in World; for the cost "onnx" it wears the edges of the network.
+    options : ProposalOptions
+    resolution : float
+        Of the model, m.
+
+    Raises
+    ------
+    UsageError
+        For a cost that the model does not have.
+    Cancelled
     """
-    if cost in ("colour", "auto"):
-        raise UsageError(
-            tr(
-                "Without way-points there is no colour to look for. Propose by gradient, "
-                "curvature, dark, light or a field."
-            ),
-            field="--cost",
-        )
-    if least_length is not None and not 0.0 < least_length < np.inf:
-        raise UsageError(tr("A length is a number of metres above 0."), field="--least-length")
-    if most < 1:
-        raise UsageError(tr("At least one line is proposed."), field="--most")
+    name = options.used_cost
+    cost = name if options.onnx_model is None else DRAWN
     Follower(surface, cost)
-    least = LEAST_LENGTH * resolution if least_length is None else least_length
+    least = options.min_length_m or DEFAULT_MIN_RESOLUTIONS * resolution
     progress.stage(tr("Finding lines"), None)
     whole = surface
     warnings: tuple[Message, ...] = ()
     if (count := len(surface.places)) > MOST_POINTS:
         surface = SurfaceGraph(few_enough(surface.data, MOST_POINTS))
-        if least_length is None:
+        if options.min_length_m is None:
             least *= float(np.sqrt(count / MOST_POINTS))
         warnings = (
             tr(
@@ -127,27 +123,27 @@ def propose_traces(
     graph = surface.finest
     evidence = evidence_of(graph, cost)
     progress.step(0)
-    lines = find_lines(graph, evidence, least, most)
+    lines = find_lines(graph, evidence, least, options.max_lines)
     strongest = np.zeros(0)
     if lines:
         progress.stage(tr("Comparing with noise"), SURROGATES)
-        strongest = strongest_in_noise(graph, evidence, called or cost, least, progress.step)
+        strongest = strongest_in_noise(graph, evidence, name, least, progress.step)
     near = near_surface(whole)
     found = []
     for i, line in enumerate(lines):
         progress.step(SURROGATES)
         points = surface.world(graph, line.nodes)
-        notes = tr("proposed by {cost}, not looked at", cost=called or cost)
+        notes = tr("proposed by {cost}, not looked at", cost=name)
         plane, band, _ = plane_of(
             points, near, model=model, frame=frame, thresholds=thresholds, notes=notes, priors=()
         )
-        name = str(i + 1)
+        number = str(i + 1)
         if plane is not None:
-            plane = {**plane, "id": name}
+            plane = {**plane, "id": number}
         found.append(
             Proposal(
-                name, points, line.length, line.evidence, doubt_of(line.strength, strongest),
+                number, points, line.length, line.evidence, doubt_of(line.strength, strongest),
                 plane, band,
             )
         )  # fmt: skip
-    return ProposedTraces(tuple(found), called or cost, least, SURROGATES, warnings)
+    return ProposedTraces(tuple(found), name, least, SURROGATES, warnings)

@@ -40,7 +40,7 @@ def summary_in_words(found: ProposedLines, left: int) -> str:
 
 def reason_in_words(found: ProposedLines, line: ProposedLine) -> str:
     """Why a line is proposed, how much it is to be doubted, and what its plane is worth."""
-    cost = found.limits.cost
+    cost = found.options.used_cost
     what = tr(_WHAT[cost]) if cost in _WHAT else tr("Lower {field} than around it", field=cost)
     said = [
         tr(

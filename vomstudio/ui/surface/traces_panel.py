@@ -8,16 +8,16 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
-    QDoubleSpinBox,
     QFileDialog,
     QGridLayout,
     QPushButton,
     QSizePolicy,
 )
 
+from vomstudio.core.options import option_words
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
-from vomstudio.extraction.proposals.edge_pictures import ONNX
+from vomstudio.extraction.trace_options import ONNX, ProposalOptions
 from vomstudio.geometry import transform
 from vomstudio.tools.interaction_types import Area, Hit
 from vomstudio.ui.common import theme
@@ -25,14 +25,15 @@ from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox, file_field, row_of
-from vomstudio.ui.forms.copied_command import CopyCommandButton, Word, copy_command, model_words
+from vomstudio.ui.common.widgets import ComboBox, Label, file_field, row_of
+from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_command, model_words
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
 from vomstudio.ui.surface.model_panel import LEAST_WIDTH, ProposalsPanel
 from vomstudio.ui.surface.trace_words import costs_in_words, reason_in_words, summary_in_words
 from vomstudio.words import tr
-from vomstudio.workspace.surfaces.trace_proposals import ProposedLines, TraceLimits
+from vomstudio.workspace.surfaces.trace_proposals import ProposedLines
 
 _LEAST_HEIGHT = 130
 # Resolutions: a click so near to a line means it.
@@ -77,23 +78,8 @@ class TracesPanel(ProposalsPanel):
                "the probability of an edge at each pixel.")
         )  # fmt: skip
         self.network.textChanged.connect(lambda _: self._refresh_buttons())
-        self.length = DoubleSpinBox()
-        self.length.setObjectName("proposed_length")
-        self.length.setDecimals(3)
-        self.length.setRange(0.0, 100_000.0)
-        self.length.setSuffix(" m")
-        self.length.setKeyboardTracking(False)
-        self.length.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        self.length.setSpecialValueText(tr("auto"))
-        self.length.setToolTip(
-            tr("Of a line, at least; twenty resolutions where it is left to the program.")
-        )
-        self.most = SpinBox()
-        self.most.setObjectName("proposed_most")
-        self.most.setRange(1, 1000)
-        self.most.setValue(TraceLimits().most)
-        self.most.setKeyboardTracking(False)
-        self.most.setToolTip(tr("So many lines at most, the strongest."))
+        self.limits = OptionFields(ProposalOptions, "proposed")
+        self.limits.changed.connect(self._refresh_buttons)
         self.copy = CopyCommandButton(
             self._copy_command, tr("the command that finds these lines, rejected ones too")
         )
@@ -132,11 +118,10 @@ class TracesPanel(ProposalsPanel):
         grid.setSpacing(3)
         grid.addWidget(Label(tr("Look for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
-        for k, (text, box) in enumerate(((tr("Length"), self.length), (tr("At most"), self.most))):
+        for k, (name, box) in enumerate(self.limits.fields.items()):
             box.setMinimumWidth(LEAST_WIDTH)
-            box.setAccessibleName(text)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            grid.addWidget(Label(text), 1, 2 * k)
+            grid.addWidget(self.limits.labels[name], 1, 2 * k)
             grid.addWidget(box, 1, 2 * k + 1)
         self.cost.setAccessibleName(tr("Look for"))
         grid.addWidget(self._network_row, 2, 0, 1, 4)
@@ -180,7 +165,7 @@ class TracesPanel(ProposalsPanel):
             for name in fields:
                 self.cost.addItem(tr("low values of {field}", field=name), name)
             self.cost.addItem(tr("edges that a network finds"), ONNX)
-            wanted = TraceLimits().cost if before is None else before
+            wanted = ProposalOptions().used_cost if before is None else before
             self.cost.setCurrentIndex(max(0, self.cost.findData(wanted)))
 
     def _why_not(self) -> str | None:
@@ -223,10 +208,10 @@ class TracesPanel(ProposalsPanel):
         )
 
     # --- looking -----------------------------------------------------------------------------
-    def _limits(self) -> TraceLimits:
+    def _options(self) -> ProposalOptions:
         cost = str(self.cost.currentData())
-        network = Path(self.network.text().strip()) if cost == ONNX else None
-        return TraceLimits(cost, self.length.value() or None, self.most.value(), network)
+        network = self.network.text().strip() if cost == ONNX else None
+        return self.limits.options(cost=cost, onnx_model=network)
 
     def _choose_network(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
@@ -236,21 +221,15 @@ class TracesPanel(ProposalsPanel):
             self.network.setText(name)
 
     def _start(self, model: Model) -> None:
-        self._traces.find(model.id, self._limits())
+        self._traces.find(model.id, self._options())
 
     def _copy_command(self) -> None:
-        studio, limits = self._studio, self._limits()
+        studio = self._studio
         place = None if self._model is None else model_words(studio, self._model)
         if place is None:
             return
-        words: list[Word | tuple[str, Word]] = ["trace", *place, "--propose"]
-        words.append(("--cost", limits.cost))
-        if limits.network is not None:
-            words.append(("--onnx-model", limits.network))
-        if limits.least_length_m is not None:
-            words.append(("--least-length", limits.least_length_m))
-        words.append(("--most", str(limits.most)))
         out = Path(start_folder(studio)) / "proposed_traces.csv"
+        words = ["trace", *place, "--propose", *option_words(self._options())]
         copy_command(studio, [*words, ("-o", out), "--force"])
 
     # --- what was found ----------------------------------------------------------------------

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -18,6 +17,7 @@ from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.measurement_cache import measure_all
 from vomstudio.document.records import SURROUNDINGS_RULE, FeatureType, Model, Point
+from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.geometry import transform
@@ -43,17 +43,6 @@ _MOST_WAY_POINTS, _MOST_VERTICES = 12, 60
 followed between them."""
 
 
-@dataclass(frozen=True)
-class TraceLimits:
-    """As `extraction.proposals.traces.propose_traces` has them; least_length_m : None where the
-    program chooses; network : an ONNX file for the cost "onnx" """
-
-    cost: str = "gradient"
-    least_length_m: float | None = None
-    most: int = 50
-    network: Path | None = None
-
-
 @dataclass(frozen=True, eq=False)
 class ProposedLine:
     """trace : without name; points : (n, 3) World; measured : its figures; evidence, doubt : as in
@@ -74,7 +63,7 @@ class ProposedLines:
 
     model_id: str
     to_world: object
-    limits: TraceLimits
+    options: ProposalOptions
     told: FoundTraces
     lines: tuple[ProposedLine, ...]
     known: int
@@ -84,7 +73,7 @@ class ProposedLines:
         """By which they were found, for the notes of what is accepted."""
         return tr(
             "Trace that the program proposed by {cost} (at least {length:.3g} m long)",
-            cost=self.limits.cost,
+            cost=self.options.used_cost,
             length=self.told.least_length_m,
         )
 
@@ -141,7 +130,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         return len(self._never.get(model_id, ()))
 
     # --- finding -----------------------------------------------------------------------------
-    def find(self, model_id: str, limits: TraceLimits) -> None:
+    def find(self, model_id: str, options: ProposalOptions) -> None:
         """Look for lines; what is being looked for is given up."""
         self._cancel()
         if (there := self._model(model_id)) is None:
@@ -152,16 +141,16 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         def judge(told: FoundTraces) -> None:
             records, thresholds = dict(self._projects.records), self._thresholds()
             self._read(
-                lambda: _proposed(record, limits, told, known, records, thresholds),
+                lambda: _proposed(record, options, told, known, records, thresholds),
                 self._show_lines,
             )
 
         order = TracesOrder(
-            # What is known already is none of the number that is asked for.
-            standing, limits.cost, limits.least_length_m, limits.most + len(known),
-            limits.network,
+            standing,
+            # Lines that are traces already do not count.
+            replace(options, max_lines=options.max_lines + len(known)),
             standing.cache / "proposed_traces" / f"{model_id}.npz",
-        )  # fmt: skip
+        )
         self._submit(PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), judge)
 
     def _known(self, model_id: str) -> list[Array]:
@@ -214,9 +203,9 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         line = found.lines[row]
         note = tr("{found}, and that was edited.", found=found.provenance)
         # The trace tool has no network to follow by.
-        cost: str | None = found.limits.cost
+        cost: str | None = found.options.used_cost
         most = _MOST_WAY_POINTS
-        if found.limits.network is not None:
+        if found.options.onnx_model is not None:
             cost, most = None, _MOST_VERTICES
         opened = tool.begin_along(model, _clicks(line.trace, most), cost, note)
         if opened is not None:
@@ -274,7 +263,7 @@ def _clicks(trace: Trace, most: int) -> tuple[Point, ...]:
 
 def _proposed(
     model: Model,
-    limits: TraceLimits,
+    options: ProposalOptions,
     told: FoundTraces,
     known: list[Array],
     records: dict[str, Any],
@@ -294,7 +283,7 @@ def _proposed(
     traces = list[Trace]()
     rows = list[int]()
     for row in range(told.count):
-        if beside[row] or len(rows) == limits.most:
+        if beside[row] or len(rows) == options.max_lines:
             continue
         resolution, normal = float(of["resolution"][row]), of["outcrop_normal"][row]
         traces.append(
@@ -315,7 +304,7 @@ def _proposed(
         )
         for row, trace, figures in zip(rows, traces, measured, strict=True)
     ]  # fmt: skip
-    return ProposedLines(model.id, model.to_world, limits, told, tuple(found), sum(beside))
+    return ProposedLines(model.id, model.to_world, options, told, tuple(found), sum(beside))
 
 
 def _triple(x: Array) -> Point:

@@ -1,0 +1,222 @@
+"""Options of followed, proposed and drawn traces, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import (
+    MAX_LENGTH_M,
+    MIN_LENGTH_M,
+    check_alternatives,
+    check_options,
+    check_requires,
+    option,
+)
+from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
+
+ONNX = "onnx"
+"""The cost by the edges of a network."""
+
+
+@dataclass(frozen=True)
+class TraceSource:
+    """What the lines of a command are made from.
+
+    Raises
+    ------
+    UsageError
+        Unless exactly one is given.
+    """
+
+    through: str | None = option(
+        None,
+        metavar="POINTS",
+        help=to_translate(
+            "follow a contact through at least two way-points in their order: a text table with"
+            " x, y, z in World, or with column, row of a photo"
+        ),
+    )
+    from_ortho: str | None = option(
+        None,
+        metavar="DRAWING",
+        help=to_translate(
+            "lines drawn on an orthophoto: GeoPackage, GeoJSON, shapefile, SVG or DXF"
+        ),
+    )
+    propose: bool = option(
+        False,
+        help=to_translate(
+            "list lines that stand out of the noise of the surface, the least doubtful first"
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        check_alternatives(self, "through", "from_ortho", "propose")
+
+
+@dataclass(frozen=True)
+class CostOptions:
+    """What lines are searched by.
+
+    Raises
+    ------
+    UsageError
+        For a network without the cost ``onnx``, and this cost without a network.
+    """
+
+    cost: str | None = option(
+        None,
+        metavar="COST",
+        help=to_translate(
+            "colour (of the way-points), dark, light, gradient (edges of lightness), curvature"
+            " (edges of the surface), low values of a field, auto (the cost with the best plane),"
+            " or onnx (edges of a network)"
+        ),
+        automatic=to_translate("colour; with --propose gradient"),
+    )
+    onnx_model: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate(
+            "with cost onnx: a network that gives the probability of an edge at each pixel"
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        if self.onnx_model is not None and self.cost != ONNX:
+            raise UsageError(Finding("edges.network-unused"), field="--onnx-model")
+        if self.onnx_model is None and self.cost == ONNX:
+            raise UsageError(
+                Finding("edges.no-network", option="--onnx-model"), field="--onnx-model"
+            )
+
+
+@dataclass(frozen=True)
+class FollowOptions(CostOptions):
+    """How a trace is followed between way-points.
+
+    Raises
+    ------
+    UsageError
+        Also for cameras without a photo.
+    """
+
+    photo: str | None = option(
+        None, metavar="PHOTO", help=to_translate("follow in the pixels of this photo of the model")
+    )
+    cameras: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate(
+            "poses and lenses of the photos in the frame of the model's file: cameras.json or"
+            " cameras.csv, a sparse model of COLMAP, Metashape XML, reconstruction.json,"
+            " shots.geojson"
+        ),
+        automatic=to_translate("beside the model"),
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_requires(self, "cameras", "photo")
+
+    @property
+    def used_cost(self) -> str:
+        """The cost that applies, given or by default."""
+        return self.cost or "colour"
+
+
+@dataclass(frozen=True)
+class ProposalOptions(CostOptions):
+    """Thresholds of proposed traces.
+
+    Raises
+    ------
+    UsageError
+        Also for values outside their bounds, and for a cost that needs way-points.
+    """
+
+    min_length_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        label=to_translate("Length"),
+        help=to_translate("minimum length of a proposed line, m"),
+        tip=to_translate("Minimum length of a line"),
+        automatic=to_translate("twenty resolutions of the model"),
+    )
+    max_lines: int = option(
+        50,
+        minimum=1,
+        label=to_translate("At most"),
+        help=to_translate("maximum number of proposed lines"),
+        tip=to_translate("Maximum number of lines, the strongest"),
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.cost in ("colour", "auto"):
+            raise UsageError(Finding("cost.needs-way-points", cost=self.cost), field="--cost")
+
+    @property
+    def used_cost(self) -> str:
+        """The cost that applies, given or by default."""
+        return self.cost or "gradient"
+
+
+@dataclass(frozen=True)
+class DrawnTraceOptions:
+    """Lines drawn on an orthophoto, for the command.
+
+    Raises
+    ------
+    UsageError
+        For a step outside its bounds, and for options of a project without one.
+    """
+
+    sidecar: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("the NAME.json that was written beside the orthophoto"),
+    )
+    step_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("maximum distance of points along a line, m"),
+        automatic=to_translate("the vertices only"),
+    )
+    into: str | None = option(
+        None,
+        metavar="PROJECT",
+        help=to_translate("also add the lines to this project as traces, in one step"),
+    )
+    type: str | None = option(
+        None,
+        metavar="TYPE",
+        help=to_translate("feature type of the lines in the project"),
+        automatic=to_translate("the one that the layer of each is named after"),
+    )
+    on: str | None = option(
+        None,
+        metavar="NAME",
+        help=to_translate("model of the project on which the lines lie"),
+        automatic=to_translate("the only one"),
+    )
+    set: str | None = option(
+        None,
+        metavar="SET",
+        help=to_translate("set of the lines"),
+        automatic=to_translate("their column set"),
+    )
+    update: bool = option(
+        False,
+        help=to_translate("change traces of the project that were edited in the drawing"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        for name in ("type", "on", "set", "update"):
+            check_requires(self, name, "into")
