@@ -138,9 +138,11 @@ def test_dips_are_counted_in_a_histogram(run, write, tmp_path: Path) -> None:
     assert found["resultant"] is None
     words = " ".join(ElementTree.parse(tmp_path / "r.svg").getroot().itertext())
     assert "Dips; bins of 5°; heights: % of the sum of length" in words
-    wrong = run("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "dip", "--bin", "60")
+    words = ("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "dip", "--bin", "60", "--json")
+    wrong = run(*words)
     assert wrong.code == 2
-    assert "divide 90" in wrong.said
+    error = wrong.json["error"]
+    assert (error["code"], error["range_deg"]) == ("rose.uneven-bins", 90.0)
     none = run("rose", write(TABLE), "-o", tmp_path / "s.svg", "--of", "plunge")
     assert none.code == 2
     assert "no lines" in none.said

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy import integrate, optimize, special
 from scipy.stats import circmean, circvar
 
+from tests.messages import refused
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import UsageError
 from vomstudio.geology.roses import angles_of, bins_of, histogram_of, rayleigh_p, rose_of
@@ -95,7 +96,7 @@ def test_rows_without_azimuth_or_weight_are_counted() -> None:
 
 @pytest.mark.parametrize("width", [0.0, -10.0, 7.0, 0.5, 180.0, math.nan, math.inf])
 def test_bins_that_do_not_fit_are_refused(width: float) -> None:
-    with pytest.raises(UsageError, match="divide 180"):
+    with refused("rose.uneven-bins", UsageError, field="--bin", range_deg=180.0):
         bins_of(width)
     with pytest.raises(UsageError, match="negative"):
         rose_of([10.0], axial=True, weights=[-1.0])

@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from tests.geology.samples import fisher_sample
+from tests.messages import refused
 from vomstudio.errors import UsageError
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import (
@@ -32,7 +33,8 @@ from vomstudio.products.net.contents import (
     means_of,
 )
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
-from vomstudio.products.net.figure_style import FigureStyle, size_of
+from vomstudio.products.net.figure_options import StereonetFigure
+from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.products.net.found_in_sets import averages_of, girdles_of, maxima_of, with_findings
 from vomstudio.products.net.legend import legend_entries
 from vomstudio.products.net.net_options import Turning, net_after, typed_cone, typed_slip
@@ -204,15 +206,16 @@ def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
         FigureStyle(font="No Such Font"),
     ):  # fmt: skip
         with pytest.raises(UsageError):
-            wrong.check()
+            FigureStyle.from_options(wrong.options())
         assert FigureStyle.kept(wrong.to_keep()) == FigureStyle()
     style = FigureStyle(90.0, font="DejaVu Serif", grey=True, colors={"#000000": "#ff0000"})
-    style.check()
+    assert FigureStyle.from_options(style.options()) == replace(style, colors={})
+    assert style.options().size_mm == "90"
     assert FigureStyle.kept(style.to_keep()) == style
     assert FigureStyle.kept({"font_pt": "wide", "other": 3}) == FigureStyle()
-    assert size_of("90 x 60") == (90.0, 60.0)
-    with pytest.raises(UsageError):
-        size_of("wide")
+    assert StereonetFigure(size_mm="90 x 60").width_and_height == (90.0, 60.0)
+    with refused("figure.not-a-size", UsageError, text="wide", field="--size"):
+        StereonetFigure(size_mm="wide")
 
 
 @pytest.mark.parametrize("turning", [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +19,9 @@ from vomstudio.errors import UsageError
 from vomstudio.geology.density import DENSITY_METHODS, density
 from vomstudio.geology.stereonet import unproject
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets
-from vomstudio.products.net.contours import check_contouring, density_found, few_for_contours
+from vomstudio.products.net.contours import density_found, few_for_contours
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
+from vomstudio.products.net.figure_options import StereonetOptions
 from vomstudio.products.net.style import NetStyle
 
 
@@ -156,32 +158,27 @@ def test_few_orientations_are_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("contour", "levels", "sigma", "code", "values"),
+    ("code", "field", "options"),
     [
-        (None, (2.0,), 3.0, "option.requires", {"other": "--contour"}),
-        ("kamb", (0.0, 2.0), 3.0, "number.not-positive", {"value": 0.0}),
-        ("kamb", (float("nan"),), 3.0, "number.not-positive", {}),
-        ("kamb", (float("inf"),), 3.0, "number.not-positive", {}),
+        ("option.requires", "--levels", {"levels": "2"}),
+        ("net.not-levels", "--levels", {"contour": "kamb", "levels": "0,2"}),
+        ("net.not-levels", "--levels", {"contour": "kamb", "levels": "nan"}),
+        ("net.not-levels", "--levels", {"contour": "kamb", "levels": "inf"}),
+        ("net.not-levels", "--levels", {"contour": "kamb", "levels": "2;4"}),
         (
-            "kamb",
-            tuple(float(i + 1) for i in range(21)),
-            3.0,
             "net.too-many-levels",
-            {"count": 21, "maximum": 20},
+            "--levels",
+            {"contour": "kamb", "levels": ",".join(str(i + 1) for i in range(21))},
         ),
-        ("kamb", (), 0.0, "option.out-of-range", {"minimum": 0.5, "maximum": 10.0}),
-        ("kamb", (), float("nan"), "option.out-of-range", {"minimum": 0.5, "maximum": 10.0}),
+        ("option.out-of-range", "--kamb-sigma", {"contour": "kamb", "kamb_sigma": 0.0}),
+        ("option.out-of-range", "--kamb-sigma", {"contour": "kamb", "kamb_sigma": float("nan")}),
     ],
 )
 def test_levels_and_sigmas_that_cannot_be_are_refused(
-    contour: str | None,
-    levels: tuple[float, ...],
-    sigma: float,
-    code: str,
-    values: dict[str, object],
+    code: str, field: str, options: dict[str, Any]
 ) -> None:
-    with refused(code, UsageError, **values):
-        check_contouring(contour, levels, sigma)
+    with refused(code, UsageError, field=field):
+        StereonetOptions(**options)
 
 
 @pytest.mark.parametrize("method", DENSITY_METHODS)

@@ -17,7 +17,7 @@ from shapely.geometry import Polygon
 from tests.products.test_net_parts import BEDS, DEEP, contrast
 from vomstudio.products.net.contents import MARKERS, NetContents, make_sets
 from vomstudio.products.net.figure import draw_stereonet, write_stereonet
-from vomstudio.products.net.figure_style import SIZE_MM
+from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.style import PRINT, SYMBOL_SIZES, NetStyle, _contrast
 
 

@@ -22,7 +22,7 @@ from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.products.net.contents import NetContents, NetEllipse, make_sets, means_of
 from vomstudio.products.net.figure import NetArtists, draw_stereonet, write_stereonet
-from vomstudio.products.net.figure_style import SIZE_MM
+from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.style import PRINT, NetStyle
 
 

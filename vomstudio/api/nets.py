@@ -3,82 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, TypedDict, Unpack
+from typing import Any, Literal
 
-from vomstudio.api.checking import column_of, flag, one_of, required_number
-from vomstudio.api.net_asked import NetAsked
+from vomstudio.api.checking import (
+    column_of,
+    items_of,
+    joined,
+    plane_text,
+    required_number,
+    slashed,
+)
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, rows_of
 from vomstudio.errors import InputError, UsageError
-from vomstudio.geology.density import DENSITY_METHODS
-from vomstudio.geology.roses import HISTOGRAM_OF, ROSE_OF, bins_of
-from vomstudio.geology.stereonet import PROJECTIONS
+from vomstudio.geology.rose_options import RoseOptions
+from vomstudio.products.net.figure_options import StereonetFigure, StereonetOptions
 from vomstudio.words import tr
 
 AnglePair = tuple[float, float] | str
 AngleTriple = tuple[float, float, float] | str
 
 
-class NetOptions(TypedDict, total=False):
-    """What else may be done to a net, by the names of the command's options. Angles are degrees,
-    tuples or texts such as "125/26/30".
-
-    levels : of the contours, in that unit; None for round ones below the highest density
-    filled : contours filled, or lines; None for filled where all are contoured together
-    each_set : contours of each set by itself, in its colour
-    sigma : of Kamb's methods, 0.5 to 10: larger is smoother; a uniform scatter is expected to have
-        this density
-    untilt : (dip direction, dip) of the plane that everything is turned by, to the horizontal
-    rotate : (trend, plunge, angle) of the axis that everything is turned about after that, by the
-        right-hand rule about its downward end
-    intersections : the lines in which each two of at most 300 planes meet, too
-    planes, cones, slip_lines : drawn too, as given: great circles of (dip direction, dip), small
-        circles of (trend, plunge, half-angle), planes with the line of (dip direction, dip, rake)
-    girdles : the great circle that each set fits best, of those that are girdles
-    maxima : a cross where each set, or all as contoured, is densest
-    errors : the 95 % ellipse of each plane, by the error columns of the table
-    averages : of each set in words, with n and method
-    fold : the fold axis of the bedding, its 95 % ellipse and its great circle
-    quality, only_set : planes of the fold axis, as in `fold`
-    size_mm : (width, height) of a new figure; None for that of pyplot's notebooks
-    font, font_pt, symbol_pt, line_pt, grey : of letters, symbols and lines, and no colours at all
-    """
-
-    levels: Sequence[float] | None
-    filled: bool | None
-    each_set: bool
-    sigma: float
-    untilt: AnglePair | None
-    rotate: AngleTriple | None
-    intersections: bool
-    planes: Sequence[AnglePair]
-    cones: Sequence[AngleTriple]
-    slip_lines: Sequence[AngleTriple]
-    girdles: bool
-    maxima: bool
-    errors: bool
-    averages: bool
-    fold: bool
-    quality: Literal["good", "doubtful"] | None
-    only_set: str | None
-    size_mm: tuple[float, float] | None
-    font: str | None
-    font_pt: float | None
-    symbol_pt: float | None
-    line_pt: float | None
-    grey: bool
-
-
 def stereonet(
     table: Any,
     *,
     ax: Any = None,
-    contour: str | None = None,
+    contour: Literal["kamb", "exponential_kamb", "linear_kamb", "schmidt"] | None = None,
     by: str | None = None,
     projection: Literal["area", "angle"] = "area",
     azimuth: Azimuth | None = None,
-    **options: Unpack[NetOptions],
+    levels: Sequence[float] | None = None,
+    filled: bool | None = None,
+    each_set: bool = False,
+    kamb_sigma: float = 3.0,
+    untilt: AnglePair | None = None,
+    rotate: AngleTriple | None = None,
+    intersections: bool = False,
+    planes: Sequence[AnglePair] = (),
+    cones: Sequence[AngleTriple] = (),
+    slip_lines: Sequence[AngleTriple] = (),
+    girdles: bool = False,
+    maxima: bool = False,
+    errors: bool = False,
+    averages: bool = False,
+    fold: bool = False,
+    quality: Literal["good", "doubtful"] | None = None,
+    only_set: str | None = None,
+    size_mm: tuple[float, float] | None = None,
+    font: str | None = None,
+    font_size_pt: float | None = None,
+    symbol_size_pt: float | None = None,
+    line_width_pt: float | None = None,
+    grey: bool = False,
 ) -> Any:
     """Draw orientations on the lower hemisphere: poles and great circles of planes, lines, means.
+
+    Angles are in degrees, as tuples or as texts such as "125/26/30".
 
     Parameters
     ----------
@@ -87,15 +67,28 @@ def stereonet(
     contour : density of all poles and lines: "kamb", "exponential_kamb", "linear_kamb" (in standard
         deviations of a uniform scatter; Kamb 1959, Vollmer 1995) or "schmidt" (% of the data in 1 %
         of the area)
-    by : column that tells the sets apart, each with its colour and symbol; None for ``set``, else
-        ``kind``
+    by : column that groups the rows into sets, each with its colour and symbol; None for ``set``,
+        else ``kind``
     projection : "area" (Schmidt) or "angle" (Wulff), of new axes
-    options : ``levels``, ``filled``, ``each_set``, ``sigma`` of the contours; ``untilt`` (dip
-        direction, dip), ``rotate`` (trend, plunge, angle), degrees; ``intersections``, ``girdles``,
-        ``maxima``, ``errors``, ``averages``, ``fold``, True where wanted; ``quality``, ``only_set``
-        of the fold's planes; ``planes``, ``cones``,
-        ``slip_lines`` to draw as well; ``size_mm``, ``font``, ``font_pt``, ``symbol_pt``,
-        ``line_pt``, ``grey``: as in the command, see ``vomstudio.api.nets.NetOptions``
+    levels : of the contours, in their unit; None for round ones below the highest density
+    filled : contours filled, or lines; None for filled unless ``each_set``
+    each_set : contours of each set by itself, in its colour
+    kamb_sigma : smoothness of Kamb's methods, 0.5 to 10: standard deviations expected of a uniform
+        scatter
+    untilt : (dip direction, dip) of the plane that becomes horizontal, with everything else
+    rotate : (trend, plunge, angle): after that, rotate everything about this axis, by the
+        right-hand rule about its downward end
+    intersections : also the lines in which each two of at most 300 planes meet
+    planes, cones, slip_lines : also great circles of (dip direction, dip), small circles of (trend,
+        plunge, half-angle), planes with a line of (dip direction, dip, rake)
+    girdles : the great circle that fits each set that is a girdle
+    maxima : a cross where each set, or all as contoured, is densest
+    errors : the 95 % ellipse of each plane, by the error columns of the table
+    averages : of each set in words, with n and method
+    fold : the fold axis of the bedding, its 95 % ellipse and its great circle
+    quality, only_set : planes of the fold axis, as in `fold`
+    size_mm : (width, height) of a new figure; None for that of pyplot's notebooks
+    font, font_size_pt, symbol_size_pt, line_width_pt, grey : letters, symbols, lines and colours
 
     Returns
     -------
@@ -118,30 +111,87 @@ def stereonet(
     ('EqualAreaAxes', 'Cone 275/50/10')
     """
     from vomstudio.products.net import stereonet_axes
+    from vomstudio.products.net.figure_style import FigureStyle
+    from vomstudio.products.net.net_wishes import contouring_of, wishes_of
     from vomstudio.products.net.table_net import net_of_table
 
-    one_of(projection, PROJECTIONS, "projection")
-    if contour is not None:
-        one_of(contour, DENSITY_METHODS, "contour")
-    asked = NetAsked.of(dict(options), contour)
+    options = options_from_arguments(
+        StereonetOptions,
+        by=column_of(by),
+        projection=projection,
+        contour=contour,
+        levels=None if levels is None else _levels_text(levels),
+        filled=filled,
+        each_set=each_set,
+        kamb_sigma=kamb_sigma,
+        untilt=None if untilt is None else plane_text(untilt, "untilt"),
+        rotate=None if rotate is None else slashed(rotate, "rotate", 3),
+        intersections=intersections,
+        planes=_texts(planes, "planes", 2),
+        cones=_texts(cones, "cones", 3),
+        slip_lines=_texts(slip_lines, "slip_lines", 3),
+        girdles=girdles,
+        maxima=maxima,
+        errors=errors,
+        averages=averages,
+        fold=fold,
+        quality=quality,
+        only_set=only_set,
+    )
+    figure = options_from_arguments(
+        StereonetFigure,
+        size_mm=None if size_mm is None else _size_text(size_mm),
+        font=font,
+        font_size_pt=font_size_pt,
+        symbol_size_pt=symbol_size_pt,
+        line_width_pt=line_width_pt,
+        grey=grey,
+    )
+    with arguments_named(StereonetFigure):
+        style = FigureStyle.from_options(figure)
+    with arguments_named(StereonetOptions):
+        wishes = wishes_of(options)
     if ax is not None and not stereonet_axes.are_axes(ax):
         raise InputError(
             tr("Axes of mplstereonet are needed, such as those that vs.stereonet returns."),
             field="ax",
         )
-    if ax is not None and asked.size_mm is not None:
+    if ax is not None and size_mm is not None:
         raise UsageError(tr("Your own axes keep the size of their figure."), field="size_mm")
     rows = rows_of(table, azimuth)
     net = net_of_table(
-        rows, column_of(by), projection=projection, contour=contour, contouring=asked.contouring
+        rows,
+        options.by,
+        projection=options.projection,
+        contour=options.contour,
+        contouring=contouring_of(options),
     )
-    net = asked.wishes.net(net, rows)
+    with arguments_named(StereonetOptions):
+        net = wishes.net(net, rows)
     if ax is None:
-        ax = stereonet_axes.new_axes(
-            projection, asked.size_mm, len(stereonet_axes.lines_below(net))
-        )
-    stereonet_axes.draw_net(ax, net, asked.style)
+        size = None if size_mm is None else style.size_mm
+        ax = stereonet_axes.new_axes(projection, size, len(stereonet_axes.lines_below(net)))
+    stereonet_axes.draw_net(ax, net, style)
     return ax
+
+
+def _texts(given: Any, name: str, count: int) -> tuple[str, ...]:
+    """Return angles as the command takes them. Raises InputError."""
+    return tuple(slashed(each, name, count) for each in items_of(given, name))
+
+
+def _levels_text(levels: Any) -> str:
+    """Return levels as the command takes them. Raises InputError."""
+    return joined([required_number(each, "levels") for each in items_of(levels, "levels")])
+
+
+def _size_text(size: Any) -> str:
+    """Return a size as the command takes it. Raises InputError."""
+    try:
+        width, height = size
+    except (TypeError, ValueError):
+        raise InputError(tr("A size is (width, height) in millimetres."), field="size_mm") from None
+    return f"{required_number(width, 'size_mm'):g}x{required_number(height, 'size_mm'):g}"
 
 
 def rose(
@@ -151,7 +201,7 @@ def rose(
     by: str | None = None,
     bin_deg: float = 10.0,
     weight: str | None = None,
-    by_area: bool = True,
+    scale: Literal["area", "length"] = "area",
     azimuth: Azimuth | None = None,
 ) -> Any:
     """Draw rose diagrams of strikes, dip directions or trends, or histograms of dips or plunges,
@@ -164,7 +214,7 @@ def rose(
     by : column that tells the sets apart; None for ``set``, else ``kind``
     bin_deg : width of the bins, which must divide 180 degrees evenly, of a histogram 90
     weight : column that each row counts by, such as the length; None for one each
-    by_area : the area of a petal is its share, else its length
+    scale : whether the "area" or the "length" of a petal is its share
 
     Returns
     -------
@@ -191,21 +241,24 @@ def rose(
     from vomstudio.products.net.rose import draw_roses, figure_size
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
-    if of is not None:
-        one_of(of, (*ROSE_OF, *HISTOGRAM_OF), "of")
-    width, equal_area = required_number(bin_deg, "bin_deg"), flag(by_area, "by_area")
-    if of not in HISTOGRAM_OF:
-        bins_of(width)
-    rows = rows_of(table, azimuth)
-    wanted = of or ("strike" if rows.is_plane.any() else "trend")
-    found = roses_of_table(
-        rows,
-        wanted,
-        column_of(by),
-        bin_deg=width,
+    options = options_from_arguments(
+        RoseOptions,
+        of=of,
+        by=column_of(by),
+        bin_deg=bin_deg,
         weight=column_of(weight, "weight"),
-        by_area=equal_area,
+        scale=scale,
     )
+    rows = rows_of(table, azimuth)
+    with arguments_named(RoseOptions):
+        found = roses_of_table(
+            rows,
+            options.of or ("strike" if rows.is_plane.any() else "trend"),
+            options.by,
+            bin_deg=options.bin_deg,
+            weight=options.weight,
+            by_area=options.scale == "area",
+        )
     check_roses(found, None)
     figure = plt.figure(figsize=figure_size(found))
     draw_roses(figure, found)

@@ -13,13 +13,18 @@ from vomstudio.cli.common.arguments import (
     add_output,
     report_reading,
 )
-from vomstudio.cli.common.figure_look import add_look, colors_among, colors_of
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.set_colors import colors_among
 from vomstudio.core.findings import Message
+from vomstudio.geology.rose_options import RoseOptions
+from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, SetColors
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.products.net.rose_contents import RoseContents
+
+_OPTIONS: tuple[type[Any], ...] = (RoseOptions, RoseFigure, SetColors)
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -28,60 +33,34 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
-    parser.add_argument(
-        "--of",
-        choices=["strike", "dip-direction", "trend", "dip", "plunge"],
-        help=tr("which angle (default: strike, of lines alone trend)"),
-    )
-    parser.add_argument(
-        "--bin", type=float, default=10.0, metavar="DEG", help=tr("width of the bins (default 10)")
-    )
-    parser.add_argument(
-        "--weight", metavar="COLUMN", help=tr("weight by this column, such as the length")
-    )
-    parser.add_argument("--by", metavar="COLUMN", help=tr("a rose for each group of this column"))
-    parser.add_argument(
-        "--scale",
-        choices=["area", "length"],
-        default="area",
-        help=tr("what of a petal is its share (default area)"),
-    )
-    parser.add_argument(
-        "--width", metavar="MM", type=float, help=tr("of the figure, in millimetres (default 170)")
-    )
-    add_look(parser, symbols=False)
+    for options in _OPTIONS:
+        add_options(parser, options)
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.files.atomic import atomic_write, check_target
-    from vomstudio.geology.roses import HISTOGRAM_OF, bins_of
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
-    from vomstudio.products.net.figure_style import SIZE_MM, FigureStyle
+    from vomstudio.products.net.figure_style import FigureStyle
     from vomstudio.products.net.rose import mean_words
     from vomstudio.products.net.rose_contents import check_roses, roses_of_table
 
     format_ = picture_format(args.output, "--output")
-    if args.of not in HISTOGRAM_OF:
-        bins_of(args.bin)
-    style = FigureStyle(
-        args.width, None, args.font or "", args.font_size, None, args.line_width, args.grey
-    )
-    style.check("--width")
-    colors = colors_of(args)
+    options, figure = options_from(args, RoseOptions), options_from(args, RoseFigure)
+    style, colors = FigureStyle.from_options(figure), options_from(args, SetColors).by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Drawing the rose diagram"))
-    of = args.of or ("strike" if table.is_plane.any() else "trend")
+    of = options.of or ("strike" if table.is_plane.any() else "trend")
     found = roses_of_table(
         table,
         of,
-        args.by,
-        bin_deg=args.bin,
-        weight=args.weight,
-        by_area=args.scale == "area",
+        options.by,
+        bin_deg=options.bin_deg,
+        weight=options.weight,
+        by_area=options.scale == "area",
     )
     check_roses(found, args.table)
     found = replace(found, colors=colors_among(colors, list(found.roses)))
@@ -94,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             found,
             format=format_,
             style=style.of_net(),
-            width_mm=args.width or SIZE_MM[0],
+            width_mm=figure.width_mm or SIZE_MM[0],
         )
     warnings: list[Message] = list(table.warnings)
     for name, rose in found.roses.items():
@@ -110,7 +89,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         tr("{set}: no row has an azimuth and a weight; it has no rose.", set=name)
         for name in found.empty
     ]
-    told = _told(args, of, found, table.convention, table.dropped)
+    told = _told(args, options, of, found, table.convention, table.dropped)
     out.result({**told, "warnings": warnings})
     out.note(tr("read as {convention}", convention=table.convention))
     out.warn(warnings)
@@ -120,6 +99,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _told(
     args: argparse.Namespace,
+    options: RoseOptions,
     of: str,
     found: RoseContents,
     convention: str,
@@ -133,9 +113,9 @@ def _told(
         "n": sum(rose.n for rose in found.roses.values()),
         "of": of,
         "axial": of == "strike",
-        "bin_deg": args.bin,
-        "weight": args.weight,
-        "scale": args.scale,
+        "bin_deg": options.bin_deg,
+        "weight": options.weight,
+        "scale": options.scale,
         "sets": {
             name: {
                 "n": rose.n,

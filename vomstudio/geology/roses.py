@@ -11,6 +11,7 @@ import numpy.typing as npt
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
+from vomstudio.geology.rose_options import check_bins
 from vomstudio.words import tr
 
 ROSE_OF = ("strike", "dip-direction", "trend")
@@ -76,11 +77,8 @@ def histogram_of(
     """Counts dips or plunges (n,), 0 to 90, each with its weight (n,). A plunge of a line that
     points up counts as that of its axis. Raises UsageError for bins that do not divide 90 degrees
     evenly, and for negative weights."""
-    bins = round(90.0 / bin_deg) if math.isfinite(bin_deg) and 1.0 <= bin_deg <= 45.0 else 0
-    if not bins or abs(bins * bin_deg - 90.0) > 1e-9:
-        raise UsageError(
-            tr("The bins must divide 90 degrees evenly, such as 5, 10, 15 or 30."), field="--bin"
-        )
+    check_bins(bin_deg, 90.0)
+    bins = round(90.0 / bin_deg)
     a, w, left_out = _counted(np.abs(np.asarray(angle_deg, dtype=np.float64).ravel()), weights)
     place = np.minimum(np.floor((a + 1e-7) / bin_deg).astype(np.intp), bins - 1)
     counted = np.bincount(place, w, minlength=bins)
@@ -163,13 +161,8 @@ def rayleigh_p(n: float, resultant: float) -> float:
 
 def bins_of(bin_deg: float) -> int:
     """How many bins of that width make the circle. Raises UsageError."""
-    if math.isfinite(bin_deg) and 1.0 <= bin_deg <= 90.0:
-        half = round(180.0 / bin_deg)
-        if abs(half * bin_deg - 180.0) < 1e-9:
-            return 2 * half
-    raise UsageError(
-        tr("The bins must divide 180 degrees evenly, such as 5, 10, 15 or 30."), field="--bin"
-    )
+    check_bins(bin_deg, 180.0)
+    return 2 * round(180.0 / bin_deg)
 
 
 def azimuths_of(table: OrientationRows, of: str) -> Array:

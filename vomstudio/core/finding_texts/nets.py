@@ -35,6 +35,21 @@ TEXTS: dict[str, Entry] = {
             " {share_percent:.0f} % of the net."
         ),
     ),
+    "net.not-levels": (
+        "error",
+        to_translate("“{text}” is not a list of levels above 0. Write it like 2,4,6."),
+    ),
+    "rose.uneven-bins": (
+        "error",
+        to_translate(
+            "Bins of {bin_deg:g}° do not divide {range_deg:g}° evenly. Use a width such as 5, 10,"
+            " 15 or 30."
+        ),
+    ),
+    "figure.not-a-color": (
+        "error",
+        to_translate("“{text}” is not the colour of a set. Write it like Bedding=#0072b2."),
+    ),
     "rose.no-lines": (
         "error",
         to_translate("The table has no lines with such an angle. For planes use --of strike."),

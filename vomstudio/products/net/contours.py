@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geology import density as densities
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.contents import NetContents, NetSet
@@ -26,9 +23,6 @@ DENSITY_NAMES = {
 
 DASHES = ("-", "--", "-.", ":")
 """Of the sets of one type, which have one colour."""
-
-MOST_ASKED = 20
-SIGMAS = (0.5, 10.0)
 
 SEE_THROUGH = 0.6
 
@@ -82,27 +76,6 @@ class ContourPlan:
     @property
     def short_unit(self) -> str:
         return "% / 1 %" if self.method == "schmidt" else "σ"
-
-
-def check_contouring(contour: str | None, levels: Sequence[float], sigma: float) -> None:
-    """Raises UsageError for levels or a sigma that cannot be; its `field` is the option's name."""
-    if levels and contour is None:
-        raise UsageError(
-            Finding("option.requires", option="--levels", other="--contour"), field="--levels"
-        )
-    for level in levels:
-        if not (math.isfinite(level) and level > 0):
-            raise UsageError(Finding("number.not-positive", value=level), field="--levels")
-    if len(levels) > MOST_ASKED:
-        raise UsageError(
-            Finding("net.too-many-levels", count=len(levels), maximum=MOST_ASKED),
-            field="--levels",
-        )
-    if not SIGMAS[0] <= sigma <= SIGMAS[1]:
-        raise UsageError(
-            Finding("option.out-of-range", value=sigma, minimum=SIGMAS[0], maximum=SIGMAS[1]),
-            field="--kamb-sigma",
-        )
 
 
 def few_for_contours(net: NetContents) -> list[Finding]:

@@ -25,7 +25,7 @@ from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.additions import draw_additions
 from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
-from vomstudio.products.net.figure_style import SIZE_MM
+from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle

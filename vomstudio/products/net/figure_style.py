@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
+from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, StereonetFigure
 from vomstudio.products.net.style import PRINT, NetStyle
-
-SIZE_MM = (170.0, 115.0)
-"""A page wide, as journals print it."""
-
-LIMITS = {
-    "width_mm": (40.0, 500.0, "--size"),
-    "height_mm": (30.0, 500.0, "--size"),
-    "font_pt": (4.0, 36.0, "--font-size"),
-    "symbol_pt": (1.0, 30.0, "--symbol-size"),
-    "line_pt": (0.1, 10.0, "--line-width"),
-}
-"""Least, most, and the option of the command."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +30,41 @@ class FigureStyle:
     def size_mm(self) -> tuple[float, float]:
         return self.width_mm or SIZE_MM[0], self.height_mm or SIZE_MM[1]
 
-    def check(self, width_option: str = "--size") -> None:
-        """Raises UsageError for what cannot be drawn; its `field` is the option's name."""
-        for name, (least, most, option) in LIMITS.items():
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and least <= value <= most):
-                raise UsageError(
-                    Finding("option.out-of-range", value=value, minimum=least, maximum=most),
-                    field=width_option if name == "width_mm" else option,
-                )
-        if self.font and self.font not in fonts():
-            raise UsageError(Finding("figure.no-font", font=self.font), field="--font")
+    def options(self) -> StereonetFigure:
+        """Return the options of the command. Raises UsageError for a size outside its bounds."""
+        size = None
+        if self.height_mm is not None:
+            size = "{:g}x{:g}".format(*self.size_mm)
+        elif self.width_mm is not None:
+            size = f"{self.width_mm:g}"
+        return StereonetFigure(
+            font=self.font or None,
+            font_size_pt=self.font_pt,
+            symbol_size_pt=self.symbol_pt,
+            line_width_pt=self.line_pt,
+            size_mm=size,
+            grey=self.grey,
+        )
+
+    @classmethod
+    def from_options(cls, options: StereonetFigure | RoseFigure) -> FigureStyle:
+        """Return the style of a figure. Raises UsageError for a font that is not installed."""
+        if options.font is not None and options.font not in fonts():
+            raise UsageError(Finding("figure.no-font", font=options.font), field="--font")
+        if isinstance(options, RoseFigure):
+            width, height, symbol = options.width_mm, None, None
+        else:
+            width, height = options.width_and_height
+            symbol = options.symbol_size_pt
+        return cls(
+            width,
+            height,
+            font=options.font or "",
+            font_pt=options.font_size_pt,
+            symbol_pt=symbol,
+            line_pt=options.line_width_pt,
+            grey=options.grey,
+        )
 
     def of_net(self) -> NetStyle:
         """The style of a figure on white paper."""
@@ -71,7 +83,7 @@ class FigureStyle:
         names = {f.name for f in fields(cls)}
         try:
             found = cls(**{name: value for name, value in values.items() if name in names})
-            found.check()
+            cls.from_options(found.options())
             found.of_net()
         except (UsageError, TypeError, ValueError):
             return cls()
@@ -83,14 +95,3 @@ def fonts() -> list[str]:
     from matplotlib.font_manager import fontManager
 
     return sorted({font.name for font in fontManager.ttflist})
-
-
-def size_of(text: str | None) -> tuple[float | None, float | None]:
-    """Width and height of "WxH" in millimetres, or of "W". Raises UsageError."""
-    if text is None:
-        return None, None
-    wide, by, high = text.lower().replace("\N{MULTIPLICATION SIGN}", "x").partition("x")
-    try:
-        return float(wide), float(high) if by else None
-    except ValueError:
-        raise UsageError(Finding("figure.not-a-size", text=text), field="--size") from None

@@ -7,9 +7,19 @@ from dataclasses import dataclass, field, replace
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.table_folds import fold_of_table
-from vomstudio.products.net.contents import NetCircle, NetContents, NetMark
+from vomstudio.products.net.contents import Contouring, NetCircle, NetContents, NetMark
+from vomstudio.products.net.figure_options import StereonetOptions, parse_levels
 from vomstudio.products.net.found_in_sets import with_findings
-from vomstudio.products.net.net_options import Turning, net_after, with_intersections
+from vomstudio.products.net.net_options import (
+    Turning,
+    net_after,
+    plane_of,
+    turn_of,
+    typed_cone,
+    typed_plane,
+    typed_slip,
+    with_intersections,
+)
 from vomstudio.products.net.table_net import error_ellipses
 
 FINDINGS = ("girdles", "maxima", "averages")
@@ -44,3 +54,30 @@ class NetWishes:
             fold, not_good = fold_of_table(rows, self.fold, turn)
             net = replace(net, fold=fold, fold_not_good=not_good)
         return with_findings(net, self.found)
+
+
+def contouring_of(options: StereonetOptions) -> Contouring:
+    """Return how the density of a net is contoured."""
+    return Contouring(
+        parse_levels(options.levels), options.filled, options.each_set, options.kamb_sigma
+    )
+
+
+def wishes_of(options: StereonetOptions) -> NetWishes:
+    """Return what is drawn beside the sets. Raises UsageError for angles that are not valid."""
+    plane = None if options.untilt is None else plane_of(options.untilt, "--untilt")
+    slips = [typed_slip(text) for text in options.slip_lines]
+    rotate = options.rotate
+    return NetWishes(
+        turning=Turning(plane) if rotate is None else Turning(plane, *turn_of(rotate)),
+        circles=(
+            *map(typed_plane, options.planes),
+            *map(typed_cone, options.cones),
+            *(circle for circle, _ in slips),
+        ),
+        marks=tuple(mark for _, mark in slips),
+        found=frozenset(name for name in FINDINGS if getattr(options, name)),
+        intersections=options.intersections,
+        errors=options.errors,
+        fold=FoldFilter(options.quality, options.only_set) if options.fold else None,
+    )

@@ -23,7 +23,8 @@ from PySide6.QtWidgets import (
 
 from vomstudio.errors import VomError
 from vomstudio.products.net.contents import NetContents
-from vomstudio.products.net.figure_style import LIMITS, SIZE_MM, FigureStyle, fonts
+from vomstudio.products.net.figure_options import LIMITS, SIZE_MM
+from vomstudio.products.net.figure_style import FigureStyle, fonts
 from vomstudio.products.net.style import PRINT
 from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.common.explained import explain
@@ -65,7 +66,7 @@ class FigureStyleDialog(QDialog):
             box = DoubleSpinBox()
             box.setObjectName(f"figure_{name}")
             box.setDecimals(1)
-            box.setRange(*LIMITS[name][:2])
+            box.setRange(*LIMITS[name])
             box.setSingleStep(step)
             box.setSuffix(unit)
             box.setKeyboardTracking(False)

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
-from vomstudio.products.net.contours import check_contouring
+from vomstudio.products.net.figure_options import parse_levels
 from vomstudio.products.net.net_options import (
     Turning,
     plane_of,
@@ -103,10 +103,9 @@ class NetTypingDialog(QDialog):
             slips = _each(texts["slips"], typed_slip)
             plane = plane_of(texts["untilt"], "", notation) if texts["untilt"] else None
             turn = turn_of(texts["rotate"]) if texts["rotate"] else (None, 0.0)
-            levels = _levels(texts["levels"])
-            check_contouring("kamb", levels, 3.0)
-        except (VomError, ValueError) as error:
-            self.said.setText(getattr(error, "message", str(error)))
+            levels = parse_levels(texts["levels"].replace(";", ",").strip(", ") or None)
+        except VomError as error:
+            self.said.setText(error.message)
             return
         self.said.setText("")
         circles = (*planes, *cones, *(circle for circle, _ in slips))
@@ -142,13 +141,3 @@ class NetTypingDialog(QDialog):
 
 def _each(text: str, make: Callable[[str], Made]) -> tuple[Made, ...]:
     return tuple(make(part.strip()) for part in text.split(";") if part.strip())
-
-
-def _levels(text: str) -> tuple[float, ...]:
-    words = text.replace(";", ",").split(",")
-    try:
-        return tuple(sorted({float(word) for word in words if word.strip()}))
-    except ValueError:
-        raise ValueError(
-            tr("“{text}” is no list of levels; write them like 2, 4, 6.", text=text)
-        ) from None

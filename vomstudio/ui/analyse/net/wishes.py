@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, Signal
 
 from vomstudio.geology.roses import HISTOGRAM_OF, ROSE_OF
 from vomstudio.products.net.contents import NetCircle, NetMark
-from vomstudio.products.net.contours import MOST_ASKED
+from vomstudio.products.net.figure_options import MAX_LEVELS
 from vomstudio.products.net.net_options import Turning
 from vomstudio.ui.common.studio import Studio
 
@@ -116,7 +116,7 @@ class NetWishes(QObject):
     def levels(self) -> tuple[float, ...]:
         """Of contours, ascending; empty for round ones."""
         found = [v for v in self._studio.settings.contour_levels if isinstance(v, int | float)]
-        return tuple(sorted({float(v) for v in found if math.isfinite(v) and v > 0}))[:MOST_ASKED]
+        return tuple(sorted({float(v) for v in found if math.isfinite(v) and v > 0}))[:MAX_LEVELS]
 
     def contour_at(self, levels: tuple[float, ...]) -> None:
         self._studio.settings.contour_levels = list(levels)

@@ -40,7 +40,7 @@ def write_shown(
     """The net or the roses as a figure in this style. Raises GeometryError where no set has the
     angle."""
     from vomstudio.products.net.figure import write_stereonet
-    from vomstudio.products.net.figure_style import SIZE_MM
+    from vomstudio.products.net.figure_options import SIZE_MM
     from vomstudio.products.net.rose import write_roses
     from vomstudio.products.net.rose_contents import RoseContents, check_roses
 

@@ -1,0 +1,57 @@
+"""Options of rose diagrams and histograms, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import check_options, option
+from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
+
+
+@dataclass(frozen=True)
+class RoseOptions:
+    """What roses show.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, and for bins that do not divide the range evenly.
+    """
+
+    of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = option(
+        None,
+        help=to_translate("angle of the rose; dip and plunge draw a histogram"),
+        automatic=to_translate("strike, of lines alone trend"),
+    )
+    bin_deg: float = option(
+        10.0,
+        minimum=1.0,
+        maximum=90.0,
+        help=to_translate("width of the bins, which divides 180 evenly, of a histogram 90"),
+    )
+    weight: str | None = option(
+        None,
+        metavar="COLUMN",
+        help=to_translate("weight each row by this column, such as extent_m"),
+    )
+    by: str | None = option(
+        None, metavar="COLUMN", help=to_translate("draw a rose for each group of this column")
+    )
+    scale: Literal["area", "length"] = option(
+        "area", help=to_translate("whether the area or the length of a petal is its share")
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_bins(self.bin_deg, 90.0 if self.of in ("dip", "plunge") else 180.0)
+
+
+def check_bins(bin_deg: float, range_deg: float) -> None:
+    """Raise UsageError for bins that do not divide a range evenly."""
+    bins = round(range_deg / bin_deg) if 1.0 <= bin_deg <= range_deg / 2.0 else 0
+    if not bins or abs(bins * bin_deg - range_deg) > 1e-9:
+        finding = Finding("rose.uneven-bins", bin_deg=bin_deg, range_deg=range_deg)
+        raise UsageError(finding, field="--bin")

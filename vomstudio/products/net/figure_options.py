@@ -1,0 +1,271 @@
+"""Options of stereonets and of the look of figures, declared once for every door."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import check_options, check_requires, option
+from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
+
+SIZE_MM = (170.0, 115.0)
+"""Default size of a figure: a page wide, as journals print it."""
+LIMITS = {
+    "width_mm": (40.0, 500.0),
+    "height_mm": (30.0, 500.0),
+    "font_pt": (4.0, 36.0),
+    "symbol_pt": (1.0, 30.0),
+    "line_pt": (0.1, 10.0),
+}
+"""Bounds of the sizes of a figure."""
+MAX_LEVELS = 20
+_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
+
+
+@dataclass(frozen=True)
+class FigureLook:
+    """Letters, lines and colours of a figure.
+
+    Raises
+    ------
+    UsageError
+        For a size outside its bounds.
+    """
+
+    font: str | None = option(
+        None,
+        metavar="NAME",
+        help=to_translate("font of the letters, one that is installed"),
+    )
+    font_size_pt: float | None = option(
+        None,
+        minimum=LIMITS["font_pt"][0],
+        maximum=LIMITS["font_pt"][1],
+        help=to_translate("size of the letters, points"),
+        automatic=to_translate("8"),
+    )
+    line_width_pt: float | None = option(
+        None,
+        minimum=LIMITS["line_pt"][0],
+        maximum=LIMITS["line_pt"][1],
+        help=to_translate("width of the lines, points"),
+        automatic=to_translate("0.8"),
+    )
+    grey: bool = option(False, help=to_translate("draw without colours"))
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+
+@dataclass(frozen=True)
+class StereonetFigure(FigureLook):
+    """Size and look of a stereonet.
+
+    Raises
+    ------
+    UsageError
+        For a size outside its bounds, and a text that is not a size.
+    """
+
+    symbol_size_pt: float | None = option(
+        None,
+        minimum=LIMITS["symbol_pt"][0],
+        maximum=LIMITS["symbol_pt"][1],
+        help=to_translate("size of the symbols, points"),
+        automatic=to_translate("4.5"),
+    )
+    size_mm: str | None = option(
+        None,
+        metavar="WxH",
+        help=to_translate("width and height of the figure, or its width, millimetres"),
+        automatic=to_translate("170, and as high as the texts need"),
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, value in zip(("width_mm", "height_mm"), self.width_and_height, strict=True):
+            minimum, maximum = LIMITS[name]
+            if value is not None and not minimum <= value <= maximum:
+                raise UsageError(
+                    Finding(
+                        "option.out-of-range",
+                        value=f"{value:.12g}",
+                        minimum=f"{minimum:g}",
+                        maximum=f"{maximum:g}",
+                    ),
+                    field="--size",
+                )
+
+    @property
+    def width_and_height(self) -> tuple[float | None, float | None]:
+        """Width and height in millimetres. Raises UsageError."""
+        if self.size_mm is None:
+            return None, None
+        text = self.size_mm.lower().replace("\N{MULTIPLICATION SIGN}", "x")
+        width, separator, height = text.partition("x")
+        try:
+            return float(width), float(height) if separator else None
+        except ValueError:
+            raise UsageError(
+                Finding("figure.not-a-size", text=self.size_mm), field="--size"
+            ) from None
+
+
+@dataclass(frozen=True)
+class RoseFigure(FigureLook):
+    """Size and look of roses. Raises UsageError for a size outside its bounds."""
+
+    width_mm: float | None = option(
+        None,
+        minimum=LIMITS["width_mm"][0],
+        maximum=LIMITS["width_mm"][1],
+        help=to_translate("width of the figure, millimetres"),
+        automatic=to_translate("170"),
+    )
+
+
+@dataclass(frozen=True)
+class SetColors:
+    """Colours of sets. Raises UsageError for a text that is not a set with its colour."""
+
+    colors: tuple[str, ...] = option(
+        (), metavar="SET=#RRGGBB", help=to_translate("colour of a set")
+    )
+
+    def __post_init__(self) -> None:
+        for each in self.colors:
+            name, _, color = each.rpartition("=")
+            if not name or not _COLOR.fullmatch(color):
+                raise UsageError(Finding("figure.not-a-color", text=each), field="--color")
+
+    @property
+    def by_set(self) -> dict[str, str]:
+        """The colours by the names of sets."""
+        return {name: color for name, _, color in (each.rpartition("=") for each in self.colors)}
+
+
+@dataclass(frozen=True)
+class StereonetOptions:
+    """What a stereonet shows.
+
+    Raises
+    ------
+    UsageError
+        For values outside their bounds, levels without a method, and choices of planes of the fold
+        axis without it.
+    """
+
+    by: str | None = option(
+        None, metavar="COLUMN", help=to_translate("colour by this column (name or number)")
+    )
+    projection: Literal["area", "angle"] = option(
+        "area", help=to_translate("equal area or equal angle")
+    )
+    contour: Literal["kamb", "exponential_kamb", "linear_kamb", "schmidt"] | None = option(
+        None, metavar="METHOD", help=to_translate("contour the density of poles and lines")
+    )
+    levels: str | None = option(
+        None,
+        metavar="A,B,...",
+        help=to_translate("levels of the contours: standard deviations, with schmidt percent"),
+        automatic=to_translate("round levels below the highest density"),
+    )
+    filled: bool | None = option(
+        None,
+        help=to_translate("fill the contours"),
+        automatic=to_translate("filled; with --each-set lines"),
+    )
+    each_set: bool = option(
+        False, help=to_translate("contour each set by itself, in its colour, at the same levels")
+    )
+    kamb_sigma: float = option(
+        3.0,
+        minimum=0.5,
+        maximum=10.0,
+        metavar="S",
+        help=to_translate(
+            "smoothness of Kamb's methods: standard deviations expected of a uniform scatter"
+        ),
+    )
+    untilt: str | None = option(
+        None,
+        metavar="DD/D",
+        help=to_translate(
+            "rotate everything so that this plane becomes horizontal, about its strike"
+        ),
+    )
+    rotate: str | None = option(
+        None,
+        metavar="T/P/ANGLE",
+        help=to_translate("rotate everything about an axis (trend/plunge), by the right-hand rule"),
+    )
+    intersections: bool = option(
+        False, help=to_translate("draw the lines in which each two of at most 300 planes meet")
+    )
+    planes: tuple[str, ...] = option(
+        (), metavar="DD/D", help=to_translate("draw this great circle too")
+    )
+    cones: tuple[str, ...] = option(
+        (),
+        metavar="T/P/ANGLE",
+        help=to_translate("draw this small circle about an axis (trend/plunge)"),
+    )
+    slip_lines: tuple[str, ...] = option(
+        (),
+        metavar="DD/D/RAKE",
+        help=to_translate(
+            "draw this plane, and the line in it with this rake from the right-hand-rule strike"
+        ),
+    )
+    girdles: bool = option(
+        False, help=to_translate("draw the great circle that fits each set that is not a cluster")
+    )
+    maxima: bool = option(
+        False, help=to_translate("mark where each set, or all as contoured, is densest")
+    )
+    errors: bool = option(
+        False,
+        help=to_translate("draw the 95 % ellipse of each plane, by the error columns of the table"),
+    )
+    averages: bool = option(
+        False, help=to_translate("state the average of each set, with n and method")
+    )
+    fold: bool = option(
+        False, help=to_translate("draw the fold axis of the bedding and its great circle")
+    )
+    quality: Literal["good", "doubtful"] | None = option(
+        None, help=to_translate("leave out planes of the fold axis with a worse verdict")
+    )
+    only_set: str | None = option(
+        None,
+        metavar="SET",
+        help=to_translate("use planes of this set only for the fold axis"),
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_requires(self, "levels", "contour")
+        check_requires(self, "quality", "fold")
+        check_requires(self, "only_set", "fold")
+        parse_levels(self.levels)
+
+
+def parse_levels(text: str | None) -> tuple[float, ...]:
+    """Return the levels of contours, ascending and each once. Raises UsageError."""
+    if text is None:
+        return ()
+    try:
+        levels = tuple(sorted({float(word) for word in text.split(",")}))
+    except ValueError:
+        levels = ()
+    if not levels or not all(0.0 < level < float("inf") for level in levels):
+        raise UsageError(Finding("net.not-levels", text=text), field="--levels")
+    if len(levels) > MAX_LEVELS:
+        raise UsageError(
+            Finding("net.too-many-levels", count=len(levels), maximum=MAX_LEVELS),
+            field="--levels",
+        )
+    return levels
